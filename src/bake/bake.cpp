@@ -164,7 +164,8 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
             options.note("near forward 99 % within " + forward + ", at grazing " +
                          (table.path_law ? "angles (not judged)" : "pairs") + " within " + grazing);
     }
-    if (options.packed) *options.packed = restated(*options.packed, table);
+    packed.reset();
+    if (options.packed) *options.packed = restated(std::move(*options.packed), table);
     return attempt;
 }
 

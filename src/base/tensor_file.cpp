@@ -307,7 +307,7 @@ void TensorWriter::set(const std::string& key, const std::string& text) {
     strings_[key] = text;
 }
 
-std::vector<char> TensorWriter::bytes() const {
+std::vector<char> TensorWriter::finish() {
     std::vector<std::string> strings, members;
     for (const auto& [key, text] : strings_)
         strings.push_back(json_string(key) + ':' + json_string(text));
@@ -345,9 +345,10 @@ std::vector<char> TensorWriter::bytes() const {
     file.reserve(tensor_header_start + header.size() + end);
     append_bytes(file, &length, sizeof length);
     append_bytes(file, header.data(), header.size());
-    for (const Entry& entry : entries_) {
+    for (Entry& entry : entries_) {
         file.insert(file.end(), padding_after(file.size()), '\0');
         append_bytes(file, entry.data.data(), entry.data.size());
+        entry.data = {};
     }
     return file;
 }

@@ -277,9 +277,12 @@ std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions&
     if (cache)
         if (std::optional<PackedTable> table = cache->find(recipe))
             return make_layer_tables(std::move(*table));
-    Table table = bake(recipe, options);
-    return make_layer_tables(
-        PackedTable(cache ? cache->keep(recipe, std::move(table)) : pack(table)));
+    std::vector<char> packed;
+    BakeOptions straight = options;
+    straight.packed = &packed;
+    Table header = bake(recipe, straight);
+    if (cache) packed = cache->keep(recipe, std::move(header), std::move(packed));
+    return make_layer_tables(PackedTable(packed));
 }
 
 namespace {

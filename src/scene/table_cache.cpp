@@ -165,9 +165,9 @@ std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
     return std::nullopt;
 }
 
-std::vector<char> TableCache::keep(const Recipe& recipe, Table table) {
-    table.attributes[key_attribute] = key_of(recipe);
-    std::vector<char> packed = pack(table);
+std::vector<char> TableCache::keep(const Recipe& recipe, Table header, std::vector<char> packed) {
+    header.attributes[key_attribute] = key_of(recipe);
+    packed = restated(std::move(packed), header);
     try {
         fs::create_directories(folder_);
         const fs::path path = folder_ / name_of(recipe);

@@ -7,6 +7,7 @@
 #include "kept_tolerance.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 namespace stratus {
@@ -17,20 +18,33 @@ constexpr float faintest = 1e-8f;  // below which errors count less
 /// Errors are relative to no less than a share of the largest value at cosines of this and more.
 constexpr double floor_cosine = 0.1;
 
+/// What errors count for where a table with a path law is not judged: the samples miss more there.
+constexpr float unjudged_share = 0.2f;
+
+/// The first sample that a lookup at a cosine reads.
+double first_read(const AxisView& cosines, double mu) {
+    return cosines.value(cosines.stencil(mu).first);
+}
+
 }  // namespace
 
 LayerShapes::LayerShapes(const Table& table, Side side, int member)
     : table_(table), numbers_(table.view()), side_(side), member_(member) {
     const TableView view = table.view();
     const PhaseFunction phase_function = phase_function_of_member(table, size(member));
+    if (table.path_law != nullptr) {
+        path_law_ = table.has_family() ? PathOrders::of_any(phase_function) : table.path_law;
+        least_in_ = first_read(view.mu_in, least_path_cosine);
+        least_out_ = first_read(view.mu_out, least_path_cosine);
+    }
     for (int i = 0; i < numbers_.ins(); ++i)
         for (int j = 0; j < numbers_.partners(i); ++j) {
             pairs_.push_back({i, j});
             for (int k = 0; k < numbers_.azimuths(); ++k) {
                 const Geometry at{view.mu_in.value(i), view.mu_out.value(j), view.azimuth.value(k)};
-                phase_.push_back(phase_function(side == Side::reflection
-                                                    ? cos_scattering_angle_reflected(at)
-                                                    : cos_scattering_angle_transmitted(at)));
+                cosine_.push_back(side == Side::reflection ? cos_scattering_angle_reflected(at)
+                                                           : cos_scattering_angle_transmitted(at));
+                phase_.push_back(phase_function(cosine_.back()));
             }
         }
 }
@@ -59,6 +73,16 @@ void LayerShapes::divide(int albedo, int depth, const DirectionList& at,
     });
 }
 
+/// Of the orders that the path law adds to the samples.
+PathWeights LayerShapes::weights_along_path(double w, double tau, double mu, double other) const {
+    const int orders = path_law_->order_count(), highest = table_.highest_order;
+    PathWeights weights =
+        path_weights(side_, highest > 0 ? std::min(orders, highest + 1) : orders, tau, mu, other);
+    double power = 1;
+    for (int n = 0; n < weights.count; ++n, power *= w) weights.of_order[n] *= power;
+    return weights;
+}
+
 template <class Use>
 void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
                                  const std::vector<float>& shape, const Use& use) const {
@@ -73,6 +97,7 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
     const Pair* before = nullptr;
     float factor = 1;
     double mu = 0, other = 0, order = 0;
+    PathWeights along_path;
     for_each(at, [&](std::size_t n, const Pair& pair) {
         if (&pair != before) {
             before = &pair;
@@ -83,22 +108,33 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
                                             intercepted_share(tau, other));
             order = side_ == Side::reflection ? single_reflection(1, w, tau, mu, other)
                                               : single_transmission(1, w, tau, mu, other);
+            if (path_law_) along_path = weights_along_path(w, tau, mu, other);
         }
         double single = order * phase_[at[n]];
         if (below.is_present())
             single += single_reflection_of_boundary(
                 below, tau, {mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]});
-        use(n, factor, factor * shape[n] + static_cast<float>(single), std::min(mu, other));
+        if (path_law_) single += (*path_law_)(along_path, 1 - cosine_[at[n]], 1 + cosine_[at[n]]);
+        use(n, factor, factor * shape[n] + static_cast<float>(single),
+            mu >= least_in_ && other >= least_out_);
     });
+}
+
+/// Less than 90 degrees of azimuth, where a narrow peak alone would be more than all the rest.
+bool LayerShapes::is_forward(std::size_t direction) const {
+    const std::size_t azimuths = size(numbers_.azimuths());
+    return azimuths > 1 && table_.azimuth.values[direction % azimuths] < pi / 2;
 }
 
 float LayerShapes::floor(int albedo, int depth, const DirectionList& at,
                          const std::vector<float>& shape) const {
     float largest = 0;
-    for_each_total(albedo, depth, at, shape,
-                   [&](std::size_t, float, float total, double smaller_cosine) {
-                       if (smaller_cosine >= floor_cosine) largest = std::max(largest, total);
-                   });
+    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float, float total, bool) {
+        const Pair& pair = pairs_[at[n] / size(numbers_.azimuths())];
+        if (std::min(table_.mu_in.values[size(pair.in)], table_.mu_out.values[size(pair.out)]) >=
+            floor_cosine)
+            largest = std::max(largest, total);
+    });
     return std::max(static_cast<float>(darkest_share) * largest, faintest);
 }
 

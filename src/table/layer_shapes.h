@@ -6,6 +6,7 @@
 #include <stratus/table/table.h>
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace stratus {
@@ -43,10 +44,13 @@ class LayerShapes {
     };
 
     float weight(int albedo, int depth) const;
+    bool is_forward(std::size_t direction) const;
     /// Calls use(n, pair) for every direction at[n].
     template <class Use>
     void for_each(const DirectionList& at, const Use& use) const;
-    /// Calls use(n, factor, total, smaller cosine): what samples were divided by, and R or T.
+    PathWeights weights_along_path(double w, double tau, double mu, double other) const;
+    /// Calls use(n, factor, total, is_judged): what samples were divided by, R or T, and whether
+    /// the table's accuracy is judged there.
     template <class Use>
     void for_each_total(int albedo, int depth, const DirectionList& at,
                         const std::vector<float>& shape, const Use& use) const;
@@ -55,8 +59,10 @@ class LayerShapes {
     DirectionNumbers numbers_;
     Side side_;
     int member_;
-    std::vector<Pair> pairs_;    // by number
-    std::vector<double> phase_;  // at every direction
+    double least_in_ = 0, least_out_ = 0;         // cosines whose samples judged lookups read
+    std::vector<Pair> pairs_;                     // by number
+    std::vector<double> cosine_, phase_;          // of the scattering angle, at every direction
+    std::shared_ptr<const PathOrders> path_law_;  // null: none
 };
 
 }  // namespace stratus

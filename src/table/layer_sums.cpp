@@ -21,7 +21,13 @@ constexpr int apart = 25;                      // of the worst, one in so many: 
 constexpr int most_rounds = 3;                 // of looking for layers that the functions miss
 constexpr std::size_t most_missed = 64;        // layers seen in full in one round
 
+// Pilots at first; twice as many along each axis where more than this share of them give functions.
 constexpr int pilot_albedos = 5, pilot_depths = 10, pilot_members = 5;
+constexpr double enough_pilots = 0.7;
+
+// Where it takes more functions than these, layers are too unlike each other for sums of few.
+constexpr std::size_t most_functions = 100;
+constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
 
 /// Up to `most` of `count` places, evenly, the last among them.
 std::vector<int> spread(int count, int most) {
@@ -153,32 +159,41 @@ class SideSearch {
         sketched_[size(layer)] = std::move(samples);
     }
 
-    /// Functions for all layers that were seen in full, and the sketch.
-    void search_pilots() {
-        begin_sketch();
-        for (;;) {
-            fit();
-            int worst = worst_of([&](int layer) { return error_in_sketch(layer); });
-            if (worst < 0) worst = worst_of([&](int layer) { return error_in_full(layer); });
-            if (worst < 0) break;
-            add_function(worst, true);
-        }
+    /// Functions for all layers that were seen in full, and a sketch that shows them.
+    void search() {
+        if (full_.empty()) return;
+        note_importance();
+        if (sums_.sketch.empty()) begin_sketch();
+        see_sketch_from(0);
+        const std::size_t before = sums_.function.size();
+        do {
+            search_in_sketch();
+        } while (finds_more_in_full());
+        const auto found = static_cast<double>(sums_.function.size() - before);
+        needs_pilots_ = found > enough_pilots * static_cast<double>(full_.size());
         full_.clear();
         std::sort(sums_.sketch.begin(), sums_.sketch.end());
     }
 
-    /// Functions of further layers, worst first as `missed` had them.
-    void add_missed() {
-        for (const int layer : missed_) {
-            fit();
-            add_function(layer, false);
-        }
-        missed_.clear();
-        full_.clear();
+    /// Whether most layers of the last search gave functions: others may need more.
+    bool needs_pilots() const { return needs_pilots_; }
+
+    /// Does without functions of all layers where there are too many: the sketch is then every pair of
+    /// cosines at some azimuths.
+    void settle() {
+        if (!needs_pilots_ && sums_.function.size() < most_functions) return;
+        sums_.function.clear();
+        sums_.sketch.clear();
+        const std::size_t azimuths = size(sums_.numbers().azimuths());
+        const std::size_t step = std::max<std::size_t>(1, (azimuths - 1) / thinned_azimuths);
+        for (const std::size_t n : everywhere_)
+            if (n % azimuths % step == 0) sums_.sketch.push_back(n);
     }
 
     /// The layers, at most so many, whose functions all others need, by what the sketch shows.
     std::vector<int> missed() {
+        std::vector<int> missed;
+        if (!sums_.is_spanned()) return missed;
         fit();
         std::vector<std::vector<float>> left(sketched_.size());
         std::vector<float> error(sketched_.size(), 0.0f);
@@ -187,17 +202,22 @@ class SideSearch {
             subtract_sum(at_sketch_, fit_.coefficients(left[layer]), left[layer]);
             error[layer] = largest_product(left[layer], sums_.importance[layer]);
         }
-        while (missed_.size() < most_missed) {
+        while (missed.size() < most_missed) {
             const auto worst = std::max_element(error.begin(), error.end());
             if (*worst <= allowed_) break;
             const auto pivot = static_cast<std::size_t>(worst - error.begin());
-            missed_.push_back(static_cast<int>(pivot));
+            missed.push_back(static_cast<int>(pivot));
             remove_direction_of(left[pivot], left, error);
         }
-        return missed_;
+        return missed;
     }
 
     LayerSums take() {
+        if (!sums_.is_spanned()) {
+            for (std::size_t layer = 0; layer < sketched_.size(); ++layer)
+                sums_.values.push_back(sketched_[served_by(static_cast<int>(layer))]);
+            return std::move(sums_);
+        }
         fit();
         for (std::size_t layer = 0; layer < sketched_.size(); ++layer) {
             sums_.coefficient.push_back(
@@ -239,15 +259,18 @@ class SideSearch {
         return depth(layer) > 0 ? served_by(layer - 1) : size(layer);
     }
 
-    /// Directions all over, and those that tell how large a layer's values are.
-    void begin_sketch() {
-        greatest_.assign(everywhere_.size(), 0.0f);
+    void note_importance() {
+        greatest_.resize(everywhere_.size(), 0.0f);
         for (const auto& [layer, seen] : full_) {
             const std::vector<float> of_layer =
                 importance(layer, everywhere_, seen.shape, seen.floor);
             for (std::size_t n = 0; n < greatest_.size(); ++n)
                 greatest_[n] = std::max(greatest_[n], of_layer[n]);
         }
+    }
+
+    /// Directions all over, and those that tell how large a layer's values are.
+    void begin_sketch() {
         std::set<std::size_t> directions;
         const DirectionNumbers& numbers = sums_.numbers();
         const std::size_t azimuths = size(numbers.azimuths());
@@ -259,11 +282,13 @@ class SideSearch {
         const std::size_t wanted =
             std::min(everywhere_.size(), directions.size() + first_directions);
         while (directions.size() < wanted) directions.insert(random() % everywhere_.size());
-        add_to_sketch({directions.begin(), directions.end()});
+        sums_.sketch.assign(directions.begin(), directions.end());
     }
 
-    void add_to_sketch(const DirectionList& directions) {
-        sums_.sketch.insert(sums_.sketch.end(), directions.begin(), directions.end());
+    /// Layers that are seen in full, at directions that the sketch has from place `first` on.
+    void see_sketch_from(std::size_t first) {
+        const DirectionList directions(sums_.sketch.begin() + static_cast<std::ptrdiff_t>(first),
+                                       sums_.sketch.end());
         for (auto& [layer, seen] : full_) {
             const std::vector<float> values = picked(seen.shape, directions),
                                      of_layer = importance(layer, directions, values, seen.floor);
@@ -287,41 +312,50 @@ class SideSearch {
         return left;
     }
 
-    float error_in_sketch(int layer) const {
-        const Seen& seen = full_.at(layer);
-        std::vector<float> left = seen.values;
-        subtract_sum(at_sketch_, fit_.coefficients(seen.values), left);
-        return largest_product(left, seen.importance);
-    }
-    float error_in_full(int layer) const {
-        const Seen& seen = full_.at(layer);
-        return largest_product(left_of(layer),
-                               importance(layer, everywhere_, seen.shape, seen.floor));
+    /// Functions until no layer that was seen in full misses at the sketch, the worst first.
+    void search_in_sketch() {
+        for (;;) {
+            fit();
+            int worst = -1;
+            float most = allowed_;
+            for (const auto& [layer, seen] : full_) {
+                if (used_.count(layer) != 0) continue;
+                std::vector<float> left = seen.values;
+                subtract_sum(at_sketch_, fit_.coefficients(seen.values), left);
+                const float error = largest_product(left, seen.importance);
+                if (error <= most) continue;
+                most = error;
+                worst = layer;
+            }
+            if (worst < 0 || sums_.function.size() >= most_functions) break;
+            add_function(worst);
+        }
     }
 
-    /// The pilot without a function of its own that misses most; -1 where all are held.
-    template <class Error>
-    int worst_of(const Error& error_of) const {
-        int worst = -1;
-        float most = allowed_;
-        for (const auto& of_layer : full_) {
-            if (used_.count(of_layer.first) != 0) continue;
-            const float error = error_of(of_layer.first);
-            if (error <= most) continue;
-            most = error;
-            worst = of_layer.first;
+    /// Functions of layers that miss elsewhere; false where none does.
+    bool finds_more_in_full() {
+        bool found = false;
+        for (const auto& [layer, seen] : full_) {
+            if (sums_.function.size() >= most_functions) return false;
+            if (used_.count(layer) != 0 ||
+                largest_product(left_of(layer),
+                                importance(layer, everywhere_, seen.shape, seen.floor)) <= allowed_)
+                continue;
+            add_function(layer);
+            fit();
+            found = true;
         }
-        return worst;
+        return found;
     }
 
     /// What is left of a layer; the sketch grows by the directions where that is most.
-    void add_function(int layer, bool grows) {
+    void add_function(int layer) {
         std::vector<float> left = left_of(layer);
         const float largest = largest_product(left, greatest_);
         used_.insert(layer);
         if (largest == 0) return;
         for (float& value : left) value /= largest;
-        if (grows) add_directions(left);
+        add_directions(left);
         sums_.function.push_back(std::move(left));
     }
 
@@ -335,11 +369,11 @@ class SideSearch {
         };
         std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(looked_at),
                           order.end(), is_worse);
-        DirectionList added;
+        const std::size_t first = sums_.sketch.size();
         for (std::size_t n = 0; n < looked_at; n += size(apart))
             if (std::find(sums_.sketch.begin(), sums_.sketch.end(), order[n]) == sums_.sketch.end())
-                added.push_back(order[n]);
-        add_to_sketch(added);
+                sums_.sketch.push_back(order[n]);
+        see_sketch_from(first);
     }
 
     /// Takes what is left of one layer at the sketch out of what is left of all.
@@ -366,21 +400,21 @@ class SideSearch {
     DirectionList everywhere_;
     std::mutex mutex_;
     std::map<int, Seen> full_;
-    std::set<int> used_;  // layers that functions were made of
-    std::vector<int> missed_;
+    bool needs_pilots_ = false;
+    std::set<int> used_;                         // layers that functions were made of
     std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions
     LeastSquares fit_;
 };
 
-/// Layers all over the table.
-std::vector<int> pilots_of(const Table& table) {
+/// Layers all over the table, `dense` times as many along each axis as at first.
+std::vector<int> pilots_of(const Table& table, int dense) {
     const auto count = [](const Axis& axis) { return static_cast<int>(axis.values.size()); };
     std::vector<int> layers;
-    for (const int member : spread(static_cast<int>(table.member_count()), pilot_members))
-        for (const int albedo : spread(count(table.albedo), pilot_albedos))
-            for (const int depth : spread(count(table.optical_depth), pilot_depths))
+    for (const int member : spread(static_cast<int>(table.member_count()), dense * pilot_members))
+        for (const int albedo : spread(count(table.albedo), dense * pilot_albedos))
+            for (const int depth : spread(count(table.optical_depth), dense * pilot_depths))
                 layers.push_back(
                     (member * count(table.albedo) + albedo) * count(table.optical_depth) + depth);
     return layers;
@@ -388,7 +422,26 @@ std::vector<int> pilots_of(const Table& table) {
 
 }  // namespace
 
+void LayerSums::see_in_full(const std::vector<int>& layers, Side side, LayerSamples& samples) {
+    std::map<int, std::vector<float>> seen;
+    for (const int layer : layers) seen[layer];
+    samples.in_full(is_spanned() ? std::vector<int>{} : layers,
+                    [&](int layer, Side of, std::vector<float> values) {
+                        if (of == side) seen.at(layer) = std::move(values);
+                    });
+    if (is_spanned()) return;
+    DirectionList everywhere(numbers().count());
+    std::iota(everywhere.begin(), everywhere.end(), std::size_t{0});
+    const auto depths = static_cast<int>(table().optical_depth.values.size()),
+               albedos = static_cast<int>(table().albedo.values.size());
+    for (auto& [layer, values] : seen)
+        shapes[size(layer / depths / albedos)].divide(layer / depths % albedos, layer % depths,
+                                                      everywhere, values);
+    full = std::move(seen);
+}
+
 std::vector<float> LayerSums::in_full(int layer) const {
+    if (!is_spanned()) return full.at(layer);
     std::vector<float> sum(numbers().count(), 0.0f);
     for (std::size_t k = 0; k < function.size(); ++k) {
         const float share = coefficient[size(layer)][k];
@@ -410,19 +463,34 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
         for (const Side side : {Side::reflection, Side::transmission})
             if (sides[side == Side::reflection ? 0 : 1]) use(search(side));
     };
-    samples.in_full(pilots_of(table), see_in_full);
-    for_each_side([](SideSearch& side) { side.search_pilots(); });
-    samples.at({lit.sketch(), far.sketch()}, [&](int layer, Side side, std::vector<float> values) {
-        search(side).see_in_sketch(layer, std::move(values));
-    });
+    std::set<int> seen;
+    const auto unseen = [&](const std::vector<int>& layers) {
+        std::vector<int> some;
+        for (const int layer : layers)
+            if (seen.insert(layer).second) some.push_back(layer);
+        return some;
+    };
+    const auto search_both = [&] { for_each_side([](SideSearch& side) { side.search(); }); };
+    samples.in_full(unseen(pilots_of(table, 1)), see_in_full);
+    search_both();
+    std::vector<int> more;
+    if (lit.needs_pilots() || far.needs_pilots()) more = unseen(pilots_of(table, 2));
+    if (samples.in_full(more, see_in_full) > 0) {
+        search_both();
+        for_each_side([](SideSearch& side) { side.settle(); });
+    }
     for (int round = 0;; ++round) {
+        samples.at({lit.sketch(), far.sketch()},
+                   [&](int layer, Side side, std::vector<float> values) {
+                       search(side).see_in_sketch(layer, std::move(values));
+                   });
         std::set<int> missed;
         if (round < most_rounds)
             for_each_side([&](SideSearch& side) {
                 for (const int layer : side.missed()) missed.insert(layer);
             });
         if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
-        for_each_side([](SideSearch& side) { side.add_missed(); });
+        search_both();
     }
     std::array<LayerSums, 2> sums;
     if (sides[0]) sums[0] = lit.take();

@@ -5,6 +5,9 @@
 // worst gives the next function, what is left of it, and adds to the sketch the directions where most
 // is left; under a narrow peak random directions alone would miss those that decide. Every layer's
 // coefficients then follow from its sketch by least squares. One that misses is seen in full as well.
+//
+// Layers that are too unlike each other for that (R of very narrow peaks) are sketched in all pairs of
+// cosines at some azimuths, and those that blocks are made of are seen in full afterwards.
 #pragma once
 
 #include <stratus/table/layer_samples.h>
@@ -14,6 +17,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <vector>
 
 namespace stratus {
@@ -30,8 +34,15 @@ struct LayerSums {
     const Table& table() const { return shapes[0].table(); }
     const DirectionNumbers& numbers() const { return shapes[0].numbers(); }
 
-    /// The sum of a layer at all directions.
+    /// False where there are no functions of all layers: values are then the layers themselves.
+    bool is_spanned() const { return !function.empty(); }
+
+    /// Asks for layers that are no sums, at all directions; on ranks all call it, once.
+    void see_in_full(const std::vector<int>& layers, Side side, LayerSamples& samples);
+
+    /// A layer at all directions: its sum, or the layer itself if it was seen.
     std::vector<float> in_full(int layer) const;
+    std::map<int, std::vector<float>> full;  // shapes of layers that were seen
 };
 
 /// Both sides that a table has; none of a side that it has not. `sides`: which are asked for.

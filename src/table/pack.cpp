@@ -18,6 +18,7 @@
 #include <cstddef>
 #include <map>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,28 +41,42 @@ struct PackedBlocks {
     std::vector<std::int32_t> block;              // over (block, field): packed_names.h
     std::vector<std::int32_t> block_of_cell;      // over (albedo, optical depth)
     double half_error = 0;
-    bool holds = true;  // the errors of all are within their shares of the tolerance
 
     std::size_t count() const { return block.size() / size(BlockField::count); }
 };
 
+/// A block and the cells that it may serve.
+struct Candidate {
+    SampleRange albedo_cells, depth_cells;
+    BlockLayers layers;
+    LayerBasis basis;
+    double half_error;
+    bool holds;  // its errors are within their shares of the tolerance
+};
+
+/// Blocks of members that share their functions.
+struct FoundBlocks {
+    SampleRange members;
+    std::vector<Candidate> blocks;
+
+    bool hold() const {
+        return std::all_of(blocks.begin(), blocks.end(),
+                           [](const Candidate& block) { return block.holds; });
+    }
+};
+
 /// Divides albedos and optical depths into blocks as large as sixteen functions suffice for.
-class BlockBuilder {
+class BlockSearch {
   public:
-    BlockBuilder(const LayerSums& sums, const SampleRange& members)
+    BlockSearch(const LayerSums& sums, const SampleRange& members)
         : sums_(sums),
           members_(members),
           view_(sums.table().view()),
           tolerance_(kept_tolerance(view_)) {
-        const AxisView &albedo = view_.albedo, &depth = view_.optical_depth;
-        depth_rows_ = std::max(stencil_size, depth.count);
-        packed_.members = members;
-        packed_.coefficient.resize(size(members.count));
-        packed_.block_of_cell.assign(size(std::max(stencil_size, albedo.count) * depth_rows_), 0);
-        cover({0, std::max(1, albedo.count - 1)}, 0);
+        cover({0, std::max(1, view_.albedo.count - 1)}, 0);
     }
 
-    PackedBlocks take() { return std::move(packed_); }
+    FoundBlocks take() { return {members_, std::move(found_)}; }
 
   private:
     /// Samples that the cubics of some cells reach.
@@ -73,15 +88,6 @@ class BlockBuilder {
         return {first, last - first + 1};
     }
 
-    /// A block and the cells that it may serve.
-    struct Candidate {
-        SampleRange albedo_cells, depth_cells;
-        BlockLayers layers;
-        LayerBasis basis;
-        double half_error;
-        bool holds;  // its errors are within their shares of the tolerance
-    };
-
     /// Blocks of some albedos from an optical depth on, each as deep as holds; where not even a
     /// shallow one does, of half the albedos each.
     void cover(const SampleRange& albedo_cells, int first_depth) {
@@ -89,15 +95,15 @@ class BlockBuilder {
         const int end = std::max(1, view_.optical_depth.count - 1);
         for (int first = first_depth; first < end;) {
             const SampleRange depth_cells{first, end - first};
-            const Candidate deepest = deepest_block(albedo_cells, depth_cells);
+            Candidate deepest = deepest_block(albedo_cells, depth_cells);
             if (!deepest.holds && albedo_cells.count > narrow) {
                 const int half = albedo_cells.count / 2;
                 cover({albedo_cells.first, half}, first);
                 cover({albedo_cells.first + half, albedo_cells.count - half}, first);
                 return;
             }
-            add(deepest);
             first += deepest.depth_cells.count;
+            found_.push_back(std::move(deepest));
         }
     }
 
@@ -131,6 +137,7 @@ class BlockBuilder {
             made.holds = basis.error[count] + made.half_error <= allowed;
             if (count == 0 || basis.error[count - 1] > allowed) break;
         }
+        if (!made.holds) made.basis = basis;  // as many as there may be
         return made;
     }
 
@@ -156,6 +163,29 @@ class BlockBuilder {
         return layers;
     }
 
+    const LayerSums& sums_;
+    SampleRange members_;
+    TableView view_;
+    double tolerance_;
+    std::vector<Candidate> found_;
+};
+
+/// Puts together the blocks of members that share their functions.
+class BlockBuilder {
+  public:
+    BlockBuilder(const LayerSums& sums, const FoundBlocks& found)
+        : sums_(sums), view_(sums.table().view()) {
+        depth_rows_ = std::max(stencil_size, view_.optical_depth.count);
+        packed_.members = found.members;
+        packed_.coefficient.resize(size(found.members.count));
+        packed_.block_of_cell.assign(size(std::max(stencil_size, view_.albedo.count) * depth_rows_),
+                                     0);
+        for (const Candidate& block : found.blocks) add(block);
+    }
+
+    PackedBlocks take() { return std::move(packed_); }
+
+  private:
     void add(const Candidate& added) {
         const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] = added;
         const PackedBlock block = packed_block(sums_, layers, basis);
@@ -185,35 +215,43 @@ class BlockBuilder {
                 packed_.coefficient[m].insert(packed_.coefficient[m].end(), row.value,
                                               row.value + functions);
         packed_.half_error = std::max(packed_.half_error, half_error);
-        packed_.holds = packed_.holds && holds;
     }
 
     const LayerSums& sums_;
-    SampleRange members_;
     TableView view_;
-    double tolerance_;
     int depth_rows_;
     PackedBlocks packed_;
 };
 
 /// Members in groups that share their functions: halves that are a group each are joined where that
 /// takes fewer blocks.
-std::vector<PackedBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members) {
-    std::vector<PackedBlocks> groups;
+std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members) {
+    std::vector<FoundBlocks> groups;
     if (members.count == 1) {
-        groups.push_back(BlockBuilder(sums, members).take());
+        groups.push_back(BlockSearch(sums, members).take());
         return groups;
     }
     const int half = members.count / 2;
     groups = grouped_blocks(sums, {members.first, half});
-    for (PackedBlocks& group : grouped_blocks(sums, {members.first + half, members.count - half}))
+    for (FoundBlocks& group : grouped_blocks(sums, {members.first + half, members.count - half}))
         groups.push_back(std::move(group));
     if (groups.size() > 2) return groups;
-    PackedBlocks joined = BlockBuilder(sums, members).take();
-    if (!joined.holds || joined.count() >= groups[0].count() + groups[1].count()) return groups;
+    FoundBlocks joined = BlockSearch(sums, members).take();
+    if (!joined.hold() || joined.blocks.size() >= groups[0].blocks.size() + groups[1].blocks.size())
+        return groups;
     groups.clear();
     groups.push_back(std::move(joined));
     return groups;
+}
+
+/// The layers that blocks are made of.
+std::vector<int> pivots_of(const std::vector<FoundBlocks>& groups) {
+    std::set<int> pivots;
+    for (const FoundBlocks& group : groups)
+        for (const Candidate& block : group.blocks)
+            for (const int pivot : block.basis.pivot)
+                pivots.insert(block.layers.number[size(pivot)]);
+    return {pivots.begin(), pivots.end()};
 }
 
 std::vector<Half> halves_of(const std::vector<float>& values) {
@@ -245,13 +283,16 @@ void add_functions(TensorWriter& file, const std::string& name, const TableView&
 }
 
 /// One side of all members, or of the only one.
-void add_side(TensorWriter& file, const LayerSums& sums, Side which) {
+void add_side(TensorWriter& file, LayerSums& sums, Side which, LayerSamples& samples) {
     const Table& table = sums.table();
     const auto name_of = [&](int member) {
         return member_prefix(table, size(member)) + side_name(which);
     };
     const int members = static_cast<int>(table.member_count());
-    for (const PackedBlocks& blocks : grouped_blocks(sums, {0, members})) {
+    const std::vector<FoundBlocks> groups = grouped_blocks(sums, {0, members});
+    sums.see_in_full(pivots_of(groups), which, samples);
+    for (const FoundBlocks& group : groups) {
+        const PackedBlocks blocks = BlockBuilder(sums, group).take();
         const std::int32_t owner = blocks.members.first;
         add_functions(file, name_of(owner), table.view(), blocks);
         for (int m = owner; m <= blocks.members.last(); ++m) {
@@ -371,9 +412,13 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
     const TableView view = table.view();
     const std::array<bool, 2> sides{view.has_reflection(),
                                     view.has_transmission() && view.optical_depth.count > 0};
-    const std::array<LayerSums, 2> sums =
+    std::array<LayerSums, 2> sums =
         find_layer_sums(table, sides, sums_share * kept_tolerance(view), samples);
-    if (!samples.is_first_rank()) return {};
+    if (!samples.is_first_rank()) {  // pivots of either side, for the first
+        for (const bool side : sides)
+            if (side) samples.in_full({}, {});
+        return {};
+    }
     TensorWriter file;
     add_header(file, table);
     add_layers(file, table);
@@ -382,9 +427,11 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         for (std::size_t m = 0; m < table.member_count(); ++m)
             add_curve(file, member_prefix(table, m) + phase_name,
                       PhaseCurve(phase_function_of_member(table, m)));
-    if (sides[0]) add_side(file, sums[0], Side::reflection);
-    if (sides[1]) add_side(file, sums[1], Side::transmission);
-    return file.bytes();
+    if (sides[0]) add_side(file, sums[0], Side::reflection, samples);
+    sums[0] = {};
+    if (sides[1]) add_side(file, sums[1], Side::transmission, samples);
+    sums[1] = {};
+    return file.finish();
 }
 
 namespace {
@@ -454,7 +501,7 @@ std::vector<char> pack(const Table& table) {
     return pack(table, samples);
 }
 
-std::vector<char> restated(const std::vector<char>& file, const Table& table) {
+std::vector<char> restated(std::vector<char> file, const Table& table) {
     const TensorFile read(file.data(), file.size());
     TensorWriter written;
     for (const auto& [key, text] : read.strings()) written.set(key, text);
@@ -466,7 +513,8 @@ std::vector<char> restated(const std::vector<char>& file, const Table& table) {
         const Tensor& tensor = read.tensor(name);
         written.add(name, tensor.type, tensor.shape, tensor.data);
     }
-    return written.bytes();
+    file = {};
+    return written.finish();
 }
 
 }  // namespace stratus

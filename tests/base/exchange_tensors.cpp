@@ -24,7 +24,7 @@ void write(const char* path) {
     writer.add("doubles", {2, 1}, std::vector<double>{1.0 / 3, -1e300});
     writer.add("integers", {4}, std::vector<std::int32_t>{0, -1, 2147483647, -2147483647});
     writer.add("single", {}, std::vector<double>{7});
-    const std::vector<char> bytes = writer.bytes();
+    const std::vector<char> bytes = writer.finish();
     std::ofstream(path, std::ios::binary)
         .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }

@@ -57,7 +57,7 @@ std::vector<char> sample_file() {
     writer.add("coefficient", {2, 1, 3}, std::vector<float>{1, -2, 3, 4, 5.5f, 0});
     writer.add("function", {5}, std::vector<Half>{{0}, {0x3c00}, {0xbc00}, {0x7bff}, {1}});
     writer.add("one", {}, std::vector<std::int32_t>{-7});
-    return writer.bytes();
+    return writer.finish();
 }
 
 TEST(TensorFile, HoldsWhatWasWritten) {
@@ -105,7 +105,7 @@ TEST(TensorFile, IsLaidOutInOrderAtMultiplesOf64BytesWithoutGaps) {
 }
 
 TEST(TensorFile, CanBeEmpty) {
-    const std::vector<char> bytes = TensorWriter().bytes();
+    const std::vector<char> bytes = TensorWriter().finish();
     EXPECT_EQ(bytes.size(), 64u);
     EXPECT_TRUE(read(bytes).tensors().empty());
     EXPECT_TRUE(read(forged("{}")).strings().empty());
@@ -119,7 +119,7 @@ TEST(TensorFile, KeepsEveryText) {
     writer.set(all, all);
     writer.set("", "");
     writer.add(all, {1}, std::vector<float>{1});
-    const std::vector<char> bytes = writer.bytes();
+    const std::vector<char> bytes = writer.finish();
     const TensorFile file = read(bytes);
     EXPECT_EQ(file.text(all), all);
     EXPECT_EQ(file.text(""), "");
@@ -412,7 +412,7 @@ std::vector<char> ones(Number one, std::size_t index, Number other) {
     numbers[index] = other;
     TensorWriter writer;
     writer.add("a", {numbers.size()}, numbers);
-    return writer.bytes();
+    return writer.finish();
 }
 
 template <class Number>
@@ -485,7 +485,7 @@ TEST(TensorWriter, RefusesWhatCannotBeRead) {
     refused(
         [](TensorWriter& writer) {
             writer.set("b", std::string(max_tensor_header, 'b'));
-            (void)writer.bytes();
+            (void)writer.finish();
         },
         "TensorWriter: the header must be at most 16777216 bytes, got 16777");
 }
@@ -494,13 +494,13 @@ TEST(TensorWriter, RefusesMoreThanIsRead) {
     TensorWriter strings, tensors;
     for (std::size_t i = 0; i <= max_tensors; ++i) strings.set(std::to_string(i), "");
     expect_refusal<std::invalid_argument>(
-        [&] { (void)strings.bytes(); },
+        [&] { (void)strings.finish(); },
         {"TensorWriter: the strings must be at most 100000, got 100001"});
     // Each but the first after a padding.
     for (std::size_t i = 0; i <= max_tensors / 2; ++i)
         tensors.add(std::to_string(i), {1}, std::vector<float>{1});
     expect_refusal<std::invalid_argument>(
-        [&] { (void)tensors.bytes(); },
+        [&] { (void)tensors.finish(); },
         {"TensorWriter: the tensors with their padding must be at most 100000, got 100001"});
 }
 

@@ -17,6 +17,10 @@
 namespace stratus {
 namespace {
 
+std::vector<char> keep(TableCache& cache, const Recipe& recipe, const Table& table) {
+    return cache.keep(recipe, table, pack(table));
+}
+
 namespace fs = std::filesystem;
 
 Recipe quick_recipe(double albedo) {
@@ -41,7 +45,7 @@ TEST(TableCache, FindsWhatItKept) {
     const Recipe recipe = quick_recipe(0.5);
     EXPECT_FALSE(cache.find(recipe));
     const Table table = bake(recipe);
-    cache.keep(recipe, table);
+    keep(cache, recipe, table);
     EXPECT_TRUE(cache.trouble().empty());
     const std::optional<PackedTable> found = TableCache(folder.path() / "new", 1).find(recipe);
     ASSERT_TRUE(found);
@@ -57,7 +61,7 @@ TEST(TableCache, FindsWiderTablesAndNoOthers) {
     Recipe wide = quick_recipe(0.5);
     wide.albedo = {0.5, 0.9};
     wide.title = "another title";
-    cache.keep(wide, bake(wide));
+    keep(cache, wide, bake(wide));
     Recipe narrow = quick_recipe(0.7);
     EXPECT_TRUE(cache.find(narrow));
     narrow.optical_depth = {1, 1};
@@ -93,7 +97,7 @@ TEST(TableCache, FindsNoTableOfFewerDirections) {
     asked.mu_in = {0.4, 0.4};
     asked.mu_out = {0.2, 0.5};
     asked.azimuth = {10, 40};
-    cache.keep(asked, bake(asked));
+    keep(cache, asked, bake(asked));
     EXPECT_TRUE(cache.find(asked));
     for (Range Recipe::*const range : {&Recipe::mu_in, &Recipe::mu_out, &Recipe::azimuth}) {
         Recipe wider = asked;
@@ -109,10 +113,10 @@ TEST(TableCache, PassesOverDamagedAndForeignFiles) {
     const test::TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     const Recipe recipe = quick_recipe(0.5), other = quick_recipe(0.6);
-    cache.keep(other, bake(other));
+    keep(cache, other, bake(other));
     const fs::path of_other = files_in(folder.path())[0];
     const Table table = bake(recipe);
-    cache.keep(recipe, table);
+    keep(cache, recipe, table);
     fs::path own;
     for (const fs::path& file : files_in(folder.path()))
         if (file != of_other) own = file;
@@ -124,7 +128,7 @@ TEST(TableCache, PassesOverDamagedAndForeignFiles) {
     EXPECT_FALSE(cache.find(recipe)) << "a table without a key";
     std::ofstream(own) << "no table";
     EXPECT_FALSE(cache.find(recipe));
-    cache.keep(recipe, table);
+    keep(cache, recipe, table);
     EXPECT_TRUE(cache.find(recipe));
 }
 
@@ -135,7 +139,7 @@ TEST(TableCache, RemovesWhatWasLongestUnused) {
     std::uintmax_t size = 0;
     for (const double albedo : {0.1, 0.2, 0.3}) {
         recipes.push_back(quick_recipe(albedo));
-        plenty.keep(recipes.back(), bake(recipes.back()));
+        keep(plenty, recipes.back(), bake(recipes.back()));
     }
     const fs::path foreign = folder.path() / "notes.stratus";
     std::ofstream(foreign) << "not ours";
@@ -147,7 +151,7 @@ TEST(TableCache, RemovesWhatWasLongestUnused) {
     EXPECT_TRUE(plenty.find(recipes[0])) << "makes it the youngest";
     TableCache small(folder.path(), size - 1);
     const Recipe fourth = quick_recipe(0.4);
-    small.keep(fourth, bake(fourth));
+    keep(small, fourth, bake(fourth));
     EXPECT_TRUE(small.find(fourth));
     EXPECT_TRUE(small.find(recipes[0]));
     EXPECT_TRUE(!small.find(recipes[1]) || !small.find(recipes[2]));
@@ -160,7 +164,7 @@ TEST(TableCache, GoesOnWithoutAFolder) {
     TableCache cache(folder.path() / "file" / "folder", 1 << 30);
     const Recipe recipe = quick_recipe(0.5);
     EXPECT_FALSE(cache.find(recipe));
-    cache.keep(recipe, bake(recipe));
+    keep(cache, recipe, bake(recipe));
     EXPECT_FALSE(cache.trouble().empty());
 }
 

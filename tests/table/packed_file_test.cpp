@@ -103,7 +103,7 @@ class Forged {
         for (const auto& [key, text] : strings_) file.set(key, text);
         for (const auto& [name, held] : tensors_)
             file.add(name, held.type, held.shape, held.data.data());
-        return file.bytes();
+        return file.finish();
     }
 
   private:

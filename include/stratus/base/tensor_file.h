@@ -147,11 +147,12 @@ class TensorWriter {
     /// Errors   std::invalid_argument if either is not UTF-8.
     void set(const std::string& key, const std::string& text);
 
-    /// The file: tensors in the order in which they were added.
+    /// The file: tensors in the order in which they were added. The writer lets go of them on the way,
+    /// so that memory holds them once.
     ///
     /// Errors   std::invalid_argument for a longer header, more tensors or more strings than
     ///          TensorFile reads.
-    std::vector<char> bytes() const;
+    std::vector<char> finish();
 
   private:
     struct Entry {

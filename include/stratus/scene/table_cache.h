@@ -26,8 +26,9 @@ class TableCache {
     /// A table that serves the recipe: its own, or one with more sides or wider ranges.
     std::optional<PackedTable> find(const Recipe& recipe);
 
-    /// Packs a table and keeps the file, unless it alone exceeds the limit; what it holds.
-    std::vector<char> keep(const Recipe& recipe, Table table);
+    /// Keeps a packed table, unless it alone exceeds the limit; what its file holds. `header`: the
+    /// table with or without its samples.
+    std::vector<char> keep(const Recipe& recipe, Table header, std::vector<char> packed);
 
     /// Why tables could not be kept; empty: they could.
     const std::string& trouble() const noexcept { return trouble_; }

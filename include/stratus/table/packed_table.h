@@ -64,7 +64,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples);
 
 /// The same file, stating the measured error and the attributes of `table`: those that are known
 /// once the packed samples have been looked up.
-std::vector<char> restated(const std::vector<char>& file, const Table& table);
+std::vector<char> restated(std::vector<char> file, const Table& table);
 
 class PackedTable {
   public:

@@ -66,7 +66,8 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
     return slope * angle.z * least * shallow * 0.25f;
 }
 
-// Orders n >= 2 of the path law: cubic in the square of the albedo.
+// Orders n >= 2 of the path law: cubic in the square of the albedo, with which transmission grows
+// about as exp(growth s w^2), s the slant depth: the cubic is of what is left.
 float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
     float steps = stratus_z(stratus_field(side, 11));
     if (steps == 0.0f) return 0.0f;
@@ -75,11 +76,20 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
     int channel = int(stratus_w(stratus_field(side, 12)));
     int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
     float sum = 0.0f;
-    for (int k = 0; k < 4; ++k) {
-        float value = side == STRATUS_REFLECTION
-                          ? stratus_path_reflection(first + k * channel, depth, angle, path)
-                          : stratus_path_transmission(first + k * channel, depth, angle, path);
-        sum = sum + stratus_component(at.weight, k) * value;
+    if (side == STRATUS_REFLECTION) {
+        for (int k = 0; k < 4; ++k)
+            sum = sum + stratus_component(at.weight, k) *
+                            stratus_path_reflection(first + k * channel, depth, angle, path);
+    } else {
+        float growth = 0.3f;
+        float slant = depth / max(path.mu_in, path.mu_out);
+        float rate = min(slant * (growth / steps), 8.0f);  // over a step of the sheet
+        float shrunk = stratus_transmitted(rate);
+        for (int k = 3; k >= 0; --k)
+            sum = sum * shrunk + stratus_component(at.weight, k) *
+                                     stratus_path_transmission(first + k * channel, depth, angle,
+                                                               path);
+        sum = sum / stratus_transmitted(rate * (albedo * albedo * steps - at.first));
     }
     return sum * albedo * albedo;
 }

@@ -284,29 +284,36 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
     plan.next_mu[n] = side.symmetric ? (at.mu + 4) * rows : side.row_step;
 }
 
-/// Orders n >= 2 of the path law: cubic in w^2.
+/// Orders n >= 2 of the path law: cubic in w^2, with which T grows about as exp(growth s w^2), s
+/// the slant depth: the cubic is of what is left.
 template <Side which, class F>
 STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo, F depth) {
+    constexpr float growth = 0.3f;
     const PathSheetView& sheet = side.path;
     const F square = albedo * albedo, place = square * side.path_steps;
     const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
     F weight[stencil_size];
     cubic_weights(place - first, weight);
     const auto angle = path_angle(sheet, path);
+    const auto channel = [&](int a) {
+        return truncated(first + static_cast<float>(a)) * sheet.channel;
+    };
     F sum(0.0f);
-    for (int a = 0; a < stencil_size; ++a) {
-        const auto at = truncated(first + static_cast<float>(a)) * sheet.channel;
-        F value;
-        if constexpr (which == Side::reflection) {
-            const ReflectedPath<F> directions(path);
-            value = path_reflected(sheet, at, angle, directions.depth_of_both(depth),
-                                   directions.reciprocal_sum);
-        } else {
-            const TransmittedPath<F> directions(path);
-            value = path_transmitted(sheet, at, angle, directions.depth(depth),
-                                     directions.excess(depth), directions.shallow);
-        }
-        sum = sum + weight[a] * value;
+    if constexpr (which == Side::reflection) {
+        const ReflectedPath<F> directions(path);
+        for (int a = 0; a < stencil_size; ++a)
+            sum = sum + weight[a] * path_reflected(sheet, channel(a), angle,
+                                                   directions.depth_of_both(depth),
+                                                   directions.reciprocal_sum);
+    } else {
+        const TransmittedPath<F> directions(path);
+        const F slant = directions.depth(depth), excess = directions.excess(depth);
+        const F rate = at_most(8.0f, slant * (growth / side.path_steps));  // over a step of the sheet
+        const F step = attenuation(rate).transmitted;
+        for (int a = stencil_size - 1; a >= 0; --a)
+            sum = sum * step + weight[a] * path_transmitted(sheet, channel(a), angle, slant, excess,
+                                                            directions.shallow);
+        sum = sum * reciprocal(attenuation(rate * (place - first)).transmitted);
     }
     return sum * square;
 }

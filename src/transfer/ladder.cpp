@@ -3,6 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/transfer/adding.h>
 
+#include "backward_path.h"
 #include "boundary_modes.h"
 #include "climb.h"
 #include "flush_subnormals.h"
@@ -37,7 +38,10 @@ class LadderRun {
               problem.mu)),
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
           task_{directions_, truncation_.moments, problem.ladder, {}} {
-        const auto path = path_of(problem);
+        path_ = path_of(problem);
+        if (truncation_.backward)
+            backward_path_ = std::make_shared<const BackwardPath>(
+                path_moments(problem.phase_function), truncation_.moments);
         const DepthLadder& ladder = problem.ladder;
         const auto first_depth = [&](double albedo) {
             if (ladder.octaves == 0) return first_depth_to_infinity;
@@ -49,7 +53,7 @@ class LadderRun {
                 {truncation_.albedo(albedo), truncation_.co_albedo(albedo), first_depth(albedo)});
             results_.emplace_back();
             for (const DepthTarget& target : problem.targets)
-                results_[a].push_back(blank(a, target.optical_depth, path));
+                results_[a].push_back(blank(a, target.optical_depth));
         }
         for (auto& of_albedo : results_) {
             recorders_.emplace_back();
@@ -86,8 +90,7 @@ class LadderRun {
                                                      truncation_);
     }
 
-    LayerSolution blank(std::size_t a, double optical_depth,
-                        std::shared_ptr<const TruncatedPath> path) const {
+    LayerSolution blank(std::size_t a, double optical_depth) const {
         LayerSolution solution;
         solution.albedo = problem_.albedos[a];
         if (by_order()) solution.order_weights = problem_.order_weights[a];
@@ -95,7 +98,8 @@ class LadderRun {
         solution.mu = solved_cosines(directions_);
         solution.phase_function = problem_.phase_function;
         solution.truncation = truncation_;
-        solution.path = std::move(path);
+        solution.path = path_;
+        solution.backward_path = backward_path_;
         solution.lower_boundary = problem_.boundary;
         solution.boundary_truncation = boundary_truncation_;
         return solution;
@@ -199,6 +203,8 @@ class LadderRun {
     const Truncation truncation_, boundary_truncation_;
     const Directions directions_;
     BoundaryModes boundary_modes_;
+    std::shared_ptr<const TruncatedPath> path_;
+    std::shared_ptr<const BackwardPath> backward_path_;
     ClimbTask task_;
     std::vector<std::vector<LayerSolution>> results_;
     std::vector<std::vector<ModeRecorder>> recorders_;
@@ -225,7 +231,9 @@ constexpr double cut_share = 1e-4;  // less harms no flux
 void refine_fluxes(const LadderProblem& problem,
                    std::vector<std::vector<LayerSolution>>& solutions) {
     const LayerSolution& any = solutions[0][0];
-    const bool cut_early = any.path != nullptr && any.truncation.fraction > cut_share;
+    const bool cut_early = any.truncation.backward
+                               ? problem.options.nodes < nodes_for_fluxes
+                               : any.path != nullptr && any.truncation.fraction > cut_share;
     if (!cut_early || !problem.options.exact_fluxes) return;
     SolverOptions options = problem.options;
     options.nodes = std::max(nodes_for_fluxes, options.nodes);

@@ -4,6 +4,7 @@
 #include <stratus/phase/path_law.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <variant>
@@ -28,7 +29,7 @@ void check_options(const SolverOptions& options) {
 
 namespace {
 
-/// Moments of a narrow peak that the nodes integrate well: between the 2/3 of them for which their
+/// Moments of a peak that the nodes integrate well: between the 2/3 of them for which their
 /// quadrature is exact and the 2 at which their own resolution ends (docs/accuracy.md).
 int moments_integrated(int nodes) { return std::max(2, 3 * nodes / 2); }
 
@@ -36,19 +37,26 @@ int moments_integrated(int nodes) { return std::max(2, 3 * nodes / 2); }
 /// early end: T near forward is off by a tenth of it.
 constexpr double inexact_share = 2e-3;
 
+/// With fewer, the smooth end of a backward peak's series would be so wide that the line law takes
+/// R and T below zero.
+constexpr int fewest_nodes_of_backward_ends = 16;
+
 }  // namespace
 
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m) {
     const int most = options.moments > 0 ? options.moments : 2 * options.nodes;
     if (options.truncate == Truncate::nothing) return no_truncation(phase_function, most);
-    if (delta_m || options.truncate == Truncate::delta_m)
-        return truncate_peak(phase_function, most, true);
-    Truncation truncation = truncate_peak(phase_function, most);
-    if (options.moments > 0 || !truncation.narrow) return truncation;
-    const double last = phase_function.moments(most + 1).back();
-    return last < inexact_share ? truncation
-                                : truncate_peak(phase_function, moments_integrated(options.nodes));
+    const bool abrupt = delta_m || options.truncate == Truncate::delta_m;
+    Truncation truncation = truncate_peak(phase_function, most, abrupt);
+    const bool has_closed_form =
+        !delta_m && options.orders == 0 && options.nodes >= fewest_nodes_of_backward_ends;
+    if (truncation.backward && !has_closed_form) return no_truncation(phase_function, most);
+    if (options.moments > 0 || !(truncation.narrow || truncation.backward)) return truncation;
+    const double last = std::abs(phase_function.moments(most + 1).back());
+    return last < inexact_share
+               ? truncation
+               : truncate_peak(phase_function, moments_integrated(options.nodes), abrupt);
 }
 
 bool follows_paths(const PhaseFunction& phase_function, const Truncation& truncation,

@@ -14,7 +14,7 @@ namespace stratus {
 void check_options(const SolverOptions& options);
 
 /// The moments of a phase function that the nodes resolve, truncated as the options say; `delta_m`
-/// where what narrow peaks scatter again is not corrected for.
+/// where what narrow peaks scatter again is not corrected for; backward ones then stay as they are.
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m);
 

@@ -1,5 +1,6 @@
 #include <stratus/transfer/solution.h>
 
+#include "backward_path.h"
 #include "options.h"
 #include "orders.h"
 
@@ -32,6 +33,9 @@ PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, in
 
 PeakCorrection correction(const LayerSolution& layer, Side side, int in, int out) {
     if (layer.path) return path_correction(layer, side, in, out);
+    if (layer.backward_path)
+        return {0, layer.backward_path->legendre(side, layer.albedo, layer.optical_depth,
+                                                 layer.mu(in), layer.mu(out))};
     if (layer.truncation.fraction == 0) return {};
     return {single_correction(layer, side, in, out), {}};
 }

@@ -61,10 +61,12 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     const std::vector<double> albedos{albedo};
     check(albedos, options, boundary);
     const bool can_be_stacked = options.scheme == Scheme::harmonic && options.orders == 0;
-    if (boundary.is_present() && std::isfinite(optical_depth) && can_be_stacked &&
-        follows_paths(phase_function, truncation_of(phase_function, options, false), options))
-        return as_one_layer(
-            solve_stack({{phase_function, albedo, optical_depth}}, boundary, mu, options));
+    if (boundary.is_present() && std::isfinite(optical_depth) && can_be_stacked) {
+        const Truncation truncation = truncation_of(phase_function, options, false);
+        if (truncation.backward || follows_paths(phase_function, truncation, options))
+            return as_one_layer(
+                solve_stack({{phase_function, albedo, optical_depth}}, boundary, mu, options));
+    }
     const DepthTarget target = choose_target(optical_depth, albedo == 1 && options.orders == 0,
                                              phase_function.asymmetry());
     return std::move(solve_problem({phase_function,

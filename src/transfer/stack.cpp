@@ -5,6 +5,7 @@
 #include <stratus/transfer/layer.h>
 #include <stratus/transfer/solve.h>
 
+#include "backward_path.h"
 #include "boundary_modes.h"
 #include "flush_subnormals.h"
 #include "layer_modes.h"
@@ -52,7 +53,8 @@ bool is_conservative(const std::vector<StackLayer>& layers) {
     return std::ranges::all_of(layers, [](const StackLayer& layer) { return layer.albedo == 1; });
 }
 
-/// How each layer is truncated, and whether any layer's peak is left to the path law.
+/// How each layer is truncated, and whether any layer's peak is left to the path law. The line law
+/// of backward peaks is that of a single layer.
 struct StackTruncation {
     std::vector<Truncation> layers;
     bool follows_paths = false;
@@ -62,8 +64,10 @@ struct StackTruncation {
             layers.push_back(truncation_of(layer.phase_function, options, false));
             follows_paths |= stratus::follows_paths(layer.phase_function, layers.back(), options);
         }
-        for (std::size_t k = 0; k < layers.size() && !follows_paths; ++k)
-            layers[k] = truncation_of(stack[k].phase_function, options, true);
+        for (std::size_t k = 0; k < layers.size(); ++k) {
+            const bool stays = layers[k].backward ? stack.size() == 1 : follows_paths;
+            if (!stays) layers[k] = truncation_of(stack[k].phase_function, options, true);
+        }
     }
 };
 
@@ -104,6 +108,9 @@ class StackRun {
         solution_.truncations = truncation_.layers;
         if (truncation_.follows_paths)
             solution_.path = std::make_shared<const StackPath>(layers, truncation_.layers);
+        if (truncation_.layers[0].backward)
+            solution_.backward_path = std::make_shared<const BackwardPath>(
+                path_moments(layers[0].phase_function), truncation_.layers[0].moments);
         for (std::size_t k = 0; k < layers.size(); ++k) {
             const StackLayer& layer = layers[k];
             const Truncation& truncation = truncation_.layers[k];
@@ -317,8 +324,11 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
         corrected_layers.albedos.push_back(truncations[k].single_scattering_albedo(w));
         corrected_layers.depths.push_back(truncations[k].optical_depth(depth, w));
     }
-    const std::vector<double> along_path =
-        path ? path->legendre(side, mu(in), mu(out)) : std::vector<double>{};
+    std::vector<double> along_path;
+    if (path) along_path = path->legendre(side, mu(in), mu(out));
+    if (backward_path)
+        along_path = backward_path->legendre(side, layers[0].albedo, layers[0].optical_depth,
+                                             mu(in), mu(out));
     for (SingleLayers* const some : {&single_layers, &corrected_layers})
         some->around = surroundings_of(some->depths);
     const LowerBoundary boundary_corrected = truncated(lower_boundary, boundary_truncation);

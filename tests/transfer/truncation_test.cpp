@@ -66,10 +66,26 @@ TEST(TruncatePeak, KeepsConservationExact) {
     EXPECT_NEAR(truncation.co_albedo(1 - 1e-12) * (1 - truncation.fraction) / 1e-12, 1, 1e-3);
 }
 
-TEST(TruncatePeak, IsTheIdentityForSmoothAndBackwardPhaseFunctions) {
+TEST(TruncatePeak, EndsTheSeriesOfABackwardPeakSmoothly) {
+    const PhaseFunction backward = PhaseFunction::henyey_greenstein(-0.9);
+    const Truncation truncation = truncate_peak(backward, 20);
+    EXPECT_TRUE(truncation.backward);
+    EXPECT_EQ(truncation.fraction, 0);
+    const std::vector<double> moments = backward.moments(20);
+    for (std::size_t l = 0; l < 20; ++l) {
+        const double kept = truncation.moments[l] / moments[l];
+        if (l <= 8)
+            EXPECT_EQ(kept, 1) << l;
+        else
+            EXPECT_LT(kept, truncation.moments[l - 1] / moments[l - 1]) << l;
+    }
+    EXPECT_LT(std::abs(truncation.moments[19]), 0.01 * std::abs(moments[19]));
+}
+
+TEST(TruncatePeak, IsTheIdentityForSmoothPhaseFunctionsAndWideBackwardPeaks) {
     for (const PhaseFunction& phase_function :
          {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
-          PhaseFunction::henyey_greenstein(0.1), PhaseFunction::henyey_greenstein(-0.9)}) {
+          PhaseFunction::henyey_greenstein(0.1), PhaseFunction::henyey_greenstein(-0.5)}) {
         const int count = 16;  // chi_16 of the backward peak is positive, chi_17 is not
         const Truncation truncation = truncate_peak(phase_function, count);
         EXPECT_EQ(truncation.fraction, 0);

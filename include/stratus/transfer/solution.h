@@ -26,8 +26,8 @@ struct SolvedValue {
 };
 
 /// The correction for truncation at one pair of cosines: TMS minus the closed form of the layer
-/// itself; or, where the peak is narrow, the path law and its rest (truncated_path.h). 0 without
-/// truncation.
+/// itself; where the peak is narrow, the path law and its rest (truncated_path.h), or the line law
+/// of a backward peak. 0 without truncation.
 struct PeakCorrection {
     double single = 0;  // per unit of phase function
     std::vector<double> legendre;
@@ -60,6 +60,7 @@ struct ModeSolution {
     double spherical_ground_absorptance = 0;
 };
 
+class BackwardPath;   // src/transfer/backward_path.h
 class StackSolution;  // stack.h
 
 /// A layer of one albedo and depth. Over a lower boundary reflection is that of both, and `single`
@@ -101,7 +102,8 @@ class LayerSolution : public ModeSolution {
 
     PhaseFunction phase_function;
     Truncation truncation;
-    std::shared_ptr<const TruncatedPath> path;  // null unless the peak is narrow
+    std::shared_ptr<const TruncatedPath> path;          // null unless the peak is narrow
+    std::shared_ptr<const BackwardPath> backward_path;  // null unless truncation.backward
 
     /// What R, T and evaluate() (fourier_sum.h) are of in place of the layer; null: the layer
     /// itself. See as_one_layer (stack.h).

@@ -42,8 +42,9 @@ class StackSolution : public ModeSolution {
 
     int order = 0;  // the only one that all of it is of (solve_orders); 0: all orders
 
-    std::vector<Truncation> truncations;         // of the layers
-    std::shared_ptr<const StackPath> path;       // null unless a layer's peak is narrow
+    std::vector<Truncation> truncations;                // of the layers
+    std::shared_ptr<const StackPath> path;              // null unless a layer's peak is narrow
+    std::shared_ptr<const BackwardPath> backward_path;  // of a single layer over ground, likewise
     std::shared_ptr<const LayerSolution> alone;  // of a single layer over nothing: its solution
 };
 

@@ -12,6 +12,10 @@
 // that a narrow peak is removed: with g = 0.99 and 48 nodes the errors are 100 times smaller
 // (docs/accuracy.md).
 //
+// A backward peak cannot pass for unscattered light. Where |chi_L| exceeds 1e-7, the series of a
+// narrow one ends smoothly, chi*_l = chi_l p_l and f = 0; what that changes is known in closed form
+// (backward_path.h).
+//
 // [NT88], TMS: single scattering is then added in closed form with the true phase function, albedo
 // w*/(1 - f) and tau*. Multiple scattering in a narrow peak: truncated_path.h.
 #pragma once
@@ -27,6 +31,7 @@ struct Truncation {
     double fraction = 0;          // f
     std::vector<double> moments;  // chi*_l, l < L
     bool narrow = false;          // p_l falls off smoothly
+    bool backward = false;        // the series of a backward peak, which ends smoothly
 
     double optical_depth(double tau, double albedo) const;  // tau*
     double albedo(double albedo) const;                     // w*
@@ -35,8 +40,9 @@ struct Truncation {
 };
 
 /// Truncates to L = `moment_count` moments where the peak is a forward one (chi_L above rounding
-/// and chi_{L+1} positive); else f = 0. At least the moments below 0.4 L stay exact,
-/// f + (1 - f) chi*_l = chi_l. `delta_m`: delta-M whatever the share.
+/// and chi_{L+1} positive), or ends the series of a narrow backward one smoothly;
+/// else f = 0. At least the moments below 0.4 L stay exact, f + (1 - f) chi*_l = chi_l. `delta_m`:
+/// of forward peaks, delta-M whatever the share.
 Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count,
                          bool delta_m = false);
 

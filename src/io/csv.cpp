@@ -95,8 +95,8 @@ void read_lines(std::istream& stream, Table& table, std::uint64_t max_bytes, con
         bytes += text.size() + 1;
         if (bytes > max_bytes)
             refuse(table.name, line,
-                   "what is no regular file must have at most " + std::to_string(max_bytes) +
-                       " bytes, got more");
+                   "all but a regular file given by its name must have at most " +
+                       std::to_string(max_bytes) + " bytes, got more");
         const char* const byte_order_mark = "\xEF\xBB\xBF";  // spreadsheets begin with one
         if (line == 1 && text.compare(0, 3, byte_order_mark) == 0) text.erase(0, 3);
         const std::size_t first = text.find_first_not_of(" \t\r");
@@ -156,7 +156,7 @@ int CsvTable::column(const std::string& wanted) const {
 
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words) {
-    return read_numbers(stream, name, words, unlimited);
+    return read_numbers(stream, name, words, max_text);
 }
 
 CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words) {

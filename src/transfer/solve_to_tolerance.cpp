@@ -23,8 +23,8 @@ constexpr double rough = 1e-2;  // tolerance of what few nodes are compared with
 /// Half as many again, in whole registers.
 int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 * 4); }
 
-/// Nodes before a tolerance can be given up as out of reach. Backward peaks, which nothing
-/// truncates, begin to converge with as many as hold their series.
+/// Nodes before a tolerance can be given up as out of reach. Backward peaks may begin to converge
+/// with as many as hold their series: in stacks nothing truncates them.
 int patience_for(const std::vector<StackLayer>& layers) {
     constexpr double held = 1e-4;  // moment that is left
     constexpr int most = 248;      // more take minutes

@@ -233,6 +233,7 @@ ln -s /dev/zero zero.h5
 expect_refused 1 "zero.h5: is not a regular file" -- eval zero.h5 --query query.csv
 rm zero.h5
 expect_refused 2 "67108864 bytes" -- eval full.h5 --query /dev/zero
+through "yes '#' | \"\$stratus\" \"\$@\"" expect_refused 2 "standard input, line" "67108864 bytes" -- eval full.h5
 head -c 1000 full.h5 >short.h5
 expect_refused 1 short.h5 -- eval short.h5 --query query.csv
 

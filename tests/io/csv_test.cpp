@@ -7,8 +7,10 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <istream>
 #include <sstream>
 #include <stdexcept>
+#include <streambuf>
 #include <vector>
 
 namespace stratus {
@@ -47,6 +49,23 @@ TEST(Csv, RefusesDevicesWithoutEnd) {
     if (!std::filesystem::is_character_file("/dev/zero")) GTEST_SKIP() << "no /dev/zero here";
     expect_refusal<std::invalid_argument>([] { read_csv("/dev/zero"); },
                                           {"/dev/zero, line 1", "at most 67108864 bytes"});
+}
+
+/// Comments without end.
+class Comments : public std::streambuf {
+    int_type underflow() override {
+        setg(line_, line_, line_ + 2);
+        return line_[0];
+    }
+    char line_[2] = {'#', '\n'};
+};
+
+TEST(Csv, RefusesStreamsWithoutEnd) {
+    Comments comments;
+    std::istream stream(&comments);
+    expect_refusal<std::invalid_argument>(
+        [&] { read_csv(stream, "standard input"); },
+        {"standard input, line 33554433", "must have at most 67108864 bytes, got more"});
 }
 
 TEST(Csv, ShowsNoControlCharacters) {

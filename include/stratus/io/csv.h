@@ -37,14 +37,15 @@ struct CsvWords {
     std::vector<std::string> words;
 };
 
-/// Reads a whole file; a line, and all that a pipe or a device gives, must have at most 64 MiB.
+/// Reads a whole file; a line, and all that comes from elsewhere than a regular file, must have at
+/// most 64 MiB.
 ///
 /// Errors   std::runtime_error when the file cannot be opened; std::invalid_argument, naming file,
 ///          line and text, for a row that is too short, too long or not a number (or not one of a
 ///          column's words), and for a missing header.
 CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words = {});
 
-/// The same from a stream; `name` stands for the file in messages.
+/// The same from a stream, of at most 64 MiB; `name` stands for the file in messages.
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words = {});
 

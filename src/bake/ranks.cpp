@@ -5,6 +5,7 @@
 #include <stratus/base/number_text.h>
 
 #include "nap.h"
+#include "rank_messages.h"
 
 #include <algorithm>
 #include <atomic>
@@ -31,49 +32,6 @@ namespace {
 // A nap takes 20 us of processor time where timers are slow.
 constexpr std::chrono::microseconds longest_of_waiting{200}, longest_of_serving{2000};
 constexpr std::chrono::microseconds nap_between_stages{10000};
-
-enum Tag {
-    to_first,    // answered by rank 0's thread that serves
-    gathering,   // awaited by rank 0 in `gather`
-    sign,        // of life, from rank 0
-    first_slot,  // and on: the answer to a claim, for each thread of a rank
-};
-
-enum class Kind { claim, alive, failed, leaving };
-
-constexpr int no_piece = -1;
-constexpr int not_yet = -2;  // the next piece waits for others
-
-/// Before the bytes of a message to rank 0.
-struct Head {
-    Kind kind;
-    int stage, slot;
-    int piece = no_piece;  // whose result follows
-    int pieces = 0;        // RankTally
-    double seconds = 0;
-};
-
-template <class Content>
-std::span<const char> raw_bytes(const Content& content) {
-    return {reinterpret_cast<const char*>(&content), sizeof content};
-}
-
-template <class Content>
-Content content_of(std::span<const char> bytes) {
-    if (bytes.size() < sizeof(Content)) throw std::runtime_error("ranks: a message is cut short");
-    Content content;
-    std::memcpy(&content, bytes.data(), sizeof content);
-    return content;
-}
-
-std::vector<char> joined(const Head& head, std::span<const char> bytes) {
-    const std::span<const char> first = raw_bytes(head);
-    std::vector<char> all;
-    all.reserve(first.size() + bytes.size());
-    all.insert(all.end(), first.begin(), first.end());
-    all.insert(all.end(), bytes.begin(), bytes.end());
-    return all;
-}
 
 bool is_alive(pid_t process) { return ::kill(process, 0) == 0 || errno != ESRCH; }
 
@@ -237,13 +195,15 @@ struct Ranks::State {
         note_life(from, head.kind == Kind::leaving);
         const std::span<const char> bytes = std::span(message.bytes).subspan(sizeof head);
         switch (head.kind) {
-            case Kind::alive: transport->send(message.from, sign, raw_bytes(head.kind)); return;
+            case Kind::alive:
+                transport->send(message.from, sign, joined(Head{Kind::alive, 0, 0}, kept()));
+                return;
             case Kind::failed:
                 end_losing(1,
                            name_of(message.from) + ": " + std::string(bytes.begin(), bytes.end()));
             case Kind::leaving:
                 tallies[from] = {head.pieces, head.seconds};
-                transport->send(message.from, sign, raw_bytes(head.kind));
+                transport->send(message.from, sign, raw_bytes(Head{Kind::leaving, 0, 0}));
                 return;
             case Kind::claim:
                 // The other rank waits for its next piece, not for what becomes of the last one.
@@ -365,8 +325,24 @@ struct Ranks::State {
         });
     }
 
+    /// The lowest of the other ranks on rank 0's machine watches its process, and tells its loss.
+    bool watches_first() const {
+        for (int r = 1; r < rank; ++r)
+            if (is_watched[static_cast<std::size_t>(r)]) return false;
+        return is_watched[0];
+    }
+
+    /// Rank 0 can say nothing any more.
+    [[noreturn]] void end_without_first(const std::string& reason, const std::string& kept) {
+        std::fprintf(stderr, "stratus: %s%s\n", reason.c_str(),
+                     kept.empty() ? "" : ("; " + kept).c_str());
+        transport->abort(1);
+        std::_Exit(1);  // which compilers cannot tell
+    }
+
     /// Gives signs of life, and expects them of rank 0, until rank 0 says good-bye.
     void keep_alive() {
+        std::string kept;  // as rank 0 last said
         const double interval = std::min(1.0, options.time_limit / 4);
         auto told = Clock::now() - std::chrono::hours(1);
         for (auto heard = Clock::now();;) {
@@ -376,21 +352,26 @@ struct Ranks::State {
             }
             while (const auto answer = transport->receive(0, sign)) {
                 heard = Clock::now();
-                if (content_of<Kind>(answer->bytes) == Kind::leaving) return;
+                if (content_of<Head>(answer->bytes).kind == Kind::leaving) return;
+                const auto said = std::span(answer->bytes).subspan(sizeof(Head));
+                kept = std::string(said.begin(), said.end());
             }
-            if (seconds_since(heard) > options.time_limit) {
-                std::fprintf(stderr, "stratus: rank 0 has given no sign of life for %s s\n",
-                             short_number(options.time_limit, 6).c_str());
-                transport->abort(1);
-            }
+            if (watches_first() && !is_alive(places[0].process))
+                end_without_first(name_of(0) + " was killed or has crashed", kept);
+            if (seconds_since(heard) > options.time_limit)
+                end_without_first(name_of(0) + " has given no sign of life for " +
+                                      short_number(options.time_limit, 6) + " s",
+                                  kept);
             std::this_thread::sleep_for(std::chrono::milliseconds(is_leaving ? 1 : 20));
         }
     }
 
+    std::string kept() const { return options.kept ? options.kept() : ""; }
+
     /// For what the other ranks are to blame.
     [[noreturn]] void end_losing(int exit_code, const std::string& reason) {
-        const std::string kept = options.kept ? options.kept() : "";
-        end_all(exit_code, kept.empty() ? reason : reason + "; " + kept);
+        const std::string work = kept();
+        end_all(exit_code, work.empty() ? reason : reason + "; " + work);
     }
 
     [[noreturn]] void end_all(int exit_code, const std::string& reason) {
@@ -418,9 +399,11 @@ struct Ranks::State {
     std::thread thread;   // serves, or gives signs of life
     std::thread watcher;  // rank 0's
 
-    // Rank 0's alone.
     std::vector<Place> places;
-    std::vector<bool> is_watched, has_left;
+    std::vector<bool> is_watched;  // on this machine, where it can be seen whether it lives
+
+    // Rank 0's alone.
+    std::vector<bool> has_left;
     std::vector<Clock::time_point> seen;
     std::vector<RankTally> tallies;
     const RankedStage* stage = nullptr;

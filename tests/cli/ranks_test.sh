@@ -69,15 +69,15 @@ on_ranks 2 "$stratus" bake missing.toml -o t.h5
 expect_says "$err" 'missing.toml'
 
 # A rank is killed, stopped, or denied any more memory as soon as some work is kept: the run says which, and is resumed.
-lose() { # lose COMMAND ARGS...: the command and the rank's process
-    export lose=$1
+lose() { # lose COMMAND ARGS...: the command and the process of rank $of_rank, or 1
+    export lose=$1 lost=${of_rank:-1}
     shift
     rm -f t.h5*
     cat >rank.sh <<'RANK'
-if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
+if [ "$OMPI_COMM_WORLD_RANK" = "$lost" ]; then
     (
         until [ "$(stat -c %s t.h5.checkpoint 2>/dev/null || echo 0)" -gt 100000 ]; do sleep 0.01; done
-        $lose $$
+        eval "$lose $$"
     ) &
 fi
 exec "$@"
@@ -103,6 +103,11 @@ lose 'kill -KILL'
 expect_says "$err" 'stratus: rank 1 (' 'was killed or has crashed; finished work is kept in t.h5.checkpoint'
 on_ranks 3 "$stratus" bake long.toml --accept -o t.h5 --threads 1 --resume
 expect_says "$err" 'resuming from t.h5.checkpoint'
+expect_same t.h5 whole.h5
+# rank 0 tells what it keeps with every sign of life, four in a second
+of_rank=0 lose 'sleep 0.4; kill -KILL' --rank-timeout 1
+expect_says "$err" 'stratus: rank 0 (' 'was killed or has crashed; finished work is kept in t.h5.checkpoint'
+expect_ok bake long.toml --accept -o t.h5 --resume --quiet
 expect_same t.h5 whole.h5
 lose 'kill -STOP' --rank-timeout 1
 expect_says "$err" 'stratus: rank 1 (' 'has given no sign of life for 1 s; finished work is kept in'

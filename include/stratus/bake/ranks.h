@@ -22,7 +22,8 @@ struct RanksOptions {
     double time_limit = 120;
     /// Asked by rank 0 all the time: the signal that ends all ranks; 0: none.
     std::function<int()> stop;
-    /// What is said of the work after another rank was lost; called on rank 0.
+    /// What is said of the work after a rank was lost; called on rank 0, which tells the others, so
+    /// that they can say it when rank 0 is lost.
     std::function<std::string()> kept;
 };
 

@@ -1,6 +1,6 @@
 #include "backward_path.h"
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include <algorithm>
 #include <cmath>

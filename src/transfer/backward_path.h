@@ -23,7 +23,7 @@
 // chi_l less that of c_l.
 #pragma once
 
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 
 #include <cstddef>
 #include <vector>

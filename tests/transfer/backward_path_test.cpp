@@ -1,7 +1,7 @@
 #include "backward_path.h"
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/path_law.h>
+#include <stratus/base/constants.h>
+#include <stratus/phase/path_law.h>
 #include <stratus/transfer/solve.h>
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>

@@ -6,8 +6,9 @@
 // median of nodes, and of the time over that of the last solution alone. Grazing: a cosine below
 // 0.15.
 //
-// usage: tolerance_bench [COUNT [TOLERANCE [FIRST SEED]]]; with --references in place of TOLERANCE, it
-// prints tests/reference/random_layers.csv: values by four times the nodes that 1e-3 needs.
+// usage: tolerance_bench [COUNT [TOLERANCE [FIRST SEED [LARGEST COSINE]]]]; with --references in place
+// of TOLERANCE, it prints tests/reference/random_layers.csv: values by four times the nodes that 1e-3
+// needs.
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
 
@@ -114,6 +115,7 @@ int main(int argc, char** argv) {
     SolverOptions options;
     options.tolerance = references ? 1e-3 : argc > 2 ? std::atof(argv[2]) : 1e-4;
     const int first = argc > 3 ? std::atoi(argv[3]) : 1;
+    const double most = argc > 4 ? std::atof(argv[4]) : 1;
     if (references)
         std::printf(
             "# R and T of the layers and geometries of tests/transfer/random_problems.h, printed "
@@ -122,7 +124,7 @@ int main(int argc, char** argv) {
             count);
     std::map<std::string, Class> classes;
     for (int seed = first; seed < first + count; ++seed) {
-        const RandomProblem problem = test::random_problem(static_cast<std::uint64_t>(seed));
+        const RandomProblem problem = test::random_problem(static_cast<std::uint64_t>(seed), most);
         const double start = seconds();
         const SolvedGeometries solved =
             solve_geometries(problem.layers, problem.boundary, problem.geometries, options);

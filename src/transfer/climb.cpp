@@ -38,7 +38,7 @@ void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
         const ClimbTask::Albedo& of = task.albedos[a];
         lanes.push_back({mode, of.albedo, of.co_albedo, of.first_depth});
     }
-    DoublingLadder<Number> layers(task.directions, task.moments, lanes);
+    DoublingLadder<Number> layers(task.directions, task.moments, lanes, task.completed);
     const std::vector<PhaseKernels> kernels = layers.kernels();
     climb(layers, 0, task.ladder, [&](int depth) {
         layers.extract();
@@ -56,9 +56,9 @@ constexpr int many_nodes = 96;
 
 }  // namespace
 
-void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode& record) {
+void climb_harmonic(const ClimbTask& task, std::span<const int> modes, const RecordMode& record) {
     std::vector<ModeOfAlbedo> pairs;
-    for (int mode = first; mode < end; ++mode)
+    for (const int mode : modes)
         for (std::size_t a = 0; a < task.albedos.size(); ++a) pairs.emplace_back(mode, a);
     for (auto pack = pairs.begin(); pack != pairs.end();) {
         const auto count = std::min<std::ptrdiff_t>(lane_count, pairs.end() - pack);

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace stratus {
@@ -21,6 +22,7 @@ struct ClimbTask {
     const std::vector<double>& moments;
     DepthLadder ladder;  // its first depth is that of each albedo
     std::vector<Albedo> albedos;
+    bool completed = false;  // peaks between nodes stay in their direction (simd/phase_kernels.cpp)
 };
 
 /// Called for each mode of each albedo at each depth of the ladder, infinity last, where R + T is
@@ -28,10 +30,10 @@ struct ClimbTask {
 using RecordMode = std::function<void(int mode, std::size_t albedo, int depth, ModeMatrices layer,
                                       const PhaseKernels& kernels)>;
 
-/// Modes `first` to before `end`, (mode, albedo) pairs eight at a time or one by one.
-void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode& record);
+/// (mode, albedo) pairs eight at a time or one by one.
+void climb_harmonic(const ClimbTask& task, std::span<const int> modes, const RecordMode& record);
 
-/// As above, by textbook doubling (reference/classic.h).
+/// Modes `first` to before `end`, by textbook doubling (reference/classic.h).
 void climb_classic(const ClimbTask& task, const SolverOptions& options, int first, int end,
                    const RecordMode& record);
 

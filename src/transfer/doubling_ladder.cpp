@@ -210,11 +210,12 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
 template <class Number>
 DoublingLadder<Number>::DoublingLadder(const Directions& directions,
                                        const std::vector<double>& moments,
-                                       const std::vector<DoublingTask>& tasks)
+                                       const std::vector<DoublingTask>& tasks, bool completed)
     : directions_(directions),
       steps_(doubling_steps<Number>()),
       tasks_(static_cast<int>(tasks.size())) {
     PhaseSeries<Number> phase{};
+    phase.completed = completed;
     allocate(moments, phase);
     Number first_depth{};
     double deepest = 0;

@@ -40,7 +40,7 @@ class DoublingLadder {
   public:
     /// Phase kernels and layers at the first depth of all tasks, one to as many as there are lanes.
     DoublingLadder(const Directions& directions, const std::vector<double>& moments,
-                   const std::vector<DoublingTask>& tasks);
+                   const std::vector<DoublingTask>& tasks, bool completed = false);
 
     void double_depth();
 

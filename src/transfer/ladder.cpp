@@ -7,6 +7,7 @@
 #include "boundary_modes.h"
 #include "climb.h"
 #include "flush_subnormals.h"
+#include "grazing_modes.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
@@ -15,6 +16,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
+#include <span>
 #include <utility>
 
 namespace stratus {
@@ -33,8 +36,10 @@ class LadderRun {
           boundary_truncation_(truncation_of(problem.boundary, problem.options)),
           directions_(gauss_directions(
               problem.options.nodes,
-              joint_map(choose_node_map(truncation_.moments, problem.options.nodes),
-                        choose_node_map(boundary_truncation_.moments, problem.options.nodes)),
+              problem.options.grazing
+                  ? NodeMap::grazing
+                  : joint_map(choose_node_map(truncation_.moments, problem.options.nodes),
+                              choose_node_map(boundary_truncation_.moments, problem.options.nodes)),
               problem.mu)),
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
           task_{directions_, truncation_.moments, problem.ladder, {}} {
@@ -71,11 +76,20 @@ class LadderRun {
         const int group =
             by_order() ? lane_count : std::max(2, lane_count / std::min(lane_count, albedos));
         const SolverOptions& options = problem_.options;
-        const int modes = std::max(count_modes(truncation_.moments), boundary_modes_.count());
+        const std::vector<int> modes = modes_to_solve();
         solve_groups(
-            options.modes ? std::min(options.modes, modes) : modes, group, options.modes == 0,
-            [this](int first, int end) { solve_modes(first, end); },
+            static_cast<int>(modes.size()), group, options.modes == 0,
+            [&](int first, int end) {
+                solve_modes(std::span(modes).subspan(static_cast<std::size_t>(first),
+                                                     static_cast<std::size_t>(end - first)));
+            },
             [this](int count) { return is_negligible(count); });
+        if (options.grazing)
+            for (auto& of_albedo : results_)
+                for (LayerSolution& solution : of_albedo) {
+                    fill_modes(modes, solution.reflection_modes);
+                    fill_modes(modes, solution.transmission_modes);
+                }
         return std::move(results_);
     }
 
@@ -140,18 +154,30 @@ class LadderRun {
             truncated};
     }
 
-    void solve_modes(int first, int end) {
+    std::vector<int> modes_to_solve() const {
+        const SolverOptions& options = problem_.options;
+        int count = std::max(count_modes(truncation_.moments), boundary_modes_.count());
+        if (options.modes) count = std::min(options.modes, count);
+        if (options.grazing) return thinned_modes(count);
+        std::vector<int> all(static_cast<std::size_t>(count));
+        std::iota(all.begin(), all.end(), 0);
+        return all;
+    }
+
+    void solve_modes(std::span<const int> modes) {
         const RecordMode record_mode = [this](int mode, std::size_t albedo, int depth,
                                               ModeMatrices layer, const PhaseKernels& kernels) {
             record(mode, albedo, depth, std::move(layer), kernels);
         };
         if (by_order())
-            climb_orders(task_, truncation_.fraction, problem_.order_weights, first, end,
-                         record_mode);
+            climb_orders(task_, truncation_.fraction, problem_.order_weights, modes.front(),
+                         modes.back() + 1, record_mode);
         else if (problem_.options.scheme == Scheme::classic)
-            climb_classic(task_, problem_.options, first, end, record_mode);
+            climb_classic(task_, problem_.options, modes.front(), modes.back() + 1, record_mode);
+        else if (problem_.options.grazing)
+            climb_grazing(task_, modes, record_mode);
         else
-            climb_harmonic(task_, first, end, record_mode);
+            climb_harmonic(task_, modes, record_mode);
     }
 
     void record(int mode, std::size_t a, int depth, ModeMatrices layer,

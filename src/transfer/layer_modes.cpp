@@ -5,6 +5,7 @@
 #include "simd/doubling_steps.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace stratus {
@@ -36,10 +37,11 @@ void LayerModes::solve_pack(int first) {
     const DepthLadder ladder = ladder_to(target_);
     const double first_depth = ladder.octaves ? ladder.first : first_depth_to_infinity;
     const VectorXd beam = beam_along(directions_, task_.optical_depth);
+    std::vector<int> modes(static_cast<std::size_t>(std::min(lane_count, count_ - first)));
+    std::iota(modes.begin(), modes.end(), first);
     double half_transmittance = 0;
     climb_harmonic(
-        {directions_, task_.moments, ladder, {{task_.albedo, task_.co_albedo, first_depth}}}, first,
-        std::min(first + lane_count, count_),
+        {directions_, task_.moments, ladder, {{task_.albedo, task_.co_albedo, first_depth}}}, modes,
         [&](int mode, std::size_t, int depth, ModeMatrices layer, const PhaseKernels& kernels) {
             require_finite(layer, mode, directions_);
             if (depth + 1 < ladder.octaves) {

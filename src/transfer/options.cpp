@@ -23,6 +23,10 @@ void check_options(const SolverOptions& options) {
             options.orders);
     require(options.orders == 0 || options.scheme == Scheme::harmonic, "solve", "scheme",
             "harmonic where orders are counted", "classic");
+    require(!options.grazing || (options.scheme == Scheme::harmonic && options.orders == 0 &&
+                                 options.truncate == Truncate::smooth),
+            "solve", "grazing",
+            "false unless all orders are solved by harmonic, truncated smoothly", "true");
     require(options.start_depth == 0 || (options.start_depth >= 1e-15 && options.start_depth <= 1),
             "solve", "start_depth", "0 or in [1e-15, 1]", options.start_depth);
 }
@@ -41,12 +45,17 @@ constexpr double inexact_share = 2e-3;
 /// R and T below zero.
 constexpr int fewest_nodes_of_backward_ends = 16;
 
+/// Moments to a node where peaks between nodes stay in their direction (docs/accuracy.md).
+constexpr double moments_completed = 2.5;
+
 }  // namespace
 
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m) {
     const int most = options.moments > 0 ? options.moments : 2 * options.nodes;
     if (options.truncate == Truncate::nothing) return no_truncation(phase_function, most);
+    if (options.grazing)
+        return truncate_peak(phase_function, static_cast<int>(moments_completed * options.nodes));
     const bool abrupt = delta_m || options.truncate == Truncate::delta_m;
     Truncation truncation = truncate_peak(phase_function, most, abrupt);
     const bool has_closed_form =

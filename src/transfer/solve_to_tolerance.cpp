@@ -1,6 +1,7 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include <stratus/base/constants.h>
+#include <stratus/phase/path_law.h>
 #include <stratus/transfer/stack.h>
 
 #include "convergence.h"
@@ -18,7 +19,8 @@ namespace stratus {
 namespace {
 
 constexpr int fewest_nodes = 8, fewest_nodes_of_fluxes = 20, most_nodes = 512;
-constexpr double rough = 1e-2;  // tolerance of what few nodes are compared with
+constexpr double rough = 1e-2;                   // tolerance of what few nodes are compared with
+constexpr double grazing_mode_tolerance = 1e-8;  // far less than their interpolation leaves
 
 /// Half as many again, in whole registers.
 int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 * 4); }
@@ -122,27 +124,47 @@ int first_nodes_after(int found) {
     return first;
 }
 
-/// Places of geometries whose errors are alike: grazing ones need many more nodes, and are no
-/// measure of the others.
-std::array<std::vector<std::size_t>, 3> by_cosine(const std::vector<Geometry>& geometries) {
-    std::array<std::vector<std::size_t>, 3> places;
+/// Places of geometries whose errors are alike.
+struct Alike {
+    std::vector<std::size_t> places;
+    bool grazing = false;  // SolverOptions::grazing
+};
+
+/// Grazing geometries need many more nodes than others, and are no measure of them. Between grazing
+/// directions narrow peaks are `resolved`, where they can be.
+std::array<Alike, 4> by_cosine(const std::vector<Geometry>& geometries, bool resolved) {
+    std::array<Alike, 4> all;
+    all[3].grazing = true;
     for (std::size_t i = 0; i < geometries.size(); ++i) {
-        const double mu = std::min(geometries[i].mu_in, geometries[i].mu_out);
-        places[mu >= 0.15 ? 0 : mu >= 0.05 ? 1 : 2].push_back(i);
+        const auto [least, most] = std::minmax(geometries[i].mu_in, geometries[i].mu_out);
+        const std::size_t kind = resolved && most < least_path_cosine ? 3
+                                 : least >= least_path_cosine         ? 0
+                                 : least >= 0.05                      ? 1
+                                                                      : 2;
+        all[kind].places.push_back(i);
     }
-    return places;
+    return all;
+}
+
+/// One layer over nothing, all orders of a narrow peak, the nodes left to the tolerance.
+bool can_resolve_peaks(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+                       const SolverOptions& options) {
+    return options.tolerance > 0 && options.moments == 0 && options.orders == 0 &&
+           options.scheme == Scheme::harmonic && options.truncate == Truncate::smooth &&
+           layers.size() == 1 && !boundary.is_present() &&
+           has_narrow_peak(layers.front().phase_function);
 }
 
 /// Geometries that are solved at once.
 class Group {
   public:
-    /// As many of `geometries`, at the places `alike` from `first` on, as share a list of cosines of
-    /// reasonable length: extra directions cost as much as nodes do.
-    Group(const std::vector<Geometry>& geometries, const std::vector<std::size_t>& alike,
-          std::size_t first) {
-        constexpr std::size_t most_cosines = 64;
-        for (std::size_t i = first; i < alike.size() && mu_.size() + 2 <= most_cosines; ++i) {
-            const auto& [mu_in, mu_out, azimuth] = geometries[alike[i]];
+    /// As many of `geometries`, from the place `first` of those that are alike on, as share a list of
+    /// cosines of reasonable length: extra directions cost as much as nodes do, or twice as much.
+    Group(const std::vector<Geometry>& geometries, const Alike& alike, std::size_t first) {
+        const std::size_t most_cosines = alike.grazing ? 32 : 64;
+        for (std::size_t i = first; i < alike.places.size() && mu_.size() + 2 <= most_cosines;
+             ++i) {
+            const auto& [mu_in, mu_out, azimuth] = geometries[alike.places[i]];
             Pair& pair = pairs_[{place_of(mu_in), place_of(mu_out)}];
             asked_.push_back({&pair, pair.azimuths.size()});
             pair.azimuths.push_back(azimuth);
@@ -221,11 +243,16 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
     const int patience = patience_for(layers);
     SolvedGeometries all;
     all.at.resize(geometries.size());
-    for (const std::vector<std::size_t>& alike : by_cosine(geometries)) {
+    for (const Alike& alike : by_cosine(geometries, can_resolve_peaks(layers, boundary, options))) {
         int nodes_of_others = 0;
-        for (std::size_t first = 0; first < alike.size();) {
+        for (std::size_t first = 0; first < alike.places.size();) {
             Group group(geometries, alike, first);
             SolverOptions with = options;
+            with.exact_fluxes = false;
+            if (alike.grazing) {
+                with.grazing = true;
+                with.mode_tolerance = std::max(options.mode_tolerance, grazing_mode_tolerance);
+            }
             const EstimatedValues found = solve_as(
                 options,
                 {options.tolerance, first_nodes_after(nodes_of_others), patience, group.counts()},
@@ -234,7 +261,7 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                     return group.values(solve_stack(layers, boundary, group.cosines(), with));
                 });
             for (std::size_t i = 0; i < group.size(); ++i)
-                all.at[alike[first + i]] = group.at(i, found.errors);
+                all.at[alike.places[first + i]] = group.at(i, found.errors);
             nodes_of_others = std::max(nodes_of_others, found.nodes);
             first += group.size();
         }

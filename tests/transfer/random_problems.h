@@ -59,7 +59,8 @@ inline PhaseFunction random_phase_function(RandomDraw& draw, const std::string& 
                                {0.4, PhaseFunction::henyey_greenstein(draw.between(-0.8, 0.8))}});
 }
 
-inline RandomProblem random_problem(std::uint64_t seed) {
+/// `most`: below 1, all cosines lie between 0.02 and it.
+inline RandomProblem random_problem(std::uint64_t seed, double most = 1) {
     RandomDraw draw(seed);
     RandomProblem problem;
     problem.kind = random_kinds[seed % random_kinds.size()];
@@ -73,9 +74,9 @@ inline RandomProblem random_problem(std::uint64_t seed) {
         problem.layers.push_back({phase_function, albedo, draw.magnitude(0.03, 30)});
     }
     if (draw.one_in(4)) problem.boundary = LowerBoundary::surface(draw.between(0, 1));
-    const double least = draw.one_in(3) ? 0.02 : 0.15;
+    const double least = draw.one_in(3) || most < 1 ? 0.02 : 0.15;
     for (int i = 0; i < 4; ++i) {
-        const double in = draw.between(least, 1), out = draw.between(least, 1);
+        const double in = draw.between(least, most), out = draw.between(least, most);
         problem.geometries.push_back({in, out, draw.one_in(4) ? 0 : draw.between(0, pi)});
     }
     return problem;

@@ -87,6 +87,7 @@ struct PhaseSeries {
     int mode[lanes_of<Number>];
     const double* moments;
     int moment_count;
+    bool completed;  // the diagonal is given what the nodes miss of each row
     // 2 x moment_count rows of `directions`: P_l^m normalised, and the same times (2l + 1) chi_l
     Number* legendre;
 };

@@ -81,6 +81,64 @@ void conserve_energy(SimdLayer<Number>& layer) {
         }
 }
 
+/// Directions so steep that a mode has no light there, sin^m below this, do not scatter it.
+constexpr double least_light = 1e-4;
+
+/// Light of a mode stays out of directions where sin^m is too small: they do not scatter it.
+template <class Number>
+void leave_out_steep(const PhaseSeries<Number>& phase, const SimdLayer<Number>& layer, Number* K) {
+    const long stride = layer.stride;
+    for (int i = 0; i < layer.gauss; ++i) {
+        Number scatters{};
+        for (int lane = 0; lane < lanes_of<Number>; ++lane)
+            set_lane(
+                scatters, lane,
+                lane_of(phase.legendre[i], lane) > least_light * lane_of(phase.legendre[0], lane));
+        for (int j = 0; j < layer.directions; ++j) {
+            K[i * stride + j] *= scatters;
+            K[j * stride + i] *= scatters;
+        }
+    }
+}
+
+/// The share of light in Y_l^m, scattered by one parity of l - m, that the nodes miss along each
+/// Gauss node: Y_l^m of its lowest l is an eigenfunction with the eigenvalue chi_l.
+template <class Number>
+void add_missed(const PhaseSeries<Number>& phase, const SimdLayer<Number>& layer, int parity,
+                const Number* K, Number* missed) {
+    const int N = layer.gauss;
+    const Number* Y = phase.legendre + parity * static_cast<long>(layer.stride);
+    Number* weighted = layer.vector[1];
+    Number* sum = layer.vector[2];
+    for (int j = 0; j < N; ++j) weighted[j] = layer.weight[j] * Y[j];
+    multiply(N, weighted, K, layer.stride, N, sum);
+    for (int i = 0; i < N; ++i)
+        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
+            if (lane_of(K[i * static_cast<long>(layer.stride) + i], lane) == 0) continue;
+            const int l = phase.mode[lane] + parity;
+            const double chi = l < phase.moment_count ? phase.moments[l] : 0;
+            set_lane(missed[i], lane,
+                     lane_of(missed[i], lane) + chi - lane_of(sum[i], lane) / lane_of(Y[i], lane));
+        }
+}
+
+/// Light scattered by a peak between nodes stays in its direction.
+template <class Number>
+void complete_peaks(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
+    Number* missed = layer.vector[0];
+    for (int i = 0; i < layer.gauss; ++i) missed[i] = Number{};
+    Number *even = layer.scatter_even.K, *odd = layer.scatter_odd.K;
+    leave_out_steep(phase, layer, even);
+    leave_out_steep(phase, layer, odd);
+    add_missed(phase, layer, 0, even, missed);
+    add_missed(phase, layer, 1, odd, missed);
+    for (int i = 0; i < layer.gauss; ++i) {
+        const long at = i * static_cast<long>(layer.stride) + i;
+        even[at] += missed[i] * (0.5 / layer.weight[i]);
+        odd[at] += missed[i] * (0.5 / layer.weight[i]);
+    }
+}
+
 }  // namespace
 
 template <class Number>
@@ -117,6 +175,7 @@ void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
     };
     product(0, layer.scatter_even.K);
     product(1, layer.scatter_odd.K);
+    if (phase.completed) complete_peaks(phase, layer);
     if (layer.any_conserving) conserve_energy(layer);
     // The scaling of doubling_steps.h, and the factor 1 / (2 mu_i mu_j) per unit of depth.
     for (int i = 0; i < n; ++i)

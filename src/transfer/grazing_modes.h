@@ -1,0 +1,34 @@
+// Azimuthal modes of layers with a narrow peak, between grazing directions.
+//
+// There light is bent away from the surface before it has gone far: the path law does not hold, and
+// modes of high order count, each with all moments of the peak. Three things make them cheap.
+//
+//   Unresolved peaks: nodes crowd at grazing angles and are too far apart elsewhere. What the peak
+//   scatters between two nodes stays in its direction (simd/phase_kernels.cpp), so that many more
+//   moments are solved than the nodes hold. Requested directions are nodes of almost no weight then,
+//   since they need this as well; each comes twice, so that T into the same direction is that into
+//   its copy, without what stays.
+//   Few nodes: Y_l^m falls off as sin^m. Mode m takes the nodes with sin^m above 1e-4.
+//   Few modes: orders n >= 2 are smooth in m, even and odd m apart. From 96 on, pairs of neighbours
+//   are solved whose distance grows with m; polynomials of degree 5 fill the gaps.
+#pragma once
+
+#include "climb.h"
+
+#include <Eigen/Core>
+
+#include <span>
+#include <vector>
+
+namespace stratus {
+
+/// Modes below `count` that are solved; ascending, the last pair included.
+std::vector<int> thinned_modes(int count);
+
+/// Makes a list of all modes up to the last one of a list of some, `solved`, by interpolation.
+void fill_modes(std::span<const int> solved, std::vector<Eigen::MatrixXd>& modes);
+
+/// As climb_harmonic, all of task.directions included; modes ascend.
+void climb_grazing(const ClimbTask& task, std::span<const int> modes, const RecordMode& record);
+
+}  // namespace stratus

@@ -1,0 +1,138 @@
+// Narrow peaks between grazing directions, where the path law does not hold.
+#include "grazing_modes.h"
+
+#include <stratus/base/angle.h>
+#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solve_to_tolerance.h>
+
+#include "refusal.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+TEST(GrazingModes, FillGapsWithPolynomialsOfEitherParity) {
+    const auto value = [](int m) {
+        const double x = m / 100.0;
+        return m % 2 == 0 ? 1 + x * x * x * x * x : 2 + x * x;
+    };
+    for (const int count : {1, 2, 5, 96, 97, 98, 99, 144, 301}) {
+        const std::vector<int> solved = thinned_modes(count);
+        EXPECT_TRUE(std::ranges::is_sorted(solved));
+        EXPECT_EQ(solved.back(), count - 1);
+        std::vector<Eigen::MatrixXd> modes;
+        for (const int m : solved) modes.push_back(Eigen::MatrixXd::Constant(2, 2, value(m)));
+        fill_modes(solved, modes);
+        ASSERT_EQ(std::ssize(modes), count);
+        for (int m = 0; m < count; ++m)
+            EXPECT_NEAR(modes[static_cast<std::size_t>(m)](1, 0), value(m), 1e-10 * value(m)) << m;
+    }
+    EXPECT_LT(thinned_modes(601).size(), 150U);
+}
+
+TEST(GrazingModes, FillWhatWasSolvedBeforeTheRestBecameNegligible) {
+    const std::vector<int> solved = thinned_modes(301);
+    std::vector<Eigen::MatrixXd> modes(110, Eigen::MatrixXd::Ones(1, 1));
+    fill_modes(solved, modes);
+    EXPECT_EQ(std::ssize(modes), solved[109] + 1);
+    for (const Eigen::MatrixXd& mode : modes) EXPECT_NEAR(mode(0, 0), 1, 1e-12);
+}
+
+TEST(GrazingLight, IsThatOfManyNodesWithoutTruncation) {
+    const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.9);
+    const std::vector<double> mu{0.02, 0.05, 0.14};
+    SolverOptions plain;
+    plain.nodes = 96;  // chi_192 is 2e-9
+    plain.truncate = Truncate::nothing;
+    SolverOptions grazing;
+    grazing.nodes = 48;
+    grazing.grazing = true;
+    for (const double depth : {0.1, 1.0, 20.0}) {
+        const LayerSolution exact = solve_layer(phase, 1, depth, mu, plain),
+                            solved = solve_layer(phase, 1, depth, mu, grazing);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                for (const double azimuth : {0.0, 0.05, 0.5, 2.0, 3.1}) {
+                    const double R = exact.reflection(i, j, azimuth).total,
+                                 T = exact.transmission(i, j, azimuth).total;
+                    // Half of what a tolerance of 1e-2 allows.
+                    EXPECT_NEAR(solved.reflection(i, j, azimuth).total, R, 5e-3 * R)
+                        << depth << ' ' << i << ' ' << j << ' ' << azimuth;
+                    EXPECT_NEAR(solved.transmission(i, j, azimuth).total, T, 5e-3 * T)
+                        << depth << ' ' << i << ' ' << j << ' ' << azimuth;
+                }
+    }
+}
+
+using Cloud = std::tuple<std::string, double, double>;  // phase function, albedo, optical depth
+
+struct Row {
+    Geometry geometry;
+    double reflection, transmission;
+};
+
+/// tests/reference/grazing_clouds.csv, whose first lines say how it was made.
+std::map<Cloud, std::vector<Row>> read_references() {
+    std::ifstream file(STRATUS_REFERENCE_FOLDER "/grazing_clouds.csv");
+    std::map<Cloud, std::vector<Row>> all;
+    std::string line;
+    while (std::getline(file, line)) {
+        std::ranges::replace(line, ';', ' ');
+        std::istringstream fields(line);
+        std::string phase;
+        double albedo = 0, depth = 0, mu_in = 0, mu_out = 0, azimuth = 0, R = 0, T = 0;
+        if (fields >> phase >> albedo >> depth >> mu_in >> mu_out >> azimuth >> R >> T)
+            all[{phase, albedo, depth}].push_back({{mu_in, mu_out, radians(azimuth)}, R, T});
+    }
+    return all;
+}
+
+TEST(GrazingLight, OfCloudsIsWithinOnePerCentAndItsErrorIsTrue) {
+    const auto references = read_references();
+    EXPECT_GE(references.size(), 4U);
+    SolverOptions options;
+    options.tolerance = 1e-2;
+    int honest = 0, within = 0, all = 0;
+    for (const auto& [cloud, rows] : references) {
+        const auto& [text, albedo, depth] = cloud;
+        std::vector<Geometry> geometries;
+        for (const Row& row : rows) geometries.push_back(row.geometry);
+        const SolvedGeometries solved = solve_geometries(
+            {{parse_phase_function(text), albedo, depth}}, {}, geometries, options);
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const SolvedGeometry& at = solved.at[i];
+            for (const auto& [value, stated, expected] :
+                 {std::tuple(at.reflection.total, at.reflection_error, rows[i].reflection),
+                  std::tuple(at.transmission.total, at.transmission_error, rows[i].transmission)}) {
+                const double error = std::abs(value - expected);
+                ++all;
+                honest += error <= 1.5 * stated;
+                within += error <= 1e-2 * expected;
+            }
+        }
+    }
+    EXPECT_GE(honest, 0.99 * all);
+    EXPECT_GE(within, 0.99 * all);
+}
+
+TEST(GrazingLight, IsRefusedWhereItIsNotSolved) {
+    SolverOptions options;
+    options.grazing = true;
+    options.orders = 3;
+    expect_refusal<std::invalid_argument>(
+        [&] { solve_layer(PhaseFunction::henyey_greenstein(0.9), 1, 1, {0.1}, options); },
+        {"grazing", "all orders"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -9,8 +9,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 std::vector<int> thinned_modes(int count) {
-    constexpr int dense = 96;     // modes below are all solved
-    constexpr double step = 0.1;  // from pair to pair, of the mode
+    const int dense = std::max(96, 2 * count / 5);  // modes below are all solved
+    constexpr double step = 0.1;                    // from pair to pair, of the mode
     std::vector<int> modes;
     for (int mode = 0; mode < std::min(count, dense); ++mode) modes.push_back(mode);
     for (int pair = dense; pair < count;) {

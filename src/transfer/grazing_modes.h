@@ -9,7 +9,7 @@
 //   since they need this as well; each comes twice, so that T into the same direction is that into
 //   its copy, without what stays.
 //   Few nodes: Y_l^m falls off as sin^m. Mode m takes the nodes with sin^m above 1e-4.
-//   Few modes: orders n >= 2 are smooth in m, even and odd m apart. From 96 on, pairs of neighbours
+//   Few modes: orders n >= 2 are smooth in m, even and odd m apart. From 96 on, or 2/5 of them, pairs of neighbours
 //   are solved whose distance grows with m; polynomials of degree 5 fill the gaps.
 #pragma once
 

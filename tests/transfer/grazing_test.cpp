@@ -37,7 +37,7 @@ TEST(GrazingModes, FillGapsWithPolynomialsOfEitherParity) {
         for (int m = 0; m < count; ++m)
             EXPECT_NEAR(modes[static_cast<std::size_t>(m)](1, 0), value(m), 1e-10 * value(m)) << m;
     }
-    EXPECT_LT(thinned_modes(601).size(), 150U);
+    EXPECT_LT(thinned_modes(600).size(), 270U);
 }
 
 TEST(GrazingModes, FillWhatWasSolvedBeforeTheRestBecameNegligible) {

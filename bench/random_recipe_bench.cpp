@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
         const Recipe recipe = parse_recipe(test::random_recipe(seed));
         const double started = processor_seconds();
-        test::PackedBake baked(recipe);
+        test::PackedBake baked(recipe, 400);
         const double sides = (recipe.reflection ? 1 : 0) + (recipe.transmission ? 1 : 0);
         met += baked.meets() ? 1 : 0;
         std::printf("%4u  %s  largest %.2f  99.9 %% %.2f  %9zu of %10.0f bytes  %6.2f s  %s\n", seed,

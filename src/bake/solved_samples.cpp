@@ -75,6 +75,7 @@ void SolvedSamples::at(const std::array<DirectionList, 2>& directions, const Use
     std::array<DirectionList, 2> same;
     for (std::size_t n = 0; n < 2; ++n)
         same[n] = as_numbers<std::size_t>(shared(options_.log, as_chars(directions[n])));
+    if (same[0].empty() && same[1].empty()) return;
     solve("baking", units_.all(), same, use);
 }
 

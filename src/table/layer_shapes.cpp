@@ -73,9 +73,12 @@ void LayerShapes::divide(int albedo, int depth, const DirectionList& at,
     });
 }
 
-/// Of the orders that the path law adds to the samples.
+/// Of the first orders that the path law adds to the samples: errors count a little more without the
+/// others.
 PathWeights LayerShapes::weights_along_path(double w, double tau, double mu, double other) const {
-    const int orders = path_law_->order_count(), highest = table_.highest_order;
+    constexpr int most_orders = 48;
+    const int orders = std::min(path_law_->order_count(), most_orders),
+              highest = table_.highest_order;
     PathWeights weights =
         path_weights(side_, highest > 0 ? std::min(orders, highest + 1) : orders, tau, mu, other);
     double power = 1;
@@ -98,6 +101,7 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
     float factor = 1;
     double mu = 0, other = 0, order = 0;
     PathWeights along_path;
+    bool has_weights = false;  // of the pair
     for_each(at, [&](std::size_t n, const Pair& pair) {
         if (&pair != before) {
             before = &pair;
@@ -108,13 +112,17 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
                                             intercepted_share(tau, other));
             order = side_ == Side::reflection ? single_reflection(1, w, tau, mu, other)
                                               : single_transmission(1, w, tau, mu, other);
-            if (path_law_) along_path = weights_along_path(w, tau, mu, other);
+            has_weights = false;
         }
         double single = order * phase_[at[n]];
         if (below.is_present())
             single += single_reflection_of_boundary(
                 below, tau, {mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]});
-        if (path_law_) single += (*path_law_)(along_path, 1 - cosine_[at[n]], 1 + cosine_[at[n]]);
+        if (path_law_ && shape[n] < 0) {  // the path law is larger than what the samples take back
+            if (!has_weights) along_path = weights_along_path(w, tau, mu, other);
+            has_weights = true;
+            single += (*path_law_)(along_path, 1 - cosine_[at[n]], 1 + cosine_[at[n]]);
+        }
         use(n, factor, factor * shape[n] + static_cast<float>(single),
             mu >= least_in_ && other >= least_out_);
     });

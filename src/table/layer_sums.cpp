@@ -22,11 +22,12 @@ constexpr int most_rounds = 3;                 // of looking for layers that the
 constexpr std::size_t most_missed = 64;        // layers seen in full in one round
 
 // Pilots at first; twice as many along each axis where more than this share of them give functions.
-constexpr int pilot_albedos = 5, pilot_depths = 10, pilot_members = 5;
+constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
 constexpr double enough_pilots = 0.7;
 
-// Where it takes more functions than these, layers are too unlike each other for sums of few.
-constexpr std::size_t most_functions = 100;
+// Where it takes more functions than these, or too many for the directions of the sketch, layers are
+// too unlike each other for sums of few.
+constexpr std::size_t most_functions = 150, fewest_directions = 5;  // to a function
 constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
 
 /// Up to `most` of `count` places, evenly, the last among them.
@@ -159,9 +160,11 @@ class SideSearch {
         sketched_[size(layer)] = std::move(samples);
     }
 
-    /// Functions for all layers that were seen in full, and a sketch that shows them.
-    void search() {
+    /// Functions for all layers that were seen in full, and a sketch that shows them unless it is to
+    /// stay as it is.
+    void search(bool grows) {
         if (full_.empty()) return;
+        grows_ = grows;
         note_importance();
         if (sums_.sketch.empty()) begin_sketch();
         see_sketch_from(0);
@@ -170,9 +173,9 @@ class SideSearch {
             search_in_sketch();
         } while (finds_more_in_full());
         const auto found = static_cast<double>(sums_.function.size() - before);
-        needs_pilots_ = found > enough_pilots * static_cast<double>(full_.size());
+        if (grows) needs_pilots_ = found > enough_pilots * static_cast<double>(full_.size());
         full_.clear();
-        std::sort(sums_.sketch.begin(), sums_.sketch.end());
+        if (grows) std::sort(sums_.sketch.begin(), sums_.sketch.end());
     }
 
     /// Whether most layers of the last search gave functions: others may need more.
@@ -180,14 +183,19 @@ class SideSearch {
 
     /// Does without functions of all layers where there are too many: the sketch is then every pair of
     /// cosines at some azimuths.
-    void settle() {
-        if (!needs_pilots_ && sums_.function.size() < most_functions) return;
+    ///
+    /// Returns whether it does: all layers are then to be sketched again.
+    bool settle() {
+        if (!needs_pilots_ && sums_.function.size() < most_functions &&
+            sums_.function.size() * fewest_directions <= sums_.sketch.size())
+            return false;
         sums_.function.clear();
         sums_.sketch.clear();
         const std::size_t azimuths = size(sums_.numbers().azimuths());
         const std::size_t step = std::max<std::size_t>(1, (azimuths - 1) / thinned_azimuths);
         for (const std::size_t n : everywhere_)
             if (n % azimuths % step == 0) sums_.sketch.push_back(n);
+        return true;
     }
 
     /// The layers, at most so many, whose functions all others need, by what the sketch shows.
@@ -355,7 +363,7 @@ class SideSearch {
         used_.insert(layer);
         if (largest == 0) return;
         for (float& value : left) value /= largest;
-        add_directions(left);
+        if (grows_) add_directions(left);
         sums_.function.push_back(std::move(left));
     }
 
@@ -400,7 +408,7 @@ class SideSearch {
     DirectionList everywhere_;
     std::mutex mutex_;
     std::map<int, Seen> full_;
-    bool needs_pilots_ = false;
+    bool needs_pilots_ = false, grows_ = true;
     std::set<int> used_;                         // layers that functions were made of
     std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
     std::vector<float> greatest_;                // importance of each direction to any pilot
@@ -470,28 +478,32 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
             if (seen.insert(layer).second) some.push_back(layer);
         return some;
     };
-    const auto search_both = [&] { for_each_side([](SideSearch& side) { side.search(); }); };
+    const auto search_both = [&](bool grows) {
+        for_each_side([&](SideSearch& side) { side.search(grows); });
+    };
     samples.in_full(unseen(pilots_of(table, 1)), see_in_full);
-    search_both();
+    search_both(true);
     std::vector<int> more;
     if (lit.needs_pilots() || far.needs_pilots()) more = unseen(pilots_of(table, 2));
-    if (samples.in_full(more, see_in_full) > 0) {
-        search_both();
-        for_each_side([](SideSearch& side) { side.settle(); });
-    }
-    for (int round = 0;; ++round) {
-        samples.at({lit.sketch(), far.sketch()},
-                   [&](int layer, Side side, std::vector<float> values) {
-                       search(side).see_in_sketch(layer, std::move(values));
-                   });
+    if (samples.in_full(more, see_in_full) > 0) search_both(true);
+    const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {
+        if (!values.empty()) search(side).see_in_sketch(layer, std::move(values));
+    };
+    samples.at({lit.sketch(), far.sketch()}, see_in_sketch);
+    for (int round = 0; round < most_rounds; ++round) {
         std::set<int> missed;
-        if (round < most_rounds)
-            for_each_side([&](SideSearch& side) {
-                for (const int layer : side.missed()) missed.insert(layer);
-            });
+        for_each_side([&](SideSearch& side) {
+            for (const int layer : side.missed()) missed.insert(layer);
+        });
         if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
-        search_both();
+        search_both(false);
     }
+    std::array<DirectionList, 2> again;
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        const std::size_t n = side == Side::reflection ? 0 : 1;
+        if (sides[n] && search(side).settle()) again[n] = search(side).sketch();
+    }
+    samples.at(again, see_in_sketch);
     std::array<LayerSums, 2> sums;
     if (sides[0]) sums[0] = lit.take();
     if (sides[1]) sums[1] = far.take();

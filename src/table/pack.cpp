@@ -28,7 +28,7 @@ namespace {
 
 // Shares of the tolerance by which the functions of all layers may miss one, those of a block the
 // sums of these, and both when they are rounded to halves.
-constexpr double sums_share = 0.05, basis_share = 0.3, total_share = 0.5;
+constexpr double sums_share = 0.03, basis_share = 0.28, total_share = 0.5;
 
 // Share of the tolerance by which rounding to halves may change the path law.
 constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
@@ -449,6 +449,7 @@ class HeldSamples : public LayerSamples {
     }
 
     void at(const std::array<DirectionList, 2>& directions, const Use& use) override {
+        if (directions[0].empty() && directions[1].empty()) return;
         const std::size_t layers = table_.member_count() * table_.albedo.values.size() *
                                    table_.optical_depth.values.size();
         for (std::size_t layer = 0; layer < layers; ++layer)

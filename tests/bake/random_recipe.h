@@ -54,7 +54,7 @@ struct PackedBake {
     std::vector<char> file;
     Verification verification;
 
-    explicit PackedBake(const Recipe& recipe, int samples = 400) {
+    explicit PackedBake(const Recipe& recipe, int samples = 2000) {
         BakeOptions options;
         options.packed = &file;
         header = bake(recipe, options);

@@ -130,12 +130,12 @@ INSTANTIATE_TEST_SUITE_P(Recipes, Resume,
 TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
     MemoryLog log;
     bake(explicit_recipe(), log.options(1));
-    log.pieces["attempt 0, depths from 0, albedos 0 to 2"].push_back('x');
+    log.pieces["attempt 0, depths from 0, 3 octaves, albedos 0 1 2"].push_back('x');
     try {
         bake(explicit_recipe(), log.options(1));
         FAIL() << "must be refused";
     } catch (const std::runtime_error& error) {
-        EXPECT_NE(std::string(error.what()).find("depths from 0, albedos 0 to 2 must hold"),
+        EXPECT_NE(std::string(error.what()).find("depths from 0, 3 octaves, albedos 0 1 2 must hold"),
                   std::string::npos)
             << error.what();
     }

@@ -216,7 +216,7 @@ for tolerance in 1e-2 1e-4 1e-6; do
     expect_silent "$err"
     expect_rows 3 "f[\"reflection_error\"] > 0 && f[\"reflection_error\"] <= $tolerance * f[\"reflection\"] && (NR > 2 || (f[\"reflection\"] - $fine) ^ 2 <= (2 * f[\"reflection_error\"]) ^ 2)"
 done
-expect_ok solve "${layer[@]}" --nodes 24
+expect_ok solve "${layer[@]}" --nodes 12
 expect_rows 3 "NR > 2 || f[\"reflection_error\"] > 1e-2 * f[\"reflection\"]"
 expect_ok solve --phase henyey_greenstein:g=0.9 --albedo 0.9 --optical-depth 1 --tolerance 1e-9 --mu-in 0.5
 expect_json

@@ -65,7 +65,7 @@ class LayerSamples {
     /// are: on ranks, those that the first asks for.
     virtual int in_full(std::vector<int> layers, const Use& use) = 0;
 
-    /// All layers at some directions of either side, ascending.
+    /// All layers at some directions of either side, ascending; none of a side hands over nothing.
     virtual void at(const std::array<DirectionList, 2>& directions, const Use& use) = 0;
 };
 

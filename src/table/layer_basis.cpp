@@ -18,18 +18,11 @@ class GreedySearch {
           remainder_(size(layers.count())),
           error_(size(layers.count())),
           weight_(columns_) {
-        // Of many albedos a few are searched; the others are written as sums afterwards.
-        constexpr int max_searched_albedos = 12;
-        const int albedo_step = (layers.albedos.count - 1) / max_searched_albedos + 1;
-        for (int l = 0; l < layers.count(); ++l) {
-            const int from_last = layers.albedos.last() - layers.albedo(l);
-            (from_last % albedo_step == 0 ? searched_ : others_).push_back(l);
-        }
         basis_.coefficient.resize(size(layers.count()));
     }
 
     LayerBasis basis(double allowed) {
-        for (const int l : searched_) {
+        for (int l = 0; l < layers_.count(); ++l) {
             remainder_[size(l)] = *layers_.values[size(l)];
             error_[size(l)] = error_of(l);
             add_weight(l);
@@ -39,15 +32,10 @@ class GreedySearch {
             basis_.error.push_back(*worst);
             if (*worst <= allowed || basis_.pivot.size() == size(functions)) break;
             add_function(static_cast<int>(worst - error_.begin()));
-            for (const int l : searched_) {
+            for (int l = 0; l < layers_.count(); ++l) {
                 subtract(l, function_.size() - 1);
                 error_[size(l)] = error_of(l);
             }
-        }
-        for (const int l : others_) {
-            remainder_[size(l)] = *layers_.values[size(l)];
-            for (std::size_t f = 0; f < function_.size(); ++f) subtract(l, f);
-            remainder_[size(l)].clear();
         }
         return std::move(basis_);
     }
@@ -102,8 +90,7 @@ class GreedySearch {
     }
 
     const BlockLayers& layers_;
-    std::size_t columns_;  // directions
-    std::vector<int> searched_, others_;
+    std::size_t columns_;                        // directions
     std::vector<std::vector<float>> remainder_;  // of each layer
     std::vector<double> error_;                  // of each layer
     std::vector<float> weight_;                  // of each direction

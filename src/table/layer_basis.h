@@ -24,8 +24,6 @@ struct BlockLayers {
 
     int count() const { return static_cast<int>(values.size()); }
     int depth_count() const { return depths.count + (and_infinity ? 1 : 0); }
-
-    int albedo(int layer) const { return albedos.first + layer / depth_count() % albedos.count; }
 };
 
 /// Functions that are orthogonal over the block's directions, as sums over layers.

@@ -1,6 +1,7 @@
 #include "layer_sums.h"
 
 #include "base/size.h"
+#include "sketch_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,71 +39,6 @@ std::vector<int> spread(int count, int most) {
         places.insert(used == 1 ? count - 1 : (n * (count - 1) + (used - 1) / 2) / (used - 1));
     return {places.begin(), places.end()};
 }
-
-/// Coefficients of functions by weighted least squares: P v, with P = R^-1 Q^T W of W F = Q R.
-class LeastSquares {
-  public:
-    LeastSquares() = default;
-
-    /// `function`: at the directions; `weight`: of each direction.
-    LeastSquares(const std::vector<std::vector<float>>& function,
-                 const std::vector<float>& weight) {
-        std::vector<std::vector<double>> q, r;
-        for (const std::vector<float>& column : function) {
-            std::vector<double> left(weight.size()), shares(q.size(), 0.0);
-            for (std::size_t s = 0; s < left.size(); ++s)
-                left[s] = double{weight[s]} * double{column[s]};
-            const double before = norm(left);
-            for (int twice = 0; twice < 2; ++twice)
-                for (std::size_t k = 0; k < q.size(); ++k) {
-                    const double share =
-                        std::inner_product(left.begin(), left.end(), q[k].begin(), 0.0);
-                    shares[k] += share;
-                    for (std::size_t s = 0; s < left.size(); ++s) left[s] -= share * q[k][s];
-                }
-            const double after = norm(left);
-            const bool depends = after <= 1e-9 * before;  // on those before: it gets no share
-            for (double& value : left) value = depends ? 0 : value / after;
-            shares.push_back(depends ? 1 : after);
-            q.push_back(std::move(left));
-            r.push_back(std::move(shares));
-        }
-        invert(q, r, weight);
-    }
-
-    std::vector<float> coefficients(const std::vector<float>& values) const {
-        std::vector<float> found;
-        for (const std::vector<float>& row : rows_) {
-            float sum = 0;
-            for (std::size_t s = 0; s < row.size(); ++s) sum += row[s] * values[s];
-            found.push_back(sum);
-        }
-        return found;
-    }
-
-  private:
-    static double norm(const std::vector<double>& values) {
-        return std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0));
-    }
-
-    /// Back substitution of all columns of Q^T W.
-    void invert(std::vector<std::vector<double>>& q, const std::vector<std::vector<double>>& r,
-                const std::vector<float>& weight) {
-        for (std::size_t k = q.size(); k-- > 0;) {
-            for (std::size_t later = k + 1; later < q.size(); ++later)
-                for (std::size_t s = 0; s < weight.size(); ++s)
-                    q[k][s] -= r[later][k] * q[later][s];
-            for (double& value : q[k]) value /= r[k][k];
-        }
-        for (const std::vector<double>& row : q) {
-            rows_.emplace_back();
-            for (std::size_t s = 0; s < weight.size(); ++s)
-                rows_.back().push_back(static_cast<float>(row[s] * double{weight[s]}));
-        }
-    }
-
-    std::vector<std::vector<float>> rows_;  // P
-};
 
 void subtract_sum(const std::vector<std::vector<float>>& function,
                   const std::vector<float>& coefficient, std::vector<float>& values) {
@@ -310,7 +246,7 @@ class SideSearch {
         at_sketch_.clear();
         for (const std::vector<float>& function : sums_.function)
             at_sketch_.push_back(picked(function, sums_.sketch));
-        fit_ = LeastSquares(at_sketch_, picked(greatest_, sums_.sketch));
+        fit_ = SketchFit(at_sketch_, picked(greatest_, sums_.sketch));
     }
 
     /// What functions leave of a layer that was seen in full.
@@ -413,7 +349,7 @@ class SideSearch {
     std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions
-    LeastSquares fit_;
+    SketchFit fit_;
 };
 
 /// Layers all over the table, `dense` times as many along each axis as at first.

@@ -1,0 +1,150 @@
+#include "block_search.h"
+
+#include "base/size.h"
+#include "kept_tolerance.h"
+#include "packed_block.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+/// Divides albedos and optical depths into blocks as large as sixteen functions suffice for.
+class BlockSearch {
+  public:
+    BlockSearch(const LayerSums& sums, const SampleRange& members)
+        : sums_(sums),
+          members_(members),
+          view_(sums.table().view()),
+          tolerance_(kept_tolerance(view_)) {
+        cover({0, std::max(1, view_.albedo.count - 1)}, 0);
+    }
+
+    FoundBlocks take() { return {members_, std::move(found_)}; }
+
+  private:
+    /// Samples that the cubics of some cells reach.
+    static SampleRange reach(const SampleRange& cells, int samples) {
+        if (samples <= stencil_size) return {0, samples};
+        const int first = std::clamp(cells.first - 1, 0, samples - stencil_size);
+        const int last =
+            std::clamp(cells.first + cells.count + 1, first + stencil_size - 1, samples - 1);
+        return {first, last - first + 1};
+    }
+
+    /// Blocks of some albedos from an optical depth on, each as deep as holds; where not even a
+    /// shallow one does, of half the albedos each.
+    void cover(const SampleRange& albedo_cells, int first_depth) {
+        constexpr int narrow = 8;  // cells
+        const int end = std::max(1, view_.optical_depth.count - 1);
+        for (int first = first_depth; first < end;) {
+            const SampleRange depth_cells{first, end - first};
+            Candidate deepest = deepest_block(albedo_cells, depth_cells);
+            if (!deepest.holds && albedo_cells.count > narrow) {
+                const int half = albedo_cells.count / 2;
+                cover({albedo_cells.first, half}, first);
+                cover({albedo_cells.first + half, albedo_cells.count - half}, first);
+                return;
+            }
+            first += deepest.depth_cells.count;
+            found_.push_back(std::move(deepest));
+        }
+    }
+
+    /// The block of most of the depth cells from their first on that holds, found by bisection; a
+    /// shallow one where none does.
+    Candidate deepest_block(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        constexpr int usual = 9, shallow = 3;
+        int held = std::min(shallow, depth_cells.count), fails = depth_cells.count + 1;
+        Candidate deepest{};
+        for (int cells = std::min(usual, depth_cells.count); fails > held;
+             cells = (held + fails) / 2) {
+            Candidate tried = candidate(albedo_cells, {depth_cells.first, cells});
+            if (tried.holds)
+                held = cells + 1;
+            else
+                fails = cells;
+            if (tried.holds || !deepest.holds) deepest = std::move(tried);
+        }
+        return deepest;
+    }
+
+    Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells),
+                       {},           0,           false};
+        const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
+        const double allowed = (total_share - sums_share) * tolerance_;
+        // Fewer functions leave room for what rounding leaves of them.
+        for (std::size_t count = basis.pivot.size(); !made.holds; --count) {
+            made.basis = basis.first(count);
+            made.half_error = error_of_halves(sums_, made.layers, made.basis);
+            made.holds = basis.error[count] + made.half_error <= allowed;
+            if (count == 0 || basis.error[count - 1] > allowed) break;
+        }
+        if (!made.holds) made.basis = basis;  // as many as there may be
+        return made;
+    }
+
+    BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        const AxisView& depth = view_.optical_depth;
+        const int albedos = view_.albedo.count;
+        const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
+        BlockLayers layers{members_,
+                           reach(albedo_cells, albedos),
+                           reach(depth_cells, depth.count),
+                           deepest && depth.ends_at_infinity,
+                           {},
+                           {},
+                           {}};
+        for (int m = members_.first; m <= members_.last(); ++m)
+            for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
+                for (int d = 0; d < layers.depth_count(); ++d) {
+                    const int at = (m * albedos + a) * depth.size() + layers.depths.first + d;
+                    layers.number.push_back(at);
+                    layers.values.push_back(&sums_.values[size(at)]);
+                    layers.importance.push_back(&sums_.importance[size(at)]);
+                }
+        return layers;
+    }
+
+    const LayerSums& sums_;
+    SampleRange members_;
+    TableView view_;
+    double tolerance_;
+    std::vector<Candidate> found_;
+};
+
+}  // namespace
+
+std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members) {
+    std::vector<FoundBlocks> groups;
+    if (members.count == 1) {
+        groups.push_back(BlockSearch(sums, members).take());
+        return groups;
+    }
+    const int half = members.count / 2;
+    groups = grouped_blocks(sums, {members.first, half});
+    for (FoundBlocks& group : grouped_blocks(sums, {members.first + half, members.count - half}))
+        groups.push_back(std::move(group));
+    if (groups.size() > 2) return groups;
+    FoundBlocks joined = BlockSearch(sums, members).take();
+    if (!joined.hold() || joined.blocks.size() >= groups[0].blocks.size() + groups[1].blocks.size())
+        return groups;
+    groups.clear();
+    groups.push_back(std::move(joined));
+    return groups;
+}
+
+std::vector<int> pivots_of(const std::vector<FoundBlocks>& groups) {
+    std::set<int> pivots;
+    for (const FoundBlocks& group : groups)
+        for (const Candidate& block : group.blocks)
+            for (const int pivot : block.basis.pivot)
+                pivots.insert(block.layers.number[size(pivot)]);
+    return {pivots.begin(), pivots.end()};
+}
+
+}  // namespace stratus

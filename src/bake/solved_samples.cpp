@@ -98,7 +98,7 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
     solve_pieces(pieces, options_.log, options_.threads);
 }
 
-/// Of the grid that solutions are evaluated on.
+/// Returns where directions lie in the grid that solutions are evaluated on.
 std::vector<std::size_t> SolvedSamples::positions_of(const DirectionList& directions) const {
     const std::size_t outs = table_.mu_out.values.size(), azimuths = table_.azimuth.values.size();
     std::vector<std::size_t> positions;

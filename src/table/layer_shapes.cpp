@@ -18,7 +18,7 @@ constexpr float faintest = 1e-8f;  // below which errors count less
 /// Errors are relative to no less than a share of the largest value at cosines of this and more.
 constexpr double floor_cosine = 0.1;
 
-/// What errors count for where a table with a path law is not judged: the samples miss more there.
+/// Errors count for this share where a table with a path law is not judged: its samples miss more.
 constexpr float unjudged_share = 0.2f;
 
 /// The first sample that a lookup at a cosine reads.
@@ -73,8 +73,8 @@ void LayerShapes::divide(int albedo, int depth, const DirectionList& at,
     });
 }
 
-/// Of the first orders that the path law adds to the samples: errors count a little more without the
-/// others.
+/// Returns the weights of the first orders of the path law, which lookups add to the samples. Errors
+/// count a little more without the others.
 PathWeights LayerShapes::weights_along_path(double w, double tau, double mu, double other) const {
     constexpr int most_orders = 48;
     const int orders = std::min(path_law_->order_count(), most_orders),

@@ -33,7 +33,7 @@ class LayerShapes {
     float floor(int albedo, int depth, const DirectionList& at,
                 const std::vector<float>& shape) const;
 
-    /// What errors of a layer's shape are to be multiplied by to be relative to R or T, at the same
+    /// Returns the factors that make errors of a layer's shape relative to R or T, at the same
     /// directions; 0 where the layer does not count.
     std::vector<float> importance(int albedo, int depth, const DirectionList& at,
                                   const std::vector<float>& shape, float floor) const;

@@ -58,8 +58,8 @@ struct PackedLayers {
 /// Errors   std::invalid_argument for an attribute whose name the format reserves.
 std::vector<char> pack(const Table& table);
 
-/// The same of a table that holds no samples, but one on each side that it has: they are asked for.
-/// Empty on ranks but the first.
+/// Packs a table that holds no samples, but one on each side that it has: layers are asked for.
+/// Returns nothing on ranks but the first.
 std::vector<char> pack(const Table& table, LayerSamples& samples);
 
 /// The same file, stating the measured error and the attributes of `table`: those that are known

@@ -107,7 +107,7 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
 std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
                                        const DirectionGrid& grid);
 
-/// The same at some positions of the grid, ascending.
+/// Evaluates what is left to tables at some positions of the grid alone, ascending.
 ///
 /// Cost     that of the pairs of cosines among them; all positions are faster at once.
 std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,

@@ -18,14 +18,6 @@ constexpr float faintest = 1e-8f;  // below which errors count less
 /// Errors are relative to no less than a share of the largest value at cosines of this and more.
 constexpr double floor_cosine = 0.1;
 
-/// Errors count for this share where a table with a path law is not judged: its samples miss more.
-constexpr float unjudged_share = 0.2f;
-
-/// The first sample that a lookup at a cosine reads.
-double first_read(const AxisView& cosines, double mu) {
-    return cosines.value(cosines.stencil(mu).first);
-}
-
 }  // namespace
 
 LayerShapes::LayerShapes(const Table& table, Side side, int member)
@@ -34,8 +26,6 @@ LayerShapes::LayerShapes(const Table& table, Side side, int member)
     const PhaseFunction phase_function = phase_function_of_member(table, size(member));
     if (table.path_law != nullptr) {
         path_law_ = table.has_family() ? PathOrders::of_any(phase_function) : table.path_law;
-        least_in_ = first_read(view.mu_in, least_path_cosine);
-        least_out_ = first_read(view.mu_out, least_path_cosine);
     }
     for (int i = 0; i < numbers_.ins(); ++i)
         for (int j = 0; j < numbers_.partners(i); ++j) {
@@ -123,8 +113,7 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
             has_weights = true;
             single += (*path_law_)(along_path, 1 - cosine_[at[n]], 1 + cosine_[at[n]]);
         }
-        use(n, factor, factor * shape[n] + static_cast<float>(single),
-            mu >= least_in_ && other >= least_out_);
+        use(n, factor, factor * shape[n] + static_cast<float>(single));
     });
 }
 
@@ -137,7 +126,8 @@ bool LayerShapes::is_forward(std::size_t direction) const {
 float LayerShapes::floor(int albedo, int depth, const DirectionList& at,
                          const std::vector<float>& shape) const {
     float largest = 0;
-    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float, float total, bool) {
+    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float, float total) {
+        if (path_law_ && is_forward(at[n])) return;
         const Pair& pair = pairs_[at[n] / size(numbers_.azimuths())];
         if (std::min(table_.mu_in.values[size(pair.in)], table_.mu_out.values[size(pair.out)]) >=
             floor_cosine)
@@ -150,7 +140,7 @@ std::vector<float> LayerShapes::importance(int albedo, int depth, const Directio
                                            const std::vector<float>& shape, float floor) const {
     std::vector<float> found(at.size(), 0.0f);
     if (!is_resolved(albedo, depth) || table_.albedo.values[size(albedo)] == 0) return found;
-    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float factor, float total, double) {
+    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float factor, float total) {
         found[n] = factor / std::max(total, floor);
     });
     return found;

@@ -49,8 +49,8 @@ class LayerShapes {
     template <class Use>
     void for_each(const DirectionList& at, const Use& use) const;
     PathWeights weights_along_path(double w, double tau, double mu, double other) const;
-    /// Calls use(n, factor, total, is_judged): what samples were divided by, R or T, and whether
-    /// the table's accuracy is judged there.
+    /// Calls use(n, factor, total) for every direction at[n]: what its sample was divided by, and R or
+    /// T.
     template <class Use>
     void for_each_total(int albedo, int depth, const DirectionList& at,
                         const std::vector<float>& shape, const Use& use) const;
@@ -59,7 +59,6 @@ class LayerShapes {
     DirectionNumbers numbers_;
     Side side_;
     int member_;
-    double least_in_ = 0, least_out_ = 0;         // cosines whose samples judged lookups read
     std::vector<Pair> pairs_;                     // by number
     std::vector<double> cosine_, phase_;          // of the scattering angle, at every direction
     std::shared_ptr<const PathOrders> path_law_;  // null: none

@@ -81,8 +81,8 @@ void SolvedSamples::at(const std::array<DirectionList, 2>& directions, const Use
 
 void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& units,
                           const std::array<DirectionList, 2>& directions, const Use& use) {
-    const std::array<std::vector<std::size_t>, 2> positions{positions_of(directions[0]),
-                                                            positions_of(directions[1])};
+    const std::array<std::vector<std::size_t>, 2> positions{numbers_.positions(directions[0]),
+                                                            numbers_.positions(directions[1])};
     const auto unit = [&](int piece) -> const Unit& {
         return units[static_cast<std::size_t>(piece)];
     };
@@ -96,22 +96,6 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
     };
     if (options_.progress) pieces.progress = [&](double done) { options_.progress(done, stage); };
     solve_pieces(pieces, options_.log, options_.threads);
-}
-
-/// Returns where directions lie in the grid that solutions are evaluated on.
-std::vector<std::size_t> SolvedSamples::positions_of(const DirectionList& directions) const {
-    const std::size_t outs = table_.mu_out.values.size(), azimuths = table_.azimuth.values.size();
-    std::vector<std::size_t> positions;
-    std::size_t in = 0, out = 0;
-    for (const std::size_t direction : directions) {
-        while (numbers_.pair(static_cast<int>(in), static_cast<int>(out)) < direction / azimuths)
-            if (++out == static_cast<std::size_t>(numbers_.partners(static_cast<int>(in)))) {
-                ++in;
-                out = 0;
-            }
-        positions.push_back((in * outs + out) * azimuths + direction % azimuths);
-    }
-    return positions;
 }
 
 std::vector<float> SolvedSamples::fluxes_of(const LayerSolution& solution) const {

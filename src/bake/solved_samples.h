@@ -36,7 +36,6 @@ class SolvedSamples : public LayerSamples {
     /// Calls visit(numbers) for the fluxes of a layer.
     template <class Visit>
     void for_each_flux(int layer, const Visit& visit);
-    std::vector<std::size_t> positions_of(const DirectionList& directions) const;
     std::vector<float> fluxes_of(const LayerSolution& solution) const;
 
     const TableUnits units_;

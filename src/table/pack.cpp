@@ -312,16 +312,11 @@ class HeldSamples : public LayerSamples {
         const float* const first = &samples[size(layer) * ins * outs * azimuths];
         std::vector<float> values;
         values.reserve(at.size());
-        std::size_t in = 0, out = 0;  // of the pair, which never goes back
-        for (const std::size_t direction : at) {
-            while (numbers_.pair(static_cast<int>(in), static_cast<int>(out)) <
-                   direction / azimuths)
-                if (++out == size(numbers_.partners(static_cast<int>(in)))) ++in, out = 0;
-            const std::size_t azimuth = direction % azimuths;
-            const float there = first[(in * outs + out) * azimuths + azimuth];
-            values.push_back(numbers_.is_symmetric()
-                                 ? 0.5f * (there + first[(out * outs + in) * azimuths + azimuth])
-                                 : there);
+        for (const std::size_t there : numbers_.positions(at)) {
+            const std::size_t in = there / azimuths / outs, out = there / azimuths % outs;
+            const std::size_t back = (out * outs + in) * azimuths + there % azimuths;
+            values.push_back(numbers_.is_symmetric() ? 0.5f * (first[there] + first[back])
+                                                     : first[there]);
         }
         return values;
     }

@@ -13,6 +13,9 @@
 
 namespace stratus {
 
+/// Directions of a side, by their numbers.
+using DirectionList = std::vector<std::size_t>;
+
 /// The directions of one side of a table, numbered: pairs of cosines, azimuths fastest. Where both
 /// ways have the same values (TableView::is_symmetric) a pair stands for both, and mu_in is the
 /// cosine whose sample comes later.
@@ -39,13 +42,31 @@ class DirectionNumbers {
     std::size_t pairs() const { return pair(ins_ - 1, symmetric_ ? ins_ - 1 : outs_ - 1) + 1; }
     std::size_t count() const { return pairs() * static_cast<std::size_t>(azimuths_); }
 
+    /// Returns where ascending directions lie among the samples of a layer, over (mu_in, mu_out,
+    /// azimuth).
+    std::vector<std::size_t> positions(const DirectionList& directions) const {
+        const auto outs = static_cast<std::size_t>(outs_);
+        const auto azimuths = static_cast<std::size_t>(azimuths_);
+        std::vector<std::size_t> found;
+        found.reserve(directions.size());
+        int in = 0, out = 0;
+        for (const std::size_t direction : directions) {
+            while (pair(in, out) < direction / azimuths)
+                if (++out == partners(in)) {
+                    ++in;
+                    out = 0;
+                }
+            const std::size_t row = static_cast<std::size_t>(in) * outs;
+            found.push_back((row + static_cast<std::size_t>(out)) * azimuths +
+                            direction % azimuths);
+        }
+        return found;
+    }
+
   private:
     int ins_, outs_, azimuths_;
     bool symmetric_;
 };
-
-/// Directions of a side, by their numbers.
-using DirectionList = std::vector<std::size_t>;
 
 /// Layers are numbered like the samples of a table: member of the family, albedo, optical depth.
 class LayerSamples {

@@ -249,7 +249,7 @@ class SideSearch {
         fit_ = SketchFit(at_sketch_, picked(greatest_, sums_.sketch));
     }
 
-    /// What functions leave of a layer that was seen in full.
+    /// Returns what the functions leave of a layer that was seen in full.
     std::vector<float> left_of(int layer) const {
         std::vector<float> left = full_.at(layer).shape;
         subtract_sum(sums_.function, fit_.coefficients(picked(left, sums_.sketch)), left);
@@ -292,7 +292,7 @@ class SideSearch {
         return found;
     }
 
-    /// What is left of a layer; the sketch grows by the directions where that is most.
+    /// Makes a function of what is left of a layer; the sketch grows by the directions where most is.
     void add_function(int layer) {
         std::vector<float> left = left_of(layer);
         const float largest = largest_product(left, greatest_);

@@ -238,7 +238,7 @@ std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
 
 namespace {
 
-/// What a solution leaves to tables between one pair of cosines, at some azimuths of a grid.
+/// Evaluates what a solution leaves to tables, pair by pair of cosines, at some azimuths of a grid.
 class PairSamples {
   public:
     PairSamples(const LayerSolution& solution, Side side, const DirectionGrid& grid)

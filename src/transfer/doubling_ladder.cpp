@@ -107,8 +107,8 @@ double strength_of(const std::vector<DoublingTask>& tasks, const std::vector<dou
     return strength;
 }
 
-/// Doublings spared that pay for parting the directions.
-constexpr int worthwhile_doublings = 4;
+/// Doublings spared that pay for parting the directions, of so many.
+constexpr int worthwhile_doublings = 4, worthwhile_directions = 12;
 
 }  // namespace
 
@@ -123,7 +123,8 @@ DirectionGroups group_directions(const Directions& directions, double optical_de
             first_steep = i;
         }
     DirectionGroups groups;
-    if (first_steep == 0 || directions.mu.head(directions.nodes).maxCoeff() < mu[first_steep] ||
+    if (first_steep == 0 || directions.size() < worthwhile_directions ||
+        directions.mu.head(directions.nodes).maxCoeff() < mu[first_steep] ||
         count_doublings(mu[0], optical_depth) - count_doublings(mu[first_steep], optical_depth) <
             worthwhile_doublings)
         return groups;

@@ -9,8 +9,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 std::vector<int> thinned_modes(int count) {
-    const int dense = std::max(96, 2 * count / 5);  // modes below are all solved
-    constexpr double step = 0.1;                    // from pair to pair, of the mode
+    constexpr int dense = 48;      // modes below are all solved
+    constexpr double step = 0.07;  // from pair to pair, of the mode
     std::vector<int> modes;
     for (int mode = 0; mode < std::min(count, dense); ++mode) modes.push_back(mode);
     for (int pair = dense; pair < count;) {
@@ -37,7 +37,7 @@ std::vector<double> lagrange_weights(std::span<const int> x, int at) {
 }  // namespace
 
 void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
-    constexpr std::size_t points = 6;
+    constexpr std::size_t points = 8;
     std::vector<int> of_parity[2];
     std::vector<const MatrixXd*> values[2];
     for (std::size_t k = 0; k < modes.size(); ++k) {
@@ -70,7 +70,7 @@ constexpr double point_weight = 1e-10;  // of requested directions, where nodes 
 
 /// Gauss nodes that mode m and higher ones reach.
 int nodes_reached(const Directions& directions, int mode) {
-    const double least = std::log(1e-4);
+    const double least = std::log(1e-3);
     int count = 0;
     while (count < directions.nodes &&
            mode * 0.5 * std::log1p(-directions.mu(count) * directions.mu(count)) >= least)

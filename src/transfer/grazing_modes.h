@@ -1,16 +1,17 @@
-// Azimuthal modes of layers with a narrow peak, between grazing directions.
+// Azimuthal modes of layers with a narrow peak, out of grazing directions or into them.
 //
 // There light is bent away from the surface before it has gone far: the path law does not hold, and
 // modes of high order count, each with all moments of the peak. Three things make them cheap.
 //
-//   Unresolved peaks: nodes crowd at grazing angles and are too far apart elsewhere. What the peak
-//   scatters between two nodes stays in its direction (simd/phase_kernels.cpp), so that many more
-//   moments are solved than the nodes hold. Requested directions are nodes of almost no weight then,
+//   Unresolved peaks: nodes, mu = x^2, crowd at grazing angles and are too far apart elsewhere. What the
+//   peak scatters between two nodes stays in its direction (simd/phase_kernels.cpp), so that many more
+//   moments are solved than the nodes hold, 4 to a node. Requested directions are nodes of almost no weight then,
 //   since they need this as well; each comes twice, so that T into the same direction is that into
 //   its copy, without what stays.
-//   Few nodes: Y_l^m falls off as sin^m. Mode m takes the nodes with sin^m above 1e-4.
-//   Few modes: orders n >= 2 are smooth in m, even and odd m apart. From 96 on, or 2/5 of them, pairs of neighbours
-//   are solved whose distance grows with m; polynomials of degree 5 fill the gaps.
+//   Few nodes: Y_l^m falls off as sin^m. Mode m takes the nodes with sin^m above 1e-3.
+//   Few modes: orders n >= 2 are smooth in m, even and odd m apart. From 48 on, pairs of neighbours are
+//   solved whose distance grows with m; polynomials of degree 7 fill the gaps. That changes R and T of
+//   clouds and HG 0.98 by 6e-4 at most.
 #pragma once
 
 #include "climb.h"

@@ -37,7 +37,7 @@ class LadderRun {
           directions_(gauss_directions(
               problem.options.nodes,
               problem.options.grazing
-                  ? NodeMap::grazing
+                  ? NodeMap::square
                   : joint_map(choose_node_map(truncation_.moments, problem.options.nodes),
                               choose_node_map(boundary_truncation_.moments, problem.options.nodes)),
               problem.mu)),

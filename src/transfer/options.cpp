@@ -46,7 +46,7 @@ constexpr double inexact_share = 2e-3;
 constexpr int fewest_nodes_of_backward_ends = 16;
 
 /// Moments to a node where peaks between nodes stay in their direction (docs/accuracy.md).
-constexpr double moments_completed = 2.5;
+constexpr int moments_completed = 4;
 
 }  // namespace
 
@@ -55,7 +55,7 @@ Truncation truncation_of(const PhaseFunction& phase_function, const SolverOption
     const int most = options.moments > 0 ? options.moments : 2 * options.nodes;
     if (options.truncate == Truncate::nothing) return no_truncation(phase_function, most);
     if (options.grazing)
-        return truncate_peak(phase_function, static_cast<int>(moments_completed * options.nodes));
+        return truncate_peak(phase_function, moments_completed * options.nodes);
     const bool abrupt = delta_m || options.truncate == Truncate::delta_m;
     Truncation truncation = truncate_peak(phase_function, most, abrupt);
     const bool has_closed_form =

@@ -17,6 +17,19 @@ NodeMap choose_node_map(const std::vector<double>& moments, int nodes) {
 
 namespace {
 
+struct MappedNode {
+    double mu, slope;
+};
+
+MappedNode mapped(double x, NodeMap map) {
+    switch (map) {
+        case NodeMap::forward: return {x * x * (2 - x), x * (4 - 3 * x)};
+        case NodeMap::square: return {x * x, 2 * x};
+        case NodeMap::grazing: break;
+    }
+    return {x * x * x, 3 * x * x};
+}
+
 Directions compute_gauss_nodes(int nodes, NodeMap map) {
     Directions directions{nodes, Eigen::VectorXd(nodes), Eigen::VectorXd(nodes), {}};
     // The non-negative zeros z of P_N, ascending, give x = (1 -+ z)/2; the small x do
@@ -27,9 +40,9 @@ Directions compute_gauss_nodes(int nodes, NodeMap map) {
         const double slope = boost::math::legendre_p_prime(nodes, z);
         const double v = 1 / ((1 - z * z) * slope * slope);  // half the weight on (-1, 1)
         auto place = [&](Eigen::Index at, double x) {
-            const bool forward = map == NodeMap::forward;
-            directions.mu(at) = forward ? x * x * (2 - x) : x * x * x;
-            directions.weight(at) = (forward ? x * (4 - 3 * x) : 3 * x * x) * v;
+            const auto [mu, slope] = mapped(x, map);
+            directions.mu(at) = mu;
+            directions.weight(at) = slope * v;
         };
         if (z == 0) {
             place(high++, 0.5);
@@ -51,8 +64,8 @@ const Directions& gauss_nodes(int nodes, NodeMap map) {
         std::once_flag computed;
         Directions directions;
     };
-    static Kept kept[2][max_nodes];
-    Kept& of = kept[map == NodeMap::forward][nodes - 1];
+    static Kept kept[3][max_nodes];
+    Kept& of = kept[static_cast<int>(map)][nodes - 1];
     std::call_once(of.computed, [&] { of.directions = compute_gauss_nodes(nodes, map); });
     return of.directions;
 }

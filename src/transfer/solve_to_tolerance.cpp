@@ -8,9 +8,9 @@
 #include "options.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -18,7 +18,8 @@ namespace stratus {
 
 namespace {
 
-constexpr int fewest_nodes = 8, fewest_nodes_of_fluxes = 20, most_nodes = 512;
+constexpr int fewest_nodes = 8, fewest_nodes_of_fluxes = 20, fewest_nodes_of_peaks = 32,
+              most_nodes = 512;
 constexpr double rough = 1e-2;                   // tolerance of what few nodes are compared with
 constexpr double grazing_mode_tolerance = 1e-8;  // far less than their interpolation leaves
 
@@ -48,73 +49,103 @@ struct EstimatedValues {
     int nodes = 0;
 };
 
-/// The largest error of the values that count, relative to the value.
-double largest_relative(const EstimatedValues& found, const std::vector<bool>& counts) {
-    double largest = 0;
-    for (std::size_t i = 0; i < found.values.size(); ++i)
-        if (counts[i])
-            largest = std::max(largest, relative_error(found.values[i], found.errors[i]));
-    return largest;
-}
+/// Values whose errors are alike, and converge alike.
+struct Class {
+    std::vector<bool> counts;  // which of them have to meet the tolerance
+    Convergence convergence;
+    EstimatedValues found;
+    bool is_done = false;
+
+    void add(std::vector<double> values, int nodes) {
+        convergence.add(values);
+        found = {std::move(values), {}, nodes};
+        if (convergence.can_tell()) found.errors = convergence.errors();
+    }
+
+    /// The largest error of the values that count, relative to the value.
+    double error() const {
+        double largest = 0;
+        for (std::size_t i = 0; i < counts.size(); ++i)
+            if (counts[i])
+                largest = std::max(largest, relative_error(found.values[i], found.errors[i]));
+        return largest;
+    }
+};
 
 struct Aim {
     double tolerance;
     int first_nodes;
-    int patience;                     // nodes before the tolerance can be given up
-    const std::vector<bool>& counts;  // which values have to meet it
+    int patience;  // nodes before the tolerance can be given up
 };
 
-/// Solves with more and more nodes, until the values that count are within the tolerance or will
-/// not be with the most nodes. `solve` gives all values by a number of nodes.
+bool all_done(const std::vector<Class>& classes) {
+    return std::ranges::all_of(classes, &Class::is_done);
+}
+
+/// Solves with more and more nodes, until what counts of every class is within the tolerance or will
+/// not be with the most nodes. `solve` gives the values of each class that is not done.
 template <class Solve>
-EstimatedValues solve_until(const Aim& aim, const Solve& solve) {
-    Convergence convergence;
-    for (int nodes = aim.first_nodes;; nodes = more_nodes(nodes)) {
-        EstimatedValues found{{}, {}, nodes};
+void solve_until(const Aim& aim, std::vector<Class>& classes, const Solve& solve) {
+    for (int nodes = aim.first_nodes; !all_done(classes); nodes = more_nodes(nodes)) {
+        std::vector<std::vector<double>> values;
         try {
-            found.values = solve(nodes);
+            values = solve(nodes);
         } catch (const std::runtime_error&) {  // the phase function's series is too negative
             if (nodes == most_nodes) throw;
             continue;
         }
-        convergence.add(found.values);
-        if (!convergence.can_tell()) continue;
-        found.errors = convergence.errors();
-        const double error = largest_relative(found, aim.counts);
         const double steps = std::log(most_nodes / static_cast<double>(nodes)) / std::log(1.5);
-        const bool is_out_of_reach =
-            nodes >= aim.patience && error * std::pow(convergence.decay(), steps) > aim.tolerance;
-        if (error <= aim.tolerance || nodes == most_nodes || is_out_of_reach) return found;
+        for (std::size_t k = 0; k < classes.size(); ++k) {
+            Class& of = classes[k];
+            if (of.is_done) continue;
+            of.add(std::move(values[k]), nodes);
+            if (!of.convergence.can_tell()) continue;
+            const double error = of.error();
+            const bool is_out_of_reach =
+                nodes >= aim.patience &&
+                error * std::pow(of.convergence.decay(), steps) > aim.tolerance;
+            of.is_done = error <= aim.tolerance || nodes == most_nodes || is_out_of_reach;
+        }
     }
 }
 
 /// Solves with `nodes`, and compares with fewer; or, where these are few, with more.
 template <class Solve>
-EstimatedValues solve_with(int nodes, const Aim& aim, const Solve& solve) {
+void solve_with(int nodes, int patience, std::vector<Class>& classes, const Solve& solve) {
+    const std::vector<Class> blank = classes;
     if (nodes >= fewest_nodes) {
         const int third = fewer_nodes(nodes), second = fewer_nodes(third);
-        Convergence convergence;
         try {
-            for (const int fewer : {fewer_nodes(second), second, third})
-                convergence.add(solve(fewer));
-            const std::vector<double> values = solve(nodes);
-            convergence.add(values);
-            return {values, convergence.errors(), nodes};
+            for (const int count : {fewer_nodes(second), second, third, nodes}) {
+                std::vector<std::vector<double>> values = solve(count);
+                for (std::size_t k = 0; k < classes.size(); ++k)
+                    classes[k].add(std::move(values[k]), count);
+            }
+            return;
         } catch (const std::runtime_error&) {  // perhaps only of the fewer ones
+            classes = blank;
         }
     }
-    const EstimatedValues finer =
-        solve_until({rough, fewest_nodes, aim.patience, aim.counts}, solve);
-    EstimatedValues found{solve(nodes), finer.errors, nodes};
-    for (std::size_t i = 0; i < found.values.size(); ++i)
-        found.errors[i] += std::abs(found.values[i] - finer.values[i]);
-    return found;
+    solve_until({rough, fewest_nodes, patience}, classes, solve);
+    for (Class& of : classes) of.is_done = false;
+    std::vector<std::vector<double>> values = solve(nodes);
+    for (std::size_t k = 0; k < classes.size(); ++k) {
+        EstimatedValues& found = classes[k].found;
+        for (std::size_t i = 0; i < found.values.size(); ++i)
+            found.errors[i] += std::abs(values[k][i] - found.values[i]);
+        found.values = std::move(values[k]);
+        found.nodes = nodes;
+    }
 }
 
 /// As options say.
 template <class Solve>
-EstimatedValues solve_as(const SolverOptions& options, const Aim& aim, const Solve& solve) {
-    return options.tolerance == 0 ? solve_with(options.nodes, aim, solve) : solve_until(aim, solve);
+void solve_as(const SolverOptions& options, const Aim& aim, std::vector<Class>& classes,
+              const Solve& solve) {
+    if (options.tolerance == 0)
+        solve_with(options.nodes, aim.patience, classes, solve);
+    else
+        solve_until(aim, classes, solve);
 }
 
 /// Where to begin when `found` nodes sufficed for the like.
@@ -124,26 +155,12 @@ int first_nodes_after(int found) {
     return first;
 }
 
-/// Places of geometries whose errors are alike.
-struct Alike {
-    std::vector<std::size_t> places;
-    bool grazing = false;  // SolverOptions::grazing
-};
+/// Grazing geometries need many more nodes than others, and are no measure of them.
+constexpr std::size_t class_count = 3;
 
-/// Grazing geometries need many more nodes than others, and are no measure of them. Between grazing
-/// directions narrow peaks are `resolved`, where they can be.
-std::array<Alike, 4> by_cosine(const std::vector<Geometry>& geometries, bool resolved) {
-    std::array<Alike, 4> all;
-    all[3].grazing = true;
-    for (std::size_t i = 0; i < geometries.size(); ++i) {
-        const auto [least, most] = std::minmax(geometries[i].mu_in, geometries[i].mu_out);
-        const std::size_t kind = resolved && most < least_path_cosine ? 3
-                                 : least >= least_path_cosine         ? 0
-                                 : least >= 0.05                      ? 1
-                                                                      : 2;
-        all[kind].places.push_back(i);
-    }
-    return all;
+std::size_t class_of(const Geometry& at) {
+    const double least = std::min(at.mu_in, at.mu_out);
+    return least >= least_path_cosine ? 0 : least >= 0.05 ? 1 : 2;
 }
 
 /// One layer over nothing, all orders of a narrow peak, the nodes left to the tolerance.
@@ -158,79 +175,87 @@ bool can_resolve_peaks(const std::vector<StackLayer>& layers, const LowerBoundar
 /// Geometries that are solved at once.
 class Group {
   public:
-    /// As many of `geometries`, from the place `first` of those that are alike on, as share a list of
-    /// cosines of reasonable length: extra directions cost as much as nodes do, or twice as much.
-    Group(const std::vector<Geometry>& geometries, const Alike& alike, std::size_t first) {
-        const std::size_t most_cosines = alike.grazing ? 32 : 64;
-        for (std::size_t i = first; i < alike.places.size() && mu_.size() + 2 <= most_cosines;
-             ++i) {
-            const auto& [mu_in, mu_out, azimuth] = geometries[alike.places[i]];
-            Pair& pair = pairs_[{place_of(mu_in), place_of(mu_out)}];
+    /// As many of `geometries`, in the order of `places` from `first` on, as share a list of cosines of
+    /// reasonable length: extra directions cost as much as nodes do, or, `resolved`, twice as much.
+    Group(const std::vector<Geometry>& geometries, const std::vector<std::size_t>& places,
+          std::size_t first, bool resolved)
+        : classes_(resolved ? 1 : class_count) {
+        const std::size_t most_cosines = resolved ? 32 : 64;
+        std::set<double> cosines;
+        for (std::size_t i = first; i < places.size() && cosines.size() + 2 <= most_cosines; ++i) {
+            const Geometry& at = geometries[places[i]];
+            cosines.insert({at.mu_in, at.mu_out});
+            Pair& pair = pairs_[{at.mu_in, at.mu_out}];
+            pair.kind = resolved ? 0 : class_of(at);
             asked_.push_back({&pair, pair.azimuths.size()});
-            pair.azimuths.push_back(azimuth);
+            pair.azimuths.push_back(at.azimuth);
         }
-        for (auto& [places, pair] : pairs_) {
+        for (auto& [cosine, pair] : pairs_) {
             const std::size_t count = pair.azimuths.size();
             // Few values may agree by chance; others are looked at with them.
             if (count < 4)
                 for (const double more : {0.0, 0.25, 0.5, 0.75, 1.0})
                     pair.azimuths.push_back(more * pi);
+            std::vector<bool>& counts = classes_[pair.kind].counts;
+            pair.first = counts.size();
             for (std::size_t side = 0; side < 2; ++side)
-                for (std::size_t k = 0; k < pair.azimuths.size(); ++k) counts_.push_back(k < count);
+                for (std::size_t k = 0; k < pair.azimuths.size(); ++k) counts.push_back(k < count);
         }
+        for (Class& of : classes_) of.is_done = of.counts.empty();
     }
 
     std::size_t size() const { return asked_.size(); }
+    std::vector<Class>& classes() { return classes_; }
 
-    /// Of which values the error counts, in the order of `values`.
-    const std::vector<bool>& counts() const { return counts_; }
-
-    /// R and T of all pairs at all azimuths, one after the other.
-    std::vector<double> values(const StackSolution& solution) {
-        std::vector<double> all;
-        for (auto& [places, pair] : pairs_) {
-            pair.first = all.size();
+    /// R and T, pair after pair at all azimuths, of each class that is not done. `solve` gives the layers
+    /// at a list of cosines.
+    template <class Solve>
+    std::vector<std::vector<double>> values(const Solve& solve) {
+        std::set<double> cosines;
+        for (const auto& [cosine, pair] : pairs_)
+            if (!classes_[pair.kind].is_done) cosines.insert({cosine.first, cosine.second});
+        const std::vector<double> mu(cosines.begin(), cosines.end());
+        const auto place_of = [&](double cosine) {
+            return static_cast<int>(std::ranges::lower_bound(mu, cosine) - mu.begin());
+        };
+        const StackSolution solution = solve(mu);
+        std::vector<std::vector<double>> all(classes_.size());
+        for (auto& [cosine, pair] : pairs_) {
+            if (classes_[pair.kind].is_done) continue;
             for (const Side side : {Side::reflection, Side::transmission}) {
                 std::vector<SolvedValue>& values = side == Side::reflection ? pair.R : pair.T;
-                values = solution.values(side, places.first, places.second, pair.azimuths);
-                for (const SolvedValue& value : values) all.push_back(value.total);
+                values = solution.values(side, place_of(cosine.first), place_of(cosine.second),
+                                         pair.azimuths);
+                for (const SolvedValue& value : values) all[pair.kind].push_back(value.total);
             }
         }
         return all;
     }
 
     /// The i-th geometry as last solved.
-    SolvedGeometry at(std::size_t i, const std::vector<double>& errors) const {
+    SolvedGeometry at(std::size_t i) const {
         const auto& [pair, k] = asked_[i];
+        const std::vector<double>& errors = classes_[pair->kind].found.errors;
         const std::size_t reflection = pair->first + k,
                           transmission = reflection + pair->azimuths.size();
         return {pair->R[k], pair->T[k], errors[reflection], errors[transmission]};
     }
 
-    const std::vector<double>& cosines() const { return mu_; }
-
   private:
     struct Pair {
+        std::size_t kind = 0;           // of class
         std::vector<double> azimuths;   // those asked, and others
         std::vector<SolvedValue> R, T;  // at them
-        std::size_t first = 0;          // of R's among all values; T's follow
+        std::size_t first = 0;          // of R's among the values of its class; T's follow
     };
     struct Asked {
         const Pair* pair;
         std::size_t azimuth;
     };
 
-    int place_of(double mu) {
-        const auto [found, is_new] = places_.try_emplace(mu, static_cast<int>(mu_.size()));
-        if (is_new) mu_.push_back(mu);
-        return found->second;
-    }
-
-    std::vector<double> mu_;
-    std::map<double, int> places_;
-    std::map<std::pair<int, int>, Pair> pairs_;
+    std::vector<Class> classes_;
+    std::map<std::pair<double, double>, Pair> pairs_;
     std::vector<Asked> asked_;
-    std::vector<bool> counts_;
 };
 
 }  // namespace
@@ -243,30 +268,40 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
     const int patience = patience_for(layers);
     SolvedGeometries all;
     all.at.resize(geometries.size());
-    for (const Alike& alike : by_cosine(geometries, can_resolve_peaks(layers, boundary, options))) {
-        int nodes_of_others = 0;
-        for (std::size_t first = 0; first < alike.places.size();) {
-            Group group(geometries, alike, first);
-            SolverOptions with = options;
-            with.exact_fluxes = false;
-            if (alike.grazing) {
-                with.grazing = true;
-                with.mode_tolerance = std::max(options.mode_tolerance, grazing_mode_tolerance);
-            }
-            const EstimatedValues found = solve_as(
-                options,
-                {options.tolerance, first_nodes_after(nodes_of_others), patience, group.counts()},
-                [&](int nodes) {
-                    with.nodes = nodes;
-                    return group.values(solve_stack(layers, boundary, group.cosines(), with));
-                });
-            for (std::size_t i = 0; i < group.size(); ++i)
-                all.at[alike.places[first + i]] = group.at(i, found.errors);
-            nodes_of_others = std::max(nodes_of_others, found.nodes);
-            first += group.size();
+    const auto solve = [&](const std::vector<std::size_t>& places, bool resolved) {
+        SolverOptions with = options;
+        with.exact_fluxes = false;
+        if (resolved) {
+            with.grazing = true;
+            with.mode_tolerance = std::max(options.mode_tolerance, grazing_mode_tolerance);
         }
-        all.nodes = std::max(all.nodes, nodes_of_others);
-    }
+        int first_nodes = resolved ? fewest_nodes_of_peaks : fewest_nodes;
+        for (std::size_t first = 0; first < places.size();) {
+            Group group(geometries, places, first, resolved);
+            solve_as(options, {options.tolerance, first_nodes, patience}, group.classes(),
+                     [&](int nodes) {
+                         with.nodes = nodes;
+                         return group.values([&](const std::vector<double>& mu) {
+                             return solve_stack(layers, boundary, mu, with);
+                         });
+                     });
+            for (std::size_t i = 0; i < group.size(); ++i) all.at[places[first + i]] = group.at(i);
+            first += group.size();
+            int fewest = most_nodes;
+            for (const Class& of : group.classes())
+                if (!of.counts.empty()) {
+                    fewest = std::min(fewest, of.found.nodes);
+                    all.nodes = std::max(all.nodes, of.found.nodes);
+                }
+            first_nodes = std::max(first_nodes, first_nodes_after(fewest));
+        }
+    };
+    const bool can_resolve = can_resolve_peaks(layers, boundary, options);
+    std::vector<std::size_t> plain, resolved;
+    for (std::size_t i = 0; i < geometries.size(); ++i)
+        (can_resolve && class_of(geometries[i]) > 0 ? resolved : plain).push_back(i);
+    solve(plain, false);
+    solve(resolved, true);
     return all;
 }
 
@@ -300,24 +335,26 @@ SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoun
     // That is quickly solved with so many nodes that peaks need no other truncation.
     if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
     SolvedFluxes solved;
-    const std::vector<bool> counts(3 * mu.size() + 3, true);
-    const EstimatedValues found = solve_as(
-        options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers), counts},
+    std::vector<Class> classes(1);
+    classes[0].counts.assign(3 * mu.size() + 3, true);
+    solve_as(
+        options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
         [&](int nodes) {
             with.nodes = nodes;
             solved.fluxes = solve_stack(layers, boundary, mu, with);
             const ModeSolution& fluxes = solved.fluxes;
             std::vector<double> values{fluxes.spherical_albedo, fluxes.total_transmittance,
                                        fluxes.spherical_ground_absorptance};
-            if (mu.empty()) return values;  // those at the nodes differ
             for (const Eigen::VectorXd* const list :
                  {&fluxes.plane_albedo, &fluxes.diffuse_transmittance, &fluxes.ground_absorptance})
+                // Without `mu` they are those at the nodes, which differ.
                 for (Eigen::Index i = 0; i < std::ssize(mu); ++i)
                     values.push_back(list->size() > 0 ? (*list)(i) : 0);
-            return values;
+            return std::vector<std::vector<double>>{std::move(values)};
         });
+    const EstimatedValues& found = classes[0].found;
     for (const double error : found.errors) solved.error = std::max(solved.error, error);
-    solved.relative_error = largest_relative(found, counts);
+    solved.relative_error = classes[0].error();
     solved.nodes = found.nodes;
     return solved;
 }

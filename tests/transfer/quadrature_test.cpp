@@ -13,7 +13,7 @@
 namespace stratus {
 namespace {
 
-const NodeMap maps[] = {NodeMap::grazing, NodeMap::forward};
+const NodeMap maps[] = {NodeMap::grazing, NodeMap::forward, NodeMap::square};
 const int counts[] = {1, 2, 3, 7, 8, 32, 65, 512};
 
 TEST(GaussDirections, HaveAscendingCosinesBetweenZeroAndOne) {

@@ -34,8 +34,8 @@ struct SolvedGeometries {
 ///          that 512 nodes do not reach, or would not by the pace so far, is missed: see the errors.
 /// Cost     that of the last solution, and a third of it for the others; a solution for every 62
 ///          cosines; geometries with a cosine below 0.15, and below 0.05, have solutions of their own;
-///          one layer of a narrow peak is solved otherwise where both are below 0.15
-///          (docs/accuracy.md), at some ten times the cost.
+///          one layer of a narrow peak is solved otherwise there (docs/accuracy.md), at two to four
+///          times the cost.
 SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                                   const LowerBoundary& boundary,
                                   const std::vector<Geometry>& geometries,

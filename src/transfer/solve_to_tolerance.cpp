@@ -26,20 +26,35 @@ constexpr double grazing_mode_tolerance = 1e-8;  // far less than their interpol
 /// Half as many again, in whole registers.
 int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 * 4); }
 
-/// Nodes before a tolerance can be given up as out of reach. Backward peaks may begin to converge
-/// with as many as hold their series: in stacks nothing truncates them.
+constexpr int least_patience = 96;  // nodes before a tolerance can be given up as out of reach
+
+/// Nodes that leave less than `rest` of the moment after the last they hold, from least_patience on;
+/// least_patience where that takes so many that they take minutes.
+int nodes_that_hold(const PhaseFunction& phase_function, int moments_to_a_node, double rest) {
+    constexpr int most = 248;
+    const std::vector<double> moments = phase_function.moments(moments_to_a_node * most + 1);
+    const auto left = [&](int nodes) {
+        return std::abs(moments[static_cast<std::size_t>(moments_to_a_node * nodes)]);
+    };
+    if (left(most) > rest) return least_patience;
+    int nodes = least_patience;
+    while (left(nodes) > rest) nodes = more_nodes(nodes);
+    return nodes;
+}
+
+/// Backward peaks may begin to converge with as many nodes as hold their series: in stacks nothing
+/// truncates them.
 int patience_for(const std::vector<StackLayer>& layers) {
-    constexpr double held = 1e-4;  // moment that is left
-    constexpr int most = 248;      // more take minutes
-    int patience = 96;
-    for (const StackLayer& layer : layers) {
-        if (layer.phase_function.asymmetry() > -0.9) continue;
-        const std::vector<double> moments = layer.phase_function.moments(2 * most + 1);
-        if (std::abs(moments.back()) > held) continue;
-        while (std::abs(moments[static_cast<std::size_t>(2 * patience)]) > held)
-            patience = more_nodes(patience);
-    }
+    int patience = least_patience;
+    for (const StackLayer& layer : layers)
+        if (layer.phase_function.asymmetry() <= -0.9)
+            patience = std::max(patience, nodes_that_hold(layer.phase_function, 2, 1e-4));
     return patience;
+}
+
+/// So may resolved peaks, with 4 moments to a node.
+int patience_for_resolved(const PhaseFunction& phase_function) {
+    return nodes_that_hold(phase_function, 4, 1e-2);
 }
 
 int fewer_nodes(int nodes) { return (2 * nodes + 1) / 3; }
@@ -265,7 +280,6 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                                   const std::vector<Geometry>& geometries,
                                   const SolverOptions& options) {
     check_options(options);
-    const int patience = patience_for(layers);
     SolvedGeometries all;
     all.at.resize(geometries.size());
     const auto solve = [&](const std::vector<std::size_t>& places, bool resolved) {
@@ -275,6 +289,8 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
             with.grazing = true;
             with.mode_tolerance = std::max(options.mode_tolerance, grazing_mode_tolerance);
         }
+        const int patience =
+            resolved ? patience_for_resolved(layers.front().phase_function) : patience_for(layers);
         int first_nodes = resolved ? fewest_nodes_of_peaks : fewest_nodes;
         for (std::size_t first = 0; first < places.size();) {
             Group group(geometries, places, first, resolved);
@@ -300,8 +316,8 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
     std::vector<std::size_t> plain, resolved;
     for (std::size_t i = 0; i < geometries.size(); ++i)
         (can_resolve && class_of(geometries[i]) > 0 ? resolved : plain).push_back(i);
-    solve(plain, false);
-    solve(resolved, true);
+    if (!plain.empty()) solve(plain, false);
+    if (!resolved.empty()) solve(resolved, true);
     return all;
 }
 

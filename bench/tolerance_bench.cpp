@@ -3,8 +3,8 @@
 // reference is surer than their estimate; of these in per cent, errors below 1.5 estimates; the
 // error that 99 % of them are within; errors beyond the tolerance, in per cent, and said to be;
 // the median of estimate over error, of how many errors above a hundredth of the tolerance; the
-// median of nodes, and of the time over that of the last solution alone. Grazing: a cosine below
-// 0.15.
+// median of nodes, and of the time over that of the last solution alone, either the faster of two
+// (the first computes Gauss nodes and coefficients of droplets). Grazing: a cosine below 0.15.
 //
 // usage: tolerance_bench [COUNT [TOLERANCE [FIRST SEED [LARGEST COSINE]]]]; with --references in place
 // of TOLERANCE, it prints tests/reference/random_layers.csv: values by four times the nodes that 1e-3
@@ -41,9 +41,16 @@ struct Class {
     int missed = 0;                   // values beyond the tolerance, as they say
 };
 
-double seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
+template <class Run>
+double fastest_seconds(const Run& run) {
+    double fastest = infinity;
+    for (int k = 0; k < 2; ++k) {
+        const auto start = std::chrono::steady_clock::now();
+        run();
+        const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+        fastest = std::min(fastest, passed.count());
+    }
+    return fastest;
 }
 
 std::vector<double> values_of(const SolvedGeometries& solved) {
@@ -125,12 +132,12 @@ int main(int argc, char** argv) {
     std::map<std::string, Class> classes;
     for (int seed = first; seed < first + count; ++seed) {
         const RandomProblem problem = test::random_problem(static_cast<std::uint64_t>(seed), most);
-        const double start = seconds();
-        const SolvedGeometries solved =
-            solve_geometries(problem.layers, problem.boundary, problem.geometries, options);
-        const double middle = seconds();
-        solve_with(problem, solved.nodes);
-        const double alone = seconds() - middle;
+        SolvedGeometries solved;
+        const double together = fastest_seconds([&] {
+            solved =
+                solve_geometries(problem.layers, problem.boundary, problem.geometries, options);
+        });
+        const double alone = fastest_seconds([&] { solve_with(problem, solved.nodes); });
         if (alone > (references ? most_seconds / 7 : most_seconds)) {
             std::fprintf(stderr, "seed %d, %s: left out, %d nodes took %.1f s\n", seed,
                          problem.kind.c_str(), solved.nodes, alone);
@@ -150,7 +157,7 @@ int main(int argc, char** argv) {
         }
         for (const std::string& name : {problem.kind, std::string("all")}) {
             classes[name].nodes.push_back(solved.nodes);
-            classes[name].cost.push_back((middle - start) / alone);
+            classes[name].cost.push_back(together / alone);
         }
         for (std::size_t i = 0; i < found.size(); ++i) {
             if (finest[i] == 0) continue;  // nothing is transmitted

@@ -28,9 +28,20 @@ inline bool is_packed(const std::filesystem::path& path) {
     return path.extension() == packed_ending;
 }
 
+/// Maps a packed table that is as it was written.
+inline PackedTable read_intact_table(const std::filesystem::path& path) {
+    PackedTable table(path.string());
+    if (!table.is_intact())
+        throw std::runtime_error(
+            path.string() +
+            ": numbers or texts are not those of its checksum; bake or pack it "
+            "again");
+    return table;
+}
+
 /// Reads a table, packed or not.
 inline Table read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
-    if (is_packed(path)) return PackedTable(path.string()).unpacked();
+    if (is_packed(path)) return read_intact_table(path).unpacked();
     return read_table(path, options);
 }
 

@@ -90,7 +90,7 @@ void print_worst(const Verification& verification, const std::vector<FamilyAxis>
 
 void run_verify(const VerifyCommand& command) {
     std::optional<PackedTable> packed;
-    if (is_packed(command.table)) packed.emplace(command.table);
+    if (is_packed(command.table)) packed = read_intact_table(command.table);
     const Table table = packed ? packed->header() : read_table(command.table, command.reading);
     Progress progress(command.quiet);
     VerifyOptions options = command.options;

@@ -5,6 +5,7 @@
 #include "tensor_header.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -171,6 +172,67 @@ std::size_t find_not_finite(const Number* numbers, std::size_t count, Infinity i
     return first;
 }
 
+// ---- Checksum
+
+using Strings = std::map<std::string, std::string>;
+
+/// CRC-32 of what is added, as of zlib and PNG.
+class Checksum {
+  public:
+    void add(const void* data, std::size_t bytes) {
+        const auto* const of = static_cast<const unsigned char*>(data);
+        for (std::size_t i = 0; i < bytes; ++i)
+            rest_ = table()[(rest_ ^ of[i]) & 0xff] ^ rest_ >> 8;
+    }
+    /// A text and the zero byte that ends it.
+    void add(const std::string& text) { add(text.c_str(), text.size() + 1); }
+
+    std::string digits() const {
+        std::string text;
+        for (int shift = 28; shift >= 0; shift -= 4)
+            text += "0123456789abcdef"[(~rest_ >> shift) & 0xf];
+        return text;
+    }
+
+  private:
+    static const std::uint32_t* table() {
+        static const auto made = [] {
+            std::array<std::uint32_t, 256> all{};
+            for (std::uint32_t byte = 0; byte < 256; ++byte) {
+                std::uint32_t rest = byte;
+                for (int bit = 0; bit < 8; ++bit)
+                    rest = (rest >> 1) ^ ((rest & 1) != 0 ? 0xedb88320u : 0u);
+                all[byte] = rest;
+            }
+            return all;
+        }();
+        return made.data();
+    }
+
+    std::uint32_t rest_ = 0xffffffff;
+};
+
+void add_strings(Checksum& sum, const Strings& strings) {
+    for (const auto& [key, text] : strings) {
+        if (key == checksum_key) continue;
+        sum.add(key);
+        sum.add(text);
+    }
+}
+
+void add_tensor(Checksum& sum, const std::string& name, TensorType type,
+                const std::vector<std::size_t>& shape, const void* data) {
+    sum.add(name);
+    sum.add(std::string(name_of(type).name));
+    for (const std::size_t extent : shape) {
+        const std::uint64_t wide = extent;
+        sum.add(&wide, sizeof wide);
+    }
+    sum.add(data, count_of(shape) * name_of(type).size);
+}
+
+bool fills_a_gap(const std::string& name) { return name.rfind(padding_prefix, 0) == 0; }
+
 // ---- Writing
 
 /// How many bytes are missing to a multiple of 64.
@@ -236,6 +298,16 @@ TensorFile::TensorFile(const void* data, std::size_t bytes) {
     require_contiguous(extents, bytes - data_start);
 }
 
+bool TensorFile::is_intact() const {
+    const auto stated = strings_.find(checksum_key);
+    if (stated == strings_.end()) return false;
+    Checksum sum;
+    add_strings(sum, strings_);
+    for (const auto& [name, tensor] : tensors_)
+        if (!fills_a_gap(name)) add_tensor(sum, name, tensor.type, tensor.shape, tensor.data);
+    return sum.digits() == stated->second;
+}
+
 const std::string& TensorFile::text(const std::string& key) const {
     const auto found = strings_.find(key);
     if (found == strings_.end()) refuse_tensor_file("string " + quoted(key), "in the file", "none");
@@ -287,9 +359,8 @@ void TensorWriter::require_count(const std::string& name, const std::vector<std:
 void TensorWriter::add(const std::string& name, TensorType type,
                        const std::vector<std::size_t>& shape, const void* data) {
     constexpr char function[] = "TensorWriter";
-    require(names_.count(name) == 0 && name != strings_key && name.rfind(padding_prefix, 0) != 0,
-            function, "name of a tensor", "new and neither '__metadata__' nor 'padding_...'",
-            quoted(name));
+    require(names_.count(name) == 0 && name != strings_key && !fills_a_gap(name), function,
+            "name of a tensor", "new and neither '__metadata__' nor 'padding_...'", quoted(name));
     require(is_utf8(name), function, "name of a tensor", "UTF-8", quoted(name));
     const std::size_t count = count_up_to(max_numbers, shape);
     require(shape.size() <= max_tensor_rank && count <= max_numbers, function,
@@ -308,6 +379,13 @@ void TensorWriter::set(const std::string& key, const std::string& text) {
 }
 
 std::vector<char> TensorWriter::finish() {
+    Checksum sum;
+    add_strings(sum, strings_);
+    std::map<std::string, const Entry*> by_name;
+    for (const Entry& entry : entries_) by_name[entry.name] = &entry;
+    for (const auto& [name, entry] : by_name)
+        add_tensor(sum, name, entry->type, entry->shape, entry->data.data());
+    strings_[checksum_key] = sum.digits();
     std::vector<std::string> strings, members;
     for (const auto& [key, text] : strings_)
         strings.push_back(json_string(key) + ':' + json_string(text));

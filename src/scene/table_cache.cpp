@@ -130,6 +130,7 @@ std::vector<KeptFile> kept_files(const fs::path& folder) {
 std::optional<PackedTable> read_kept(const fs::path& path) {
     try {
         PackedTable table(path.string());
+        if (!table.is_intact()) return std::nullopt;
         const auto& attributes = table.header().attributes;
         const auto key = attributes.find(key_attribute);
         if (key == attributes.end() || !key->second.starts_with(path.filename().string() + "\n"))

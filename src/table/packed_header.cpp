@@ -195,7 +195,8 @@ Table packed_header(const TensorFile& file) {
 }
 
 bool is_reserved(const std::string& name) {
-    static const std::vector<std::string> fixed{format_name,
+    static const std::vector<std::string> fixed{checksum_key,
+                                                format_name,
                                                 format_version_name,
                                                 phase_function_name,
                                                 below_name,

@@ -71,14 +71,15 @@ AlignedBytes aligned_copy(const std::vector<char>& bytes) {
 struct PackedTable::Contents {
     std::optional<MappedFile> mapped;
     AlignedBytes copy;
+    const void* data;
     std::size_t bytes;
     Table header;
     PathSheet own_sheet;
     std::vector<PackedMember> members;
 
-    Contents(std::optional<MappedFile> mapped_, AlignedBytes copy_, const void* data,
+    Contents(std::optional<MappedFile> mapped_, AlignedBytes copy_, const void* data_,
              std::size_t bytes_)
-        : mapped(std::move(mapped_)), copy(std::move(copy_)), bytes(bytes_) {
+        : mapped(std::move(mapped_)), copy(std::move(copy_)), data(data_), bytes(bytes_) {
         require_aligned(data, "the file");
         const TensorFile file(data, bytes);
         header = packed_header(file);
@@ -390,6 +391,10 @@ Table PackedTable::unpacked() const {
 
 const PackedSide& PackedTable::side(Side side) const noexcept {
     return contents_->members[0].side[side == Side::reflection ? 0 : 1].view;
+}
+
+bool PackedTable::is_intact() const {
+    return TensorFile(contents_->data, contents_->bytes).is_intact();
 }
 
 std::size_t PackedTable::bytes() const noexcept { return contents_->bytes; }

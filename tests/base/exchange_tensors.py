@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 
 LETTERS = {"F16": "e", "F32": "f", "F64": "d", "I32": "i"}  # of struct
 
@@ -35,6 +36,17 @@ def read(content):
         tensors[name] = (tensor["dtype"], tensor["shape"], list(numbers))
     assert end == len(data), (end, len(data))
     return strings, tensors
+
+
+def checksum(strings, tensors):
+    """As tensor_file.h says."""
+    parts = [f"{key}\0{text}\0".encode() for key, text in sorted(strings.items()) if key != "checksum"]
+    for name, (dtype, shape, numbers) in sorted(tensors.items()):
+        if name.startswith("padding_"):
+            continue
+        parts.append(f"{name}\0{dtype}\0".encode() + struct.pack(f"<{len(shape)}Q", *shape))
+        parts.append(struct.pack(f"<{len(numbers)}{LETTERS[dtype]}", *numbers))
+    return f"{zlib.crc32(b''.join(parts)):08x}"
 
 
 def write(strings, tensors):
@@ -76,6 +88,7 @@ with tempfile.TemporaryDirectory() as folder:
     strings, tensors = read(path.read_bytes())
     paddings = {name: tensor for name, tensor in tensors.items() if name.startswith("padding_")}
     assert len(paddings) == 4 and not any(any(numbers) for _, _, numbers in paddings.values())
+    assert strings.pop("checksum") == checksum(strings, tensors)
     assert strings == STRINGS, strings
     assert {name: tensors[name] for name in tensors.keys() - paddings.keys()} == TENSORS, tensors
 

@@ -63,7 +63,7 @@ std::vector<char> sample_file() {
 TEST(TensorFile, HoldsWhatWasWritten) {
     const std::vector<char> bytes = sample_file();
     const TensorFile file = read(bytes);
-    EXPECT_EQ(file.strings().size(), 2u);
+    EXPECT_EQ(file.strings().size(), 3u);  // and the checksum
     EXPECT_EQ(file.text("format"), "sample");
     EXPECT_EQ(file.text("title"), "\u03c4 = \"8\"\n");
     EXPECT_TRUE(file.has("angle"));
@@ -492,7 +492,8 @@ TEST(TensorWriter, RefusesWhatCannotBeRead) {
 
 TEST(TensorWriter, RefusesMoreThanIsRead) {
     TensorWriter strings, tensors;
-    for (std::size_t i = 0; i <= max_tensors; ++i) strings.set(std::to_string(i), "");
+    for (std::size_t i = 0; i < max_tensors; ++i) strings.set(std::to_string(i), "");
+    // The checksum is one more.
     expect_refusal<std::invalid_argument>(
         [&] { (void)strings.finish(); },
         {"TensorWriter: the strings must be at most 100000, got 100001"});
@@ -584,6 +585,32 @@ TEST(TensorFile, RefusesOrReadsEveryDamagedFile) {
     }
     EXPECT_GT(refused, 2000);
     EXPECT_GT(accepted, 500);
+}
+
+TEST(TensorFile, IsIntactUnlessTextsOrNumbersHaveChanged) {
+    const std::vector<char> whole = sample_file();
+    EXPECT_TRUE(read(whole).is_intact());
+    EXPECT_FALSE(read(forged("{}")).is_intact());
+    const std::map<std::string, Tensor> tensors = read(whole).tensors();
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+        std::vector<char> file = whole;
+        file[at] = static_cast<char>(file[at] ^ 1);
+        const bool in_gap = std::any_of(tensors.begin(), tensors.end(), [&](const auto& of) {
+            const std::size_t begin =
+                static_cast<std::size_t>(static_cast<const char*>(of.second.data) - whole.data());
+            return of.first.rfind(padding_prefix, 0) == 0 && at >= begin &&
+                   at < begin + 2 * of.second.count();
+        });
+        try {
+            const bool is_intact = read(file).is_intact();
+            // A digit of the name of what fills a gap is no part of it either.
+            if (in_gap || whole[at - 1] == '_')
+                EXPECT_TRUE(is_intact) << at;
+            else
+                EXPECT_FALSE(is_intact) << at;
+        } catch (const std::invalid_argument&) {
+        }
+    }
 }
 
 TEST(TensorFile, RefusesEveryTruncatedFile) {

@@ -29,6 +29,13 @@ expect_refused 2 --output .stratus haze.h5 -- pack haze.h5 -o haze.h5
 expect_refused 2 TABLE .h5 .exr haze.stratus -- pack haze.stratus -o other.stratus
 expect_refused 1 absent.h5 -- pack absent.h5 -o new.stratus
 expect_refused 2 IN .h5 .exr -- convert haze.stratus back.h5
+cp haze.stratus flipped.stratus
+printf '\125' | dd of=flipped.stratus bs=1 seek=$(($(stat -c %s flipped.stratus) - 100)) conv=notrunc status=none
+cmp -s haze.stratus flipped.stratus && fail "a byte must have changed"
+expect_ok eval flipped.stratus --query query.csv
+for command in info verify; do
+    expect_refused 1 flipped.stratus checksum -- "$command" flipped.stratus
+done
 head -c 2000 haze.stratus >short.stratus
 expect_refused 1 short.stratus -- info short.stratus
 cp haze.h5 foreign.stratus

@@ -130,6 +130,13 @@ TEST(TableCache, PassesOverDamagedAndForeignFiles) {
     EXPECT_FALSE(cache.find(recipe));
     keep(cache, recipe, table);
     EXPECT_TRUE(cache.find(recipe));
+    std::fstream file(own, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekg(-100, std::ios::end);
+    const char byte = static_cast<char>(file.get());
+    file.seekp(-100, std::ios::end);
+    file.put(static_cast<char>(byte ^ 1));
+    file.close();
+    EXPECT_FALSE(cache.find(recipe)) << "one bit of a number";
 }
 
 TEST(TableCache, RemovesWhatWasLongestUnused) {

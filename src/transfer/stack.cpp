@@ -335,26 +335,31 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
     std::vector<double> modes;
     for (const MatrixXd& mode : reflected ? reflection_modes : transmission_modes)
         modes.push_back(mode(out, in));
-    std::vector<SolvedValue> all;
+    std::vector<double> cosines;
     for (const double azimuth : azimuths) {
         const Geometry geometry{mu(in), mu(out), azimuth};
-        const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
-                                        : cos_scattering_angle_transmitted(geometry);
+        cosines.push_back(reflected ? cos_scattering_angle_reflected(geometry)
+                                    : cos_scattering_angle_transmitted(geometry));
+    }
+    const std::vector<double> scattered_again = sum_legendre(along_path, cosines);
+    std::vector<SolvedValue> all;
+    for (std::size_t k = 0; k < azimuths.size(); ++k) {
+        const double cosine = cosines[k];
         std::vector<double> phase;
         for (const StackLayer& layer : layers) phase.push_back(layer.phase_function(cosine));
         double single = single_layers.scattered(side, phase, mu(in), mu(out));
         // The path law is added to single scattering by the layers as they are.
         double corrected = path ? single : corrected_layers.scattered(side, phase, mu(in), mu(out));
         if (reflected && lower_boundary.is_present()) {
-            single +=
-                single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);
-            corrected += single_reflection_of_boundary(boundary_corrected,
-                                                       corrected_layers.below_all(), geometry);
+            single += single_reflection_of_boundary(lower_boundary, single_layers.below_all(),
+                                                    {mu(in), mu(out), azimuths[k]});
+            corrected += single_reflection_of_boundary(
+                boundary_corrected, corrected_layers.below_all(), {mu(in), mu(out), azimuths[k]});
         }
         if (order > 0) corrected = order == 1 ? single : 0;
         if (order > 1) single = 0;
-        all.push_back(put_together(single, corrected,
-                                   sum_modes(modes, azimuth) + sum_legendre(along_path, cosine)));
+        all.push_back(
+            put_together(single, corrected, sum_modes(modes, azimuths[k]) + scattered_again[k]));
     }
     return all;
 }

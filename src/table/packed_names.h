@@ -103,7 +103,7 @@ inline const std::array<PackedFluxField, 3>& packed_flux_fields() {
 /// Names of strings that a table's own attributes must not have.
 bool is_reserved(const std::string& name);
 
-constexpr int path_sheet_steps = 11;            // over w^2 from 0 to 1
+constexpr int path_sheet_steps = 22;            // over w^2 from 0 to 1
 constexpr std::size_t most_summed_orders = 64;  // of files that hold no path sheet
 
 }  // namespace stratus

@@ -8,9 +8,16 @@ namespace stratus {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-std::vector<int> thinned_modes(int count) {
-    constexpr int dense = 48;      // modes below are all solved
-    constexpr double step = 0.07;  // from pair to pair, of the mode
+namespace {
+
+constexpr std::size_t fitted_points = 8;  // of the polynomials that fill gaps
+
+}  // namespace
+
+std::vector<int> thinned_modes(int count, double tolerance) {
+    constexpr int dense = 48;  // modes below are all solved
+    // From pair to pair, of the mode; what polynomials miss falls as its power of their points.
+    const double step = 0.07 * std::pow(tolerance / 1e-2, 1.0 / fitted_points);
     std::vector<int> modes;
     for (int mode = 0; mode < std::min(count, dense); ++mode) modes.push_back(mode);
     for (int pair = dense; pair < count;) {
@@ -37,7 +44,6 @@ std::vector<double> lagrange_weights(std::span<const int> x, int at) {
 }  // namespace
 
 void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
-    constexpr std::size_t points = 8;
     std::vector<int> of_parity[2];
     std::vector<const MatrixXd*> values[2];
     for (std::size_t k = 0; k < modes.size(); ++k) {
@@ -52,7 +58,7 @@ void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
             all.push_back(*values[mode % 2][next]);
             continue;
         }
-        const std::size_t count = std::min(points, x.size());
+        const std::size_t count = std::min(fitted_points, x.size());
         const std::size_t first =
             std::min(next > count / 2 ? next - count / 2 : 0, x.size() - count);
         const std::vector<double> weights =

@@ -10,8 +10,8 @@
 //   its copy, without what stays.
 //   Few nodes: Y_l^m falls off as sin^m. Mode m takes the nodes with sin^m above 1e-3.
 //   Few modes: orders n >= 2 are smooth in m, even and odd m apart. From 48 on, pairs of neighbours are
-//   solved whose distance grows with m; polynomials of degree 7 fill the gaps. That changes R and T of
-//   clouds and HG 0.98 by 6e-4 at most.
+//   solved whose distance grows with m and with the tolerance; polynomials of degree 7 fill the gaps. At
+//   a tolerance of 1e-2 that changes R and T of clouds and HG 0.98 by 6e-4 at most.
 #pragma once
 
 #include "climb.h"
@@ -23,8 +23,8 @@
 
 namespace stratus {
 
-/// Modes below `count` that are solved; ascending, the last pair included.
-std::vector<int> thinned_modes(int count);
+/// Modes below `count` that are solved for a tolerance; ascending, the last pair included.
+std::vector<int> thinned_modes(int count, double tolerance);
 
 /// Makes a list of all modes up to the last one of a list of some, `solved`, by interpolation.
 void fill_modes(std::span<const int> solved, std::vector<Eigen::MatrixXd>& modes);

@@ -158,7 +158,10 @@ class LadderRun {
         const SolverOptions& options = problem_.options;
         int count = std::max(count_modes(truncation_.moments), boundary_modes_.count());
         if (options.modes) count = std::min(options.modes, count);
-        if (options.grazing) return thinned_modes(count);
+        constexpr double usual_tolerance = 1e-4;
+        if (options.grazing)
+            return thinned_modes(count,
+                                 options.tolerance > 0 ? options.tolerance : usual_tolerance);
         std::vector<int> all(static_cast<std::size_t>(count));
         std::iota(all.begin(), all.end(), 0);
         return all;

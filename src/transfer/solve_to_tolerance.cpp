@@ -67,6 +67,7 @@ struct EstimatedValues {
 /// Values whose errors are alike, and converge alike.
 struct Class {
     std::vector<bool> counts;  // which of them have to meet the tolerance
+    double least_error = 0;    // that is stated, relative to the value
     Convergence convergence;
     EstimatedValues found;
     bool is_done = false;
@@ -74,7 +75,10 @@ struct Class {
     void add(std::vector<double> values, int nodes) {
         convergence.add(values);
         found = {std::move(values), {}, nodes};
-        if (convergence.can_tell()) found.errors = convergence.errors();
+        if (!convergence.can_tell()) return;
+        found.errors = convergence.errors();
+        for (std::size_t i = 0; i < found.errors.size(); ++i)
+            found.errors[i] += least_error * std::abs(found.values[i]);
     }
 
     /// The largest error of the values that count, relative to the value.
@@ -216,7 +220,10 @@ class Group {
             for (std::size_t side = 0; side < 2; ++side)
                 for (std::size_t k = 0; k < pair.azimuths.size(); ++k) counts.push_back(k < count);
         }
-        for (Class& of : classes_) of.is_done = of.counts.empty();
+        for (Class& of : classes_) {
+            of.is_done = of.counts.empty();
+            if (resolved) of.least_error = grazing_mode_tolerance;
+        }
     }
 
     std::size_t size() const { return asked_.size(); }

@@ -27,7 +27,7 @@ TEST(GrazingModes, FillGapsWithPolynomialsOfEitherParity) {
         return m % 2 == 0 ? 1 + x * x * x * x * x : 2 + x * x;
     };
     for (const int count : {1, 2, 5, 96, 97, 98, 99, 144, 301}) {
-        const std::vector<int> solved = thinned_modes(count);
+        const std::vector<int> solved = thinned_modes(count, 1e-4);
         EXPECT_TRUE(std::ranges::is_sorted(solved));
         EXPECT_EQ(solved.back(), count - 1);
         std::vector<Eigen::MatrixXd> modes;
@@ -37,11 +37,12 @@ TEST(GrazingModes, FillGapsWithPolynomialsOfEitherParity) {
         for (int m = 0; m < count; ++m)
             EXPECT_NEAR(modes[static_cast<std::size_t>(m)](1, 0), value(m), 1e-10 * value(m)) << m;
     }
-    EXPECT_LT(thinned_modes(600).size(), 270U);
+    EXPECT_LT(thinned_modes(600, 1e-2).size(), 130U);
+    EXPECT_GT(thinned_modes(600, 1e-4).size(), thinned_modes(600, 1e-2).size());
 }
 
 TEST(GrazingModes, FillWhatWasSolvedBeforeTheRestBecameNegligible) {
-    const std::vector<int> solved = thinned_modes(301);
+    const std::vector<int> solved = thinned_modes(301, 1e-2);
     std::vector<Eigen::MatrixXd> modes(110, Eigen::MatrixXd::Ones(1, 1));
     fill_modes(solved, modes);
     EXPECT_EQ(std::ssize(modes), solved[109] + 1);

@@ -178,9 +178,8 @@ void add_path_law(TensorWriter& file, const Table& table) {
     file.set(path_deepest_name, shortest_text(law.deepest()));
     if (orders <= most_summed_orders) return;
     const PathSheet sheet = squared_path_sheet(law, table.highest_order);
-    file.add(path_sheet_name,
-             {size(path_sheet_steps + 1),
-              sheet.sample_count() / size(path_sheet_steps + 1) / 2 / angles, angles, 2},
+    const std::size_t albedos = size(path_sheet_steps(orders) + 1);
+    file.add(path_sheet_name, {albedos, sheet.sample_count() / albedos / 2 / angles, angles, 2},
              sheet.view().sample);
 }
 

@@ -211,7 +211,8 @@ TEST(PackedFile, WithoutItsPhaseCurveIsRefusedBeforeOneIsSampled) {
 }
 
 TEST(PackedFile, LooksThePathLawUpWhetherHeldOrWorkedOut) {
-    for (const char* const phase : {"henyey_greenstein:g=0.85", "henyey_greenstein:g=0.95"}) {
+    for (const char* const phase :
+         {"henyey_greenstein:g=0.85", "henyey_greenstein:g=0.95", "henyey_greenstein:g=0.98"}) {
         const Table table = with_path_law(phase);
         const bool held = table.path_law->order_count() - 2 > static_cast<int>(most_summed_orders);
         const Forged file(table);
@@ -239,19 +240,20 @@ TEST(PackedFile, HoldsThePathLawInHalvesWhereTheToleranceIsWide) {
                     std::abs(exact.of_angle(angle)[0]) / 2048 + 1e-7);
 }
 
-TEST(PackedFile, ReadsTheFirstVersion) {
+TEST(PackedFile, LooksUpThePathSheetOfFewOrdersWhereAFileHoldsIt) {
     const Table table = with_path_law("henyey_greenstein:g=0.85");
     Forged file(table);
     const PackedTable expected(file.bytes());
-    double albedo[path_sheet_steps + 1];
-    for (int i = 0; i <= path_sheet_steps; ++i)
-        albedo[i] = std::sqrt(std::max(1e-6, static_cast<double>(i) / path_sheet_steps));
-    const PathSheet sheet(*table.path_law, albedo, path_sheet_steps + 1, 0, 2);
+    constexpr int steps = path_sheet_steps(most_summed_orders);
+    double albedo[steps + 1];
+    for (int i = 0; i <= steps; ++i)
+        albedo[i] = std::sqrt(std::max(1e-6, static_cast<double>(i) / steps));
+    const PathSheet sheet(*table.path_law, albedo, steps + 1, 0, 2);
     const auto angles = 2 * static_cast<std::size_t>(table.path_law->angle_count());
-    const std::size_t steps = path_sheet_steps + 1, count = sheet.sample_count();
+    const std::size_t count = sheet.sample_count();
     const auto* const first = reinterpret_cast<const char*>(sheet.view().sample);
     file.tensors_[path_sheet_name] = {TensorType::f32,
-                                      {steps, count / steps / angles / 2, angles, 2},
+                                      {steps + 1, count / (steps + 1) / angles / 2, angles, 2},
                                       {first, first + count * sizeof(float)}};
     const PackedTable packed(file.bytes());
     for (const Geometry& at : {Geometry{0.9, 0.8, 0.1}, Geometry{0.4, 0.4, 3}}) {

@@ -3,11 +3,11 @@
 // There light is bent away from the surface before it has gone far: the path law does not hold, and
 // modes of high order count, each with all moments of the peak. Three things make them cheap.
 //
-//   Unresolved peaks: nodes, mu = x^2, crowd at grazing angles and are too far apart elsewhere. What the
-//   peak scatters between two nodes stays in its direction (simd/phase_kernels.cpp), so that many more
-//   moments are solved than the nodes hold, 4 to a node. Requested directions are nodes of almost no weight then,
-//   since they need this as well; each comes twice, so that T into the same direction is that into
-//   its copy, without what stays.
+//   Unresolved peaks: nodes, mu = x^2, crowd at grazing angles and are too far apart elsewhere. What
+//   the peak scatters between two nodes stays in its direction (simd/phase_kernels.cpp), so that many
+//   more moments are solved than the nodes hold, 4 to a node. Requested directions are nodes of almost
+//   no weight then, since they need this as well; each comes twice, so that T into the same direction
+//   is that into its copy, without what stays.
 //   Few nodes: Y_l^m falls off as sin^m. Mode m takes the nodes with sin^m above 1e-3.
 //   Few modes: orders n >= 2 are smooth in m, even and odd m apart. From 48 on, pairs of neighbours are
 //   solved whose distance grows with m and with the tolerance; polynomials of degree 7 fill the gaps. At

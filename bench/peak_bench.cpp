@@ -16,9 +16,19 @@ using namespace stratus;
 
 const std::vector<double> cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1};
 
+LayerSolution solution(const PhaseFunction& phase, double optical_depth, int nodes,
+                       Truncate truncate = Truncate::smooth) {
+    SolverOptions options;
+    options.nodes = nodes;
+    options.truncate = truncate;
+    return solve_layer(phase, 1, optical_depth, cosines, options);
+}
+
 struct Regions {
     std::vector<double> forward, elsewhere;
 };
+
+double relative_error(double value, double reference) { return std::abs(value / reference - 1); }
 
 template <class Visit>
 void for_each_geometry(Visit visit) {
@@ -33,7 +43,7 @@ Regions compare(const LayerSolution& found, const LayerSolution& expected) {
         const Geometry at{found.mu(i), found.mu(j), azimuth};
         const auto add = [&](double cosine, double value, double reference) {
             auto& region = cosine > std::cos(pi / 18) ? regions.forward : regions.elsewhere;
-            region.push_back(std::abs(value / reference - 1));
+            region.push_back(relative_error(value, reference));
         };
         add(cos_scattering_angle_reflected(at), found.reflection(i, j, azimuth).total,
             expected.reflection(i, j, azimuth).total);
@@ -52,12 +62,10 @@ void compare_backward(const LayerSolution& found, const LayerSolution& expected,
         for (int j = i; j < std::ssize(cosines); ++j)
             for (int k = 0; k <= 18; ++k) {
                 const double azimuth = k * pi / 18;
-                R.push_back(std::abs(found.reflection(i, j, azimuth).total /
-                                         expected.reflection(i, j, azimuth).total -
-                                     1));
-                T.push_back(std::abs(found.transmission(i, j, azimuth).total /
-                                         expected.transmission(i, j, azimuth).total -
-                                     1));
+                R.push_back(relative_error(found.reflection(i, j, azimuth).total,
+                                           expected.reflection(i, j, azimuth).total));
+                T.push_back(relative_error(found.transmission(i, j, azimuth).total,
+                                           expected.transmission(i, j, azimuth).total));
             }
     std::ranges::sort(R);
     std::ranges::sort(T);
@@ -81,16 +89,11 @@ void print_backward_peaks() {
         "|\n");
     for (const auto& of : cases) {
         const PhaseFunction phase = parse_phase_function(of.phase);
-        SolverOptions options;
-        options.nodes = of.exact;
-        options.truncate = of.truncate;
-        const LayerSolution expected = solve_layer(phase, 1, 2, cosines, options);
-        options.truncate = Truncate::smooth;
+        const LayerSolution expected = solution(phase, 2, of.exact, of.truncate);
         std::printf("| %s |", of.phase);
         for (const int count : nodes) {
-            options.nodes = count;
             std::vector<double> R, T;
-            compare_backward(solve_layer(phase, 1, 2, cosines, options), expected, 2, R, T);
+            compare_backward(solution(phase, 2, count), expected, 2, R, T);
             const std::size_t at = R.size() * 99 / 100;
             std::printf(" %.0e (%.0e) |", R[at], T[at]);
         }
@@ -121,16 +124,12 @@ int main() {
         "deg | within |\n| --- | --- | --- | --- | --- | --- |\n");
     for (const auto& of : cases) {
         const PhaseFunction phase = parse_phase_function(of.phase);
-        SolverOptions options;
-        options.nodes = of.exact;
-        const LayerSolution expected = solve_layer(phase, 1, of.optical_depth, cosines, options);
+        const LayerSolution expected = solution(phase, of.optical_depth, of.exact);
         for (const int nodes : {24, 32, 48, 64}) {
             std::printf("| %s | %d |", of.name, nodes);
-            options.nodes = nodes;
             for (const Truncate truncate : {Truncate::delta_m, Truncate::smooth}) {
-                options.truncate = truncate;
                 const Regions regions =
-                    compare(solve_layer(phase, 1, of.optical_depth, cosines, options), expected);
+                    compare(solution(phase, of.optical_depth, nodes, truncate), expected);
                 print(regions.elsewhere);
                 print(regions.forward);
             }

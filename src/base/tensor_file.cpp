@@ -174,15 +174,13 @@ std::size_t find_not_finite(const Number* numbers, std::size_t count, Infinity i
 
 // ---- Checksum
 
-using Strings = std::map<std::string, std::string>;
-
 /// CRC-32 of what is added, as of zlib and PNG.
 class Checksum {
   public:
     void add(const void* data, std::size_t bytes) {
         const auto* const of = static_cast<const unsigned char*>(data);
-        for (std::size_t i = 0; i < bytes; ++i)
-            rest_ = table()[(rest_ ^ of[i]) & 0xff] ^ rest_ >> 8;
+        const std::uint32_t* const after = rests_after_a_byte();
+        for (std::size_t i = 0; i < bytes; ++i) rest_ = after[(rest_ ^ of[i]) & 0xff] ^ rest_ >> 8;
     }
     /// A text and the zero byte that ends it.
     void add(const std::string& text) { add(text.c_str(), text.size() + 1); }
@@ -195,7 +193,7 @@ class Checksum {
     }
 
   private:
-    static const std::uint32_t* table() {
+    static const std::uint32_t* rests_after_a_byte() {
         static const auto made = [] {
             std::array<std::uint32_t, 256> all{};
             for (std::uint32_t byte = 0; byte < 256; ++byte) {
@@ -212,7 +210,7 @@ class Checksum {
     std::uint32_t rest_ = 0xffffffff;
 };
 
-void add_strings(Checksum& sum, const Strings& strings) {
+void add_strings(Checksum& sum, const std::map<std::string, std::string>& strings) {
     for (const auto& [key, text] : strings) {
         if (key == checksum_key) continue;
         sum.add(key);
@@ -231,8 +229,6 @@ void add_tensor(Checksum& sum, const std::string& name, TensorType type,
     sum.add(data, count_of(shape) * name_of(type).size);
 }
 
-bool fills_a_gap(const std::string& name) { return name.rfind(padding_prefix, 0) == 0; }
-
 // ---- Writing
 
 /// How many bytes are missing to a multiple of 64.
@@ -246,6 +242,8 @@ void append_bytes(std::vector<char>& bytes, const void* more, std::size_t count)
 }
 
 }  // namespace
+
+bool fills_a_gap(const std::string& name) { return name.rfind(padding_prefix, 0) == 0; }
 
 TensorFile::TensorFile(const void* data, std::size_t bytes) {
     require(reinterpret_cast<std::uintptr_t>(data) % tensor_header_start == 0, "TensorFile", "data",

@@ -178,7 +178,7 @@ void add_path_law(TensorWriter& file, const Table& table) {
     file.set(path_deepest_name, shortest_text(law.deepest()));
     if (orders <= most_summed_orders) return;
     const PathSheet sheet = squared_path_sheet(law, table.highest_order);
-    const std::size_t albedos = size(path_sheet_steps(orders) + 1);
+    const std::size_t albedos = size(path_sheet_steps(law) + 1);
     file.add(path_sheet_name, {albedos, sheet.sample_count() / albedos / 2 / angles, angles, 2},
              sheet.view().sample);
 }
@@ -344,7 +344,7 @@ std::vector<char> restated(std::vector<char> file, const Table& table) {
     std::map<const void*, std::string> in_order;
     for (const auto& [name, tensor] : read.tensors()) in_order[tensor.data] = name;
     for (const auto& [address, name] : in_order) {
-        if (name.rfind(padding_prefix, 0) == 0) continue;
+        if (fills_a_gap(name)) continue;
         const Tensor& tensor = read.tensor(name);
         written.add(name, tensor.type, tensor.shape, tensor.data);
     }

@@ -105,9 +105,4 @@ bool is_reserved(const std::string& name);
 
 constexpr std::size_t most_summed_orders = 64;  // of files that hold no path sheet
 
-/// Steps of a path sheet over w^2 from 0 to 1. High orders follow w more steeply: of a deep table of
-/// Henyey-Greenstein 0.98 (303 orders) one lookup in a thousand is 3e-2 off with 11 steps, 7e-3 with 22;
-/// 0.95 (124 orders) gains nothing.
-constexpr int path_sheet_steps(std::size_t orders) { return orders > 200 ? 22 : 11; }
-
 }  // namespace stratus

@@ -17,6 +17,11 @@ namespace stratus {
 constexpr const char* packed_caller = "packed table";
 constexpr std::size_t packed_alignment = 64;  // of rows, and so of the file
 
+/// Steps of a path sheet over w^2 from 0 to 1. High orders follow w more steeply: of a deep table of
+/// Henyey-Greenstein 0.98 (303 orders) one lookup in a thousand is 3e-2 off with 11 steps, 7e-3 with
+/// 22; 0.95 (124 orders) gains nothing.
+inline int path_sheet_steps(const PathOrders& law) { return law.order_count() - 2 > 200 ? 22 : 11; }
+
 /// The path law divided by w^2, tabulated over w^2 from 0 to 1.
 PathSheet squared_path_sheet(const PathOrders& law, int highest_order);
 

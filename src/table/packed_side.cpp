@@ -256,7 +256,7 @@ void require_aligned(const void* data, const std::string& name) {
 
 PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
     constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
-    const int steps = path_sheet_steps(size(law.order_count() - 2));
+    const int steps = path_sheet_steps(law);
     std::vector<double> albedo;
     for (int i = 0; i <= steps; ++i)
         albedo.push_back(std::sqrt(std::max(min_square, static_cast<double>(i) / steps)));
@@ -266,8 +266,8 @@ PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
 PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& own) {
     if (!table.path_law || table.varies_parameters()) return {};
     const PathOrders& law = *table.path_law;
-    const std::size_t orders = size(law.order_count() - 2);
     if (!file.has(path_sheet_name)) {
+        const std::size_t orders = size(law.order_count() - 2);
         require(orders <= most_summed_orders, packed_caller, path_sheet_name,
                 "given for more than " + std::to_string(most_summed_orders) + " orders", orders);
         own = squared_path_sheet(law, table.highest_order);
@@ -279,7 +279,7 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
     require(depths >= 2 && depths <= most_depths, packed_caller, "depths of path_sheet",
             "in [2, " + std::to_string(most_depths) + "]", depths);
     require_shape(sheet, path_sheet_name,
-                  {size(path_sheet_steps(orders) + 1), depths, 2 * size(law.angle_count()), 2});
+                  {size(path_sheet_steps(law) + 1), depths, 2 * size(law.angle_count()), 2});
     return PathSheet::view_of(sheet.data, law.offset(), law.angle_count(),
                               static_cast<int>(depths));
 }
@@ -303,8 +303,7 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
         set_directions(view, side);
         side.view.path = sheet;
         if (sheet.sample != nullptr)
-            side.view.path_steps =
-                static_cast<float>(path_sheet_steps(size(table.path_law->order_count() - 2)));
+            side.view.path_steps = static_cast<float>(path_sheet_steps(*table.path_law));
         const std::string owner =
             member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
         if (file.has(owner + functions_name))

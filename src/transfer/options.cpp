@@ -45,17 +45,13 @@ constexpr double inexact_share = 2e-3;
 /// R and T below zero.
 constexpr int fewest_nodes_of_backward_ends = 16;
 
-/// Moments to a node where peaks between nodes stay in their direction (docs/accuracy.md).
-constexpr int moments_completed = 4;
-
 }  // namespace
 
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m) {
     const int most = options.moments > 0 ? options.moments : 2 * options.nodes;
     if (options.truncate == Truncate::nothing) return no_truncation(phase_function, most);
-    if (options.grazing)
-        return truncate_peak(phase_function, moments_completed * options.nodes);
+    if (options.grazing) return truncate_peak(phase_function, moments_completed * options.nodes);
     const bool abrupt = delta_m || options.truncate == Truncate::delta_m;
     Truncation truncation = truncate_peak(phase_function, most, abrupt);
     const bool has_closed_form =

@@ -35,6 +35,9 @@ Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& opt
 /// The lower boundary with the albedo that its single scattering has after truncation. [NT88]
 LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncation);
 
+/// Moments to a node where peaks between nodes stay in their direction (docs/accuracy.md).
+inline constexpr int moments_completed = 4;
+
 /// Throws std::invalid_argument when its albedo is out of range.
 void check_boundary(const LowerBoundary& boundary);
 

@@ -52,9 +52,9 @@ int patience_for(const std::vector<StackLayer>& layers) {
     return patience;
 }
 
-/// So may resolved peaks, with 4 moments to a node.
+/// Resolved peaks, too, may begin to converge with as many nodes as hold their series.
 int patience_for_resolved(const PhaseFunction& phase_function) {
-    return nodes_that_hold(phase_function, 4, 1e-2);
+    return nodes_that_hold(phase_function, moments_completed, 1e-2);
 }
 
 int fewer_nodes(int nodes) { return (2 * nodes + 1) / 3; }
@@ -194,7 +194,7 @@ bool can_resolve_peaks(const std::vector<StackLayer>& layers, const LowerBoundar
 /// Geometries that are solved at once.
 class Group {
   public:
-    /// As many of `geometries`, in the order of `places` from `first` on, as share a list of cosines of
+    /// Takes geometries in the order of `places`, from `first` on, until their cosines make a list of
     /// reasonable length: extra directions cost as much as nodes do, or, `resolved`, twice as much.
     Group(const std::vector<Geometry>& geometries, const std::vector<std::size_t>& places,
           std::size_t first, bool resolved)
@@ -229,8 +229,8 @@ class Group {
     std::size_t size() const { return asked_.size(); }
     std::vector<Class>& classes() { return classes_; }
 
-    /// R and T, pair after pair at all azimuths, of each class that is not done. `solve` gives the layers
-    /// at a list of cosines.
+    /// Returns R and T, pair after pair at all azimuths, of each class that is not done. `solve` gives
+    /// the layers at a list of cosines.
     template <class Solve>
     std::vector<std::vector<double>> values(const Solve& solve) {
         std::set<double> cosines;

@@ -344,6 +344,7 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
     const std::vector<double> scattered_again = sum_legendre(along_path, cosines);
     std::vector<SolvedValue> all;
     for (std::size_t k = 0; k < azimuths.size(); ++k) {
+        const Geometry geometry{mu(in), mu(out), azimuths[k]};
         const double cosine = cosines[k];
         std::vector<double> phase;
         for (const StackLayer& layer : layers) phase.push_back(layer.phase_function(cosine));
@@ -351,10 +352,10 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
         // The path law is added to single scattering by the layers as they are.
         double corrected = path ? single : corrected_layers.scattered(side, phase, mu(in), mu(out));
         if (reflected && lower_boundary.is_present()) {
-            single += single_reflection_of_boundary(lower_boundary, single_layers.below_all(),
-                                                    {mu(in), mu(out), azimuths[k]});
-            corrected += single_reflection_of_boundary(
-                boundary_corrected, corrected_layers.below_all(), {mu(in), mu(out), azimuths[k]});
+            single +=
+                single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);
+            corrected += single_reflection_of_boundary(boundary_corrected,
+                                                       corrected_layers.below_all(), geometry);
         }
         if (order > 0) corrected = order == 1 ? single : 0;
         if (order > 1) single = 0;

@@ -7,7 +7,7 @@
 
 #include "refusal.h"
 #include "small_table.h"
-#include "table/packed_names.h"
+#include "table/packed_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -244,17 +244,18 @@ TEST(PackedFile, LooksUpThePathSheetOfFewOrdersWhereAFileHoldsIt) {
     const Table table = with_path_law("henyey_greenstein:g=0.85");
     Forged file(table);
     const PackedTable expected(file.bytes());
-    constexpr int steps = path_sheet_steps(most_summed_orders);
-    double albedo[steps + 1];
+    const int steps = path_sheet_steps(*table.path_law);
+    std::vector<double> albedo;
     for (int i = 0; i <= steps; ++i)
-        albedo[i] = std::sqrt(std::max(1e-6, static_cast<double>(i) / steps));
-    const PathSheet sheet(*table.path_law, albedo, steps + 1, 0, 2);
+        albedo.push_back(std::sqrt(std::max(1e-6, static_cast<double>(i) / steps)));
+    const PathSheet sheet(*table.path_law, albedo.data(), steps + 1, 0, 2);
     const auto angles = 2 * static_cast<std::size_t>(table.path_law->angle_count());
     const std::size_t count = sheet.sample_count();
     const auto* const first = reinterpret_cast<const char*>(sheet.view().sample);
-    file.tensors_[path_sheet_name] = {TensorType::f32,
-                                      {steps + 1, count / (steps + 1) / angles / 2, angles, 2},
-                                      {first, first + count * sizeof(float)}};
+    file.tensors_[path_sheet_name] = {
+        TensorType::f32,
+        {albedo.size(), count / albedo.size() / angles / 2, angles, 2},
+        {first, first + count * sizeof(float)}};
     const PackedTable packed(file.bytes());
     for (const Geometry& at : {Geometry{0.9, 0.8, 0.1}, Geometry{0.4, 0.4, 3}}) {
         EXPECT_EQ(packed.reflection(0.95, 2, at).multiple,

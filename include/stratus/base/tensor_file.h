@@ -90,6 +90,9 @@ struct TensorOf {
 
 enum class Infinity { refused, allowed };
 
+/// Whether a tensor's name says that it fills a gap.
+bool fills_a_gap(const std::string& name);
+
 class TensorFile {
   public:
     /// Reads the header, and refers to the numbers in `data`, which must outlive this object and

@@ -185,8 +185,8 @@ class Checksum {
     /// A text and the zero byte that ends it.
     void add(const std::string& text) { add(text.c_str(), text.size() + 1); }
 
-    std::string digits() const {
-        std::string text;
+    std::string text() const {
+        std::string text = "crc32:";
         for (int shift = 28; shift >= 0; shift -= 4)
             text += "0123456789abcdef"[(~rest_ >> shift) & 0xf];
         return text;
@@ -303,7 +303,7 @@ bool TensorFile::is_intact() const {
     add_strings(sum, strings_);
     for (const auto& [name, tensor] : tensors_)
         if (!fills_a_gap(name)) add_tensor(sum, name, tensor.type, tensor.shape, tensor.data);
-    return sum.digits() == stated->second;
+    return sum.text() == stated->second;
 }
 
 const std::string& TensorFile::text(const std::string& key) const {
@@ -383,7 +383,7 @@ std::vector<char> TensorWriter::finish() {
     for (const Entry& entry : entries_) by_name[entry.name] = &entry;
     for (const auto& [name, entry] : by_name)
         add_tensor(sum, name, entry->type, entry->shape, entry->data.data());
-    strings_[checksum_key] = sum.digits();
+    strings_[checksum_key] = sum.text();
     std::vector<std::string> strings, members;
     for (const auto& [key, text] : strings_)
         strings.push_back(json_string(key) + ':' + json_string(text));

@@ -164,8 +164,9 @@ void write_content(const fs::path& path, std::string_view content) {
     io::write_bytes(path, content);
 }
 
-void write_content_atomically(const fs::path& path, std::string_view content) {
-    write_atomically(path, [&](const fs::path& temporary) { write_content(temporary, content); });
+void write_content_atomically(const fs::path& path, std::string_view content, Flush flush) {
+    write_atomically(
+        path, [&](const fs::path& temporary) { write_content(temporary, content); }, flush);
 }
 
 void flush_files(const std::vector<fs::path>& paths) {

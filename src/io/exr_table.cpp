@@ -195,7 +195,7 @@ void check_attributes(Cursor& cursor, std::size_t file_size, MemoryLimit& limit)
     while (!cursor.at_zero()) {
         const std::string_view name = cursor.take_name();
         if (!names.insert(name).second)
-            throw std::runtime_error("duplicate attribute " + shown(name));
+            throw std::runtime_error("duplicate attribute " + shown_text(name));
         const std::string_view type = cursor.take_name();
         const std::int32_t size = cursor.take_integer();
         if (size < 0) throw std::runtime_error("a header is damaged");

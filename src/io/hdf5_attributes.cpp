@@ -64,7 +64,7 @@ std::size_t checked_size(hid_t attribute, std::size_t element_size, const std::s
     hsize_t file_size = 0;
     checked(H5Fget_filesize(file, &file_size), task);
     if (element_size == 0 || count > file_size / element_size)
-        throw std::runtime_error("attribute " + shown(name) + " is larger than the file");
+        throw std::runtime_error("attribute " + shown_text(name) + " is larger than the file");
     return count;
 }
 

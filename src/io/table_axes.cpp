@@ -46,7 +46,7 @@ void read_scale(const AxisField& field, Table& table, const std::string& stored)
     if (!matches)
         throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
                                  stored_scale_name(field, table) + or_other() + ", got " +
-                                 shown(stored));
+                                 shown_text(stored));
 }
 
 std::vector<AxisField> axis_fields_of(const Table& table) {

@@ -5,20 +5,11 @@
 
 #include "table_content.h"
 
-#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
 
 namespace stratus::io {
-
-struct AxisField {
-    const char* name;
-    const char* units;
-    const char* long_name;
-    Axis Table::*axis;       // null: of the family
-    std::size_t family = 0;  // there its place
-};
 
 inline const Axis& axis_of(const Table& table, const AxisField& field) {
     return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
@@ -26,14 +17,6 @@ inline const Axis& axis_of(const Table& table, const AxisField& field) {
 inline Axis& axis_of(Table& table, const AxisField& field) {
     return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
 }
-
-inline constexpr std::array<AxisField, 5> axis_fields{{
-    {"albedo", "1", "single-scattering albedo", &Table::albedo},
-    {"optical_depth", "1", "optical depth of the layer", &Table::optical_depth},
-    {"mu_in", "1", "cosine of the incident direction to the normal", &Table::mu_in},
-    {"mu_out", "1", "cosine of the outgoing direction to the normal", &Table::mu_out},
-    {"azimuth", "radian", "azimuth between the two directions of propagation", &Table::azimuth},
-}};
 
 /// Name of an axis's scale in a file.
 const char* stored_scale_name(const AxisField& field, const Table& table);

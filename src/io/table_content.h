@@ -2,10 +2,8 @@
 //
 // Datasets run over the first axes of the table in order: reflection and transmission over all
 // five, plane albedo and diffuse transmittance over three, spherical albedo over two, the diffusion
-// exponent over one. The axes of a family precede these in all of them. Metadata is
-// text by name; `entry_type` tells which entries are numbers. A number is written as the shortest
-// text that reads back as the same bits, so that one checksum over names and texts serves both
-// formats.
+// exponent over one. The axes of a family precede these in all of them. Metadata is text by name, so
+// that one checksum over names and texts serves both formats.
 #pragma once
 
 #include <stratus/io/table_file.h>
@@ -13,6 +11,7 @@
 #include <stratus/table/table.h>
 
 #include "file_bytes.h"
+#include "table/metadata.h"
 
 #include <array>
 #include <cstddef>
@@ -29,28 +28,6 @@
 
 namespace stratus::io {
 
-struct SampleField {
-    const char* name;
-    const char* long_name;
-    std::size_t rank;  // without the axes of a family
-    std::vector<float> Table::*samples;
-};
-
-inline constexpr std::array<SampleField, 5> sample_fields{{
-    {"reflection_multiple", "reflection, orders of scattering from 2", 5,
-     &Table::reflection_multiple},
-    {"transmission_multiple", "diffuse transmission, orders of scattering from 2", 5,
-     &Table::transmission_multiple},
-    {"plane_albedo", "plane albedo, all orders", 3, &Table::plane_albedo},
-    {"diffuse_transmittance", "diffuse transmittance, all orders", 3,
-     &Table::diffuse_transmittance},
-    {"spherical_albedo", "spherical albedo, all orders", 2, &Table::spherical_albedo},
-}};
-
-inline constexpr const char* diffusion_exponent_name = "diffusion_exponent";
-inline constexpr const char* diffusion_exponent_long_name =
-    "decay of the light field with optical depth, deep inside the layer";
-
 /// Name of the attribute that holds a checksum, of metadata and of each dataset.
 inline constexpr const char* checksum_name = "checksum";
 
@@ -58,23 +35,13 @@ inline constexpr const char* checksum_name = "checksum";
 /// line: attributes that others add are their own business.
 inline constexpr const char* checksum_covers = "checksum_covers";
 
-/// Attributes of a file by name, as text, without their checksum.
-using Metadata = std::map<std::string, std::string>;
-
-/// Text from a file in quotes, shortened and without control characters, for messages.
-std::string shown(std::string_view text);
-
-enum class EntryType { text, integer, number, numbers };
-
-/// The type of a metadata entry in formats that have types; text for names that the format does not
-/// define.
+/// The type of an attribute in formats that have types.
 EntryType entry_type(const std::string& name);
 
 /// Whether the format gives an entry of this name a meaning.
 bool is_of_the_format(const std::string& name);
 
-/// Everything that the table holds besides its datasets, and what the format adds: name, version,
-/// list of datasets.
+/// The entries of a table, and what these formats add: name, version, list of datasets, moments.
 Metadata metadata_of(const Table& table);
 
 /// Checks the format's name, version and features and nothing else.
@@ -118,17 +85,6 @@ void check_checksum(const std::string& what, const std::optional<std::string>& s
 /// where it is 0, beyond 8 GiB of elements, or more than `stored` bytes can be inflated to.
 std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
                           std::size_t element_size, std::uintmax_t stored);
-
-/// The shortest texts that read back as the same bits, separated by spaces.
-std::string to_text(std::span<const double> values);
-
-/// Errors   std::runtime_error naming `what`.
-double to_number(const std::string& what, std::string_view text);
-int to_integer(const std::string& what, std::string_view text);
-std::vector<double> to_numbers(const std::string& what, std::string_view text);
-
-/// The text of the entry `name`; std::runtime_error when it is missing.
-const std::string& entry(const Metadata& metadata, const std::string& name);
 
 /// Throws std::invalid_argument for a table that no reader would accept.
 void check_table(const Table& table, bool with_samples = true);

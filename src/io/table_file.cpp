@@ -15,12 +15,12 @@ namespace {
 struct Format {
     std::string_view magic;
     const char* kind;
-    void (*write)(const Table&, const io::Metadata&, const std::filesystem::path&,
+    void (*write)(const Table&, const Metadata&, const std::filesystem::path&,
                   const WriteOptions&);
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
-void write_exr(const Table& table, const io::Metadata& metadata, const std::filesystem::path& path,
+void write_exr(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
                const WriteOptions&) {
     io::write_bytes(path, io::encode_exr(table, metadata));
 }
@@ -87,7 +87,7 @@ void write_table(const Table& table, const std::filesystem::path& path,
     const auto write = [&](const std::filesystem::path& temporary) {
         io::naming(path, [&] { format.write(table, io::metadata_of(table), temporary, options); });
     };
-    write_atomically(path, write, options.flush);
+    write_atomically(path, write);
 }
 
 }  // namespace stratus

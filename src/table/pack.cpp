@@ -9,6 +9,7 @@
 #include "block_search.h"
 #include "kept_tolerance.h"
 #include "layer_sums.h"
+#include "metadata.h"
 #include "packed_block.h"
 #include "packed_names.h"
 #include "packed_parts.h"
@@ -149,21 +150,6 @@ void add_side(TensorWriter& file, LayerSums& sums, Side which, LayerSamples& sam
                       reflected_curve(phase_function_of_member(table, size(m)), {}, &below));
 }
 
-void add_layers(TensorWriter& file, const Table& table) {
-    if (!table.is_stack()) return;
-    std::string phase_functions;
-    std::vector<double> numbers;
-    for (const StackLayer& layer : table.layers) {
-        if (!phase_functions.empty()) phase_functions += '\n';
-        phase_functions += layer.phase_function.text();
-        numbers.push_back(layer.albedo);
-        numbers.push_back(layer.optical_depth);
-    }
-    file.set(layer_phase_functions_name, phase_functions);
-    file.set(spherical_albedo_below_name, shortest_text(table.spherical_albedo_below));
-    file.add(layers_name, {table.layers.size(), 2}, numbers);
-}
-
 void add_path_law(TensorWriter& file, const Table& table) {
     // Of families lookups work it out at the very parameters.
     if (!table.path_law || table.has_family()) return;
@@ -183,7 +169,7 @@ void add_path_law(TensorWriter& file, const Table& table) {
              sheet.view().sample);
 }
 
-void add_family(TensorWriter& file, const Table& table) {
+void add_family_axes(TensorWriter& file, const Table& table) {
     for (const FamilyAxis& of_family : table.family) {
         const std::string name = of_family.name();
         file.add(name, {of_family.axis.values.size()}, of_family.axis.values);
@@ -191,43 +177,22 @@ void add_family(TensorWriter& file, const Table& table) {
                                           ? discrete_scale_name
                                           : axis_scale_name(of_family.axis.scale));
     }
-    if (!table.has_family()) return;
-    std::vector<std::string> names;
-    for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
-    file.set(family_name, joined(names, " "));
-    file.add(extrapolation_lengths_name, {table.member_count()}, table.extrapolation_lengths);
-    if (mixes_two(table.family))
-        file.set(second_phase_function_name, table.second_phase_function.text());
-    if (table.path_law) file.set(family_path_law_name, "1");
 }
 
-/// What a bake knows once the samples are packed.
-void set_stated(TensorWriter& file, const Table& table) {
-    for (const auto& [name, text] : table.attributes) {
+/// The entries of all formats, some of which a bake knows only once the samples are packed.
+void set_metadata(TensorWriter& file, const Table& table) {
+    for (const auto& [name, text] : table.attributes)
         require(!is_reserved(name), "pack", "an attribute's name",
                 "one that the format does not reserve", name);
-        file.set(name, text);
-    }
-    file.set(measured_error_name, shortest_text(table.measured_error));
+    for (const auto& [name, text] : shared_metadata(table)) file.set(name, text);
 }
 
 void add_header(TensorWriter& file, const Table& table) {
-    set_stated(file, table);
+    set_metadata(file, table);
     file.set(format_name, packed_format);
     file.set(format_version_name, packed_format_version);
-    file.set(phase_function_name, table.phase_function.text());
-    add_family(file, table);
-    if (table.lower_boundary.is_present()) {
-        const bool surface = table.lower_boundary.kind == LowerBoundary::Kind::surface;
-        file.set(below_name, surface ? surface_name : layer_name);
-        file.set(below_albedo_name, shortest_text(table.lower_boundary.albedo));
-        if (!surface)
-            file.set(below_phase_function_name, table.lower_boundary.phase_function.text());
-    }
-    file.set(extrapolation_length_name, shortest_text(table.extrapolation_length));
-    file.set(tolerance_name, shortest_text(table.tolerance));
-    file.set(highest_order_name, std::to_string(table.highest_order));
-    for (const PackedAxisField& field : packed_axis_fields()) {
+    add_family_axes(file, table);
+    for (const AxisField& field : axis_fields) {
         const Axis& axis = table.*field.axis;
         file.add(field.name, {axis.values.size()}, axis.values);
         file.set(std::string(field.name) + scale_suffix, axis_scale_name(axis.scale));
@@ -235,11 +200,11 @@ void add_header(TensorWriter& file, const Table& table) {
     const std::size_t albedos = table.albedo.values.size(),
                       depths = table.optical_depth.values.size(), mus = table.mu_in.values.size(),
                       members = table.member_count();
-    for (const PackedFluxField& field : packed_flux_fields()) {
-        const std::vector<float>& flux = table.*field.flux;
-        if (flux.empty()) continue;
+    for (const SampleField& field : sample_fields) {
+        const std::vector<float>& flux = table.*field.samples;
+        if (!field.is_flux() || flux.empty()) continue;
         std::vector<std::size_t> shape{members, albedos, depths};
-        if (field.over_mu) shape.push_back(mus);
+        if (field.rank > 2) shape.push_back(mus);
         file.add(field.name, shape, flux);
     }
     file.add(diffusion_exponent_name, {members, albedos}, table.diffusion_exponent);
@@ -260,7 +225,6 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
     }
     TensorWriter file;
     add_header(file, table);
-    add_layers(file, table);
     add_path_law(file, table);
     if (!table.varies_parameters())
         for (std::size_t m = 0; m < table.member_count(); ++m)
@@ -340,7 +304,7 @@ std::vector<char> restated(std::vector<char> file, const Table& table) {
     const TensorFile read(file.data(), file.size());
     TensorWriter written;
     for (const auto& [key, text] : read.strings()) written.set(key, text);
-    set_stated(written, table);
+    set_metadata(written, table);
     std::map<const void*, std::string> in_order;
     for (const auto& [name, tensor] : read.tensors()) in_order[tensor.data] = name;
     for (const auto& [address, name] : in_order) {

@@ -362,6 +362,7 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
 
 Table PackedTable::unpacked() const {
     Table table = contents_->header;
+    table.attributes["samples"] = "evaluated";
     for (const Side side : {Side::reflection, Side::transmission}) {
         if (!contents_->holds(side)) continue;
         std::vector<float>& samples =

@@ -46,7 +46,7 @@ def checksum(strings, tensors):
             continue
         parts.append(f"{name}\0{dtype}\0".encode() + struct.pack(f"<{len(shape)}Q", *shape))
         parts.append(struct.pack(f"<{len(numbers)}{LETTERS[dtype]}", *numbers))
-    return f"{zlib.crc32(b''.join(parts)):08x}"
+    return f"crc32:{zlib.crc32(b''.join(parts)):08x}"
 
 
 def write(strings, tensors):

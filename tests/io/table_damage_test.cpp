@@ -76,7 +76,7 @@ Table small_table() {
 
 struct Format {
     const char* name;
-    io::Bytes (*encode)(const Table&, const io::Metadata&);
+    io::Bytes (*encode)(const Table&, const Metadata&);
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 

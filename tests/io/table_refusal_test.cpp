@@ -142,9 +142,9 @@ Table mixed_table() {
 }
 
 /// Writes a table whose metadata was changed, with the checksum that belongs to the changed one.
-void write_changed(const fs::path& path, const std::function<void(io::Metadata&)>& change,
+void write_changed(const fs::path& path, const std::function<void(Metadata&)>& change,
                    const Table& table = sample_table()) {
-    io::Metadata metadata = io::metadata_of(table);
+    Metadata metadata = io::metadata_of(table);
     change(metadata);
     const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;
     io::write_bytes(path, encode(table, metadata));
@@ -154,7 +154,7 @@ TEST_P(BothFormats, RefuseMixturesWithoutASecondPhaseFunction) {
     const auto refusal_without = [&](std::initializer_list<const char*> attributes) {
         write_changed(
             path,
-            [&](io::Metadata& metadata) {
+            [&](Metadata& metadata) {
                 for (const char* attribute : attributes) metadata.erase(attribute);
             },
             mixed_table());
@@ -171,7 +171,7 @@ TEST_P(BothFormats, RefuseMixturesOutsideTheirRange) {
         Table table = mixed_table();
         table.family[0].axis.values = std::move(mixtures);
         write_changed(
-            path, [](io::Metadata&) {}, table);
+            path, [](Metadata&) {}, table);
         return refusal_of_reading(path);
     };
     EXPECT_EQ(refusal_of({0, 0.75, 1.5}),
@@ -195,7 +195,7 @@ TEST_P(BothFormats, RefuseOrIgnoreDamageToMixtures) {
 }
 
 TEST_P(BothFormats, KeepAttributesThatTheyDoNotKnow) {
-    write_changed(path, [](io::Metadata& metadata) { metadata["news"] = "kept as text"; });
+    write_changed(path, [](Metadata& metadata) { metadata["news"] = "kept as text"; });
     Table expected = sample_table();
     expected.attributes["news"] = "kept as text";
     expect_same(read_table(path), expected);
@@ -203,7 +203,7 @@ TEST_P(BothFormats, KeepAttributesThatTheyDoNotKnow) {
 
 TEST_P(BothFormats, RefuseAFamilyThatTheFeaturesDoNotName) {
     write_changed(
-        path, [](io::Metadata& metadata) { metadata.erase("features"); }, mixed_table());
+        path, [](Metadata& metadata) { metadata.erase("features"); }, mixed_table());
     EXPECT_EQ(refusal_of_reading(path),
               path.string() +
                   ": attribute features must be \"family\", as the other attributes say, got \"\"");
@@ -256,7 +256,7 @@ TEST_P(ChangedMetadata, IsRefusedInBothFormats) {
     const TemporaryFolder folder;
     for (const char* name : {"table.h5", "table.exr"}) {
         const fs::path path = folder / name;
-        write_changed(path, [](io::Metadata& metadata) {
+        write_changed(path, [](Metadata& metadata) {
             if (GetParam().text)
                 metadata[GetParam().attribute] = GetParam().text;
             else
@@ -332,7 +332,7 @@ TEST_P(InvalidTable, IsRefusedDespiteValidChecksums) {
     const TemporaryFolder folder;
     Table table = sample_table();
     GetParam().change(table);
-    const io::Metadata metadata = io::metadata_of(table);
+    const Metadata metadata = io::metadata_of(table);
     for (const char* name : {"table.h5", "table.exr"}) {
         const fs::path path = folder / name;
         const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;

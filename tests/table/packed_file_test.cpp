@@ -199,7 +199,7 @@ TEST(PackedFile, WithoutItsPhaseCurveIsRefusedBeforeOneIsSampled) {
     std::string text = "moments:chi=1";  // 4000 of them, which take long to sample
     for (int l = 1; l < 4000; ++l) text += " " + shortest_text(std::pow(0.99, l));
     Forged forged(small());
-    forged.strings_.at(phase_function_name) = text;
+    forged.strings_.at("phase_function") = text;
     const auto seconds = [](const auto& work) {
         const auto start = std::chrono::steady_clock::now();
         work();
@@ -404,6 +404,11 @@ TEST(PackedFile, RefusesForgedAxesAndFluxes) {
     for (const char* const name : {"functions", "coefficients", "blocks", "block_of_cell"})
         neither.tensors_.erase(std::string("reflection/") + name);
     expect_forgery_refused(neither, {"neither"});
+}
+
+TEST(PackedFile, ReadsTheSeedOfItsFuzzer) {
+    const PackedTable seed(STRATUS_REFERENCE_FOLDER "/../fuzz/seeds/packed/tiny.stratus");
+    EXPECT_TRUE(seed.is_intact());
 }
 
 TEST(PackedFile, SurvivesMutations) {

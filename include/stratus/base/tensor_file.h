@@ -11,7 +11,7 @@
 // padding_2, ..., so that every other array starts at a multiple of 64 bytes from the start of the
 // file. Files of other writers may be aligned to no more than the numbers themselves.
 //
-// The string `checksum` is the CRC-32 (of zlib and PNG) in eight hexadecimal digits of all other strings
+// The string `checksum` is "crc32:" and the CRC-32 (of zlib and PNG) in eight hexadecimal digits of all other strings
 // and of all tensors but those that fill gaps, either sorted by name, as these bytes one after the other:
 // key, 0, text, 0; and name, 0, dtype, 0, the extents as 8 bytes each, the numbers.
 //

@@ -1,0 +1,280 @@
+#include "metadata.h"
+
+#include <stratus/base/number_text.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+namespace stratus {
+namespace {
+
+struct Entry {
+    const char* name;
+    EntryType type;
+};
+
+constexpr std::array<Entry, 16> entries{{
+    {"features", EntryType::text},
+    {"phase_function", EntryType::text},
+    {"second_phase_function", EntryType::text},
+    {"family", EntryType::text},
+    {"extrapolation_lengths", EntryType::numbers},
+    {"below", EntryType::text},
+    {"below_albedo", EntryType::number},
+    {"below_phase_function", EntryType::text},
+    {"layer_phase_functions", EntryType::text},
+    {"layer_albedos", EntryType::numbers},
+    {"layer_optical_depths", EntryType::numbers},
+    {"spherical_albedo_below", EntryType::number},
+    {"extrapolation_length", EntryType::number},
+    {"tolerance", EntryType::number},
+    {"measured_error", EntryType::number},
+    {"highest_order", EntryType::integer},
+}};
+
+const Entry* find_entry(const std::string& name) {
+    const auto found = std::find_if(entries.begin(), entries.end(),
+                                    [&](const Entry& one) { return one.name == name; });
+    return found == entries.end() ? nullptr : &*found;
+}
+
+template <class Number>
+std::optional<Number> parse(std::string_view text) {
+    Number value{};
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc{} || stop != end) return std::nullopt;
+    return value;
+}
+
+/// Refuses a text that names another file: a table file must be complete, and reading it opens no
+/// other.
+PhaseFunction read_phase_function(const std::string& name, const std::string& text) {
+    if (text.find("file") != std::string::npos)
+        throw std::invalid_argument("attribute " + name +
+                                 " must be complete, not name a file: " + shown_text(text));
+    return parse_phase_function(text);
+}
+
+double number_of(const Metadata& metadata, const char* name) {
+    return to_number(name, entry(metadata, name));
+}
+
+// Kinds of lower boundary in files; without one there is no entry.
+constexpr const char* surface_name = "lambert surface";
+constexpr const char* layer_name = "semi-infinite layer";
+
+void add_lower_boundary(const LowerBoundary& boundary, Metadata& metadata) {
+    if (!boundary.is_present()) return;
+    const bool is_surface = boundary.kind == LowerBoundary::Kind::surface;
+    metadata["below"] = is_surface ? surface_name : layer_name;
+    metadata["below_albedo"] = shortest_text(boundary.albedo);
+    if (!is_surface) metadata["below_phase_function"] = boundary.phase_function.text();
+}
+
+LowerBoundary read_lower_boundary(const Metadata& metadata) {
+    const auto kind = metadata.find("below");
+    if (kind == metadata.end()) return {};
+    const bool is_surface = kind->second == surface_name;
+    if (!is_surface && kind->second != layer_name)
+        throw std::invalid_argument("attribute below must be \"" + std::string(surface_name) +
+                                 "\" or \"" + layer_name + "\", got " + shown_text(kind->second));
+    const double albedo = number_of(metadata, "below_albedo");
+    if (is_surface) return LowerBoundary::surface(albedo);
+    return LowerBoundary::layer(
+        read_phase_function("below_phase_function", entry(metadata, "below_phase_function")),
+        albedo);
+}
+
+void add_layers(const Table& table, Metadata& metadata) {
+    if (!table.is_stack()) return;
+    std::string phase_functions;  // a line each
+    std::vector<double> albedos, depths;
+    for (const StackLayer& layer : table.layers) {
+        if (!phase_functions.empty()) phase_functions += '\n';
+        phase_functions += layer.phase_function.text();
+        albedos.push_back(layer.albedo);
+        depths.push_back(layer.optical_depth);
+    }
+    metadata["layer_phase_functions"] = phase_functions;
+    metadata["layer_albedos"] = to_text(albedos);
+    metadata["layer_optical_depths"] = to_text(depths);
+    metadata["spherical_albedo_below"] = shortest_text(table.spherical_albedo_below);
+}
+
+void read_layers(const Metadata& metadata, Table& table) {
+    if (metadata.count("layer_phase_functions") == 0) return;
+    const std::vector<double> albedos =
+                                  to_numbers("layer_albedos", entry(metadata, "layer_albedos")),
+                              depths = to_numbers("layer_optical_depths",
+                                                  entry(metadata, "layer_optical_depths"));
+    std::istringstream lines(entry(metadata, "layer_phase_functions"));
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t k = table.layers.size();
+        if (k >= albedos.size() || k >= depths.size()) break;
+        table.layers.push_back(
+            {read_phase_function("layer_phase_functions", line), albedos[k], depths[k]});
+    }
+    if (lines || table.layers.empty() || table.layers.size() != albedos.size() ||
+        table.layers.size() != depths.size())
+        throw std::invalid_argument(
+            "attributes layer_phase_functions, layer_albedos and layer_optical_depths must have as "
+            "many entries as each other");
+    table.spherical_albedo_below = number_of(metadata, "spherical_albedo_below");
+}
+
+void add_family(const Table& table, Metadata& metadata) {
+    if (!table.has_family()) return;
+    std::vector<std::string> names;
+    for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
+    metadata["family"] = joined(names, " ");
+    metadata["extrapolation_lengths"] = to_text(table.extrapolation_lengths);
+    if (mixes_two(table.family))
+        metadata["second_phase_function"] = table.second_phase_function.text();
+}
+
+void read_family(const Metadata& metadata, Table& table) {
+    const auto listed = metadata.find("family");
+    std::istringstream names(listed == metadata.end() ? "" : listed->second);
+    for (std::string name; table.family.size() <= max_family_axes && names >> name;) {
+        const auto parameter = parameter_named(name);
+        if (!parameter)
+            throw std::invalid_argument("attribute family must be of names out of " +
+                                     joined(parameter_names()) + ", got " + shown_text(name));
+        table.family.push_back({*parameter, {parameter_scale(*parameter), {}}, false});
+    }
+    if (table.has_family())
+        table.extrapolation_lengths =
+            to_numbers("extrapolation_lengths", entry(metadata, "extrapolation_lengths"));
+    if (mixes_two(table.family))
+        table.second_phase_function =
+            read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
+    else if (metadata.count("second_phase_function") != 0)
+        throw std::invalid_argument(
+            "attribute second_phase_function needs mixture in attribute family");
+}
+
+std::string features_of(const Table& table) {
+    std::vector<std::string> features;
+    if (table.has_family()) features.emplace_back(family_feature);
+    if (table.is_stack()) features.emplace_back(stack_feature);
+    if (table.path_law) features.emplace_back(path_law_feature);
+    return joined(features, " ");
+}
+
+std::string stored_features(const Metadata& metadata) {
+    const auto found = metadata.find("features");
+    return found == metadata.end() ? "" : found->second;
+}
+
+}  // namespace
+
+EntryType shared_entry_type(const std::string& name) {
+    const Entry* const found = find_entry(name);
+    return found ? found->type : EntryType::text;
+}
+
+bool is_shared_entry(const std::string& name) { return find_entry(name) != nullptr; }
+
+Metadata shared_metadata(const Table& table) {
+    Metadata metadata = table.attributes;
+    if (const std::string features = features_of(table); !features.empty())
+        metadata["features"] = features;
+    metadata["phase_function"] = table.phase_function.text();
+    add_lower_boundary(table.lower_boundary, metadata);
+    add_layers(table, metadata);
+    add_family(table, metadata);
+    metadata["extrapolation_length"] = shortest_text(table.extrapolation_length);
+    metadata["tolerance"] = shortest_text(table.tolerance);
+    metadata["measured_error"] = shortest_text(table.measured_error);
+    metadata["highest_order"] = std::to_string(table.highest_order);
+    return metadata;
+}
+
+void check_features_known(const Metadata& metadata) {
+    static const std::vector<std::string> known{family_feature, stack_feature, path_law_feature};
+    std::istringstream features(stored_features(metadata));
+    for (std::string feature; features >> feature;)
+        if (std::find(known.begin(), known.end(), feature) == known.end())
+            throw std::invalid_argument("attribute features must be of " + joined(known) +
+                                     ", which this program knows, got " + shown_text(feature));
+}
+
+bool has_feature(const Metadata& metadata, const char* feature) {
+    std::istringstream features(stored_features(metadata));
+    for (std::string stored; features >> stored;)
+        if (stored == feature) return true;
+    return false;
+}
+
+Table table_of_metadata(const Metadata& metadata) {
+    Table table;
+    table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
+    table.lower_boundary = read_lower_boundary(metadata);
+    read_layers(metadata, table);
+    read_family(metadata, table);
+    table.extrapolation_length = number_of(metadata, "extrapolation_length");
+    table.tolerance = number_of(metadata, "tolerance");
+    table.measured_error = number_of(metadata, "measured_error");
+    table.highest_order = to_integer("highest_order", entry(metadata, "highest_order"));
+    return table;
+}
+
+void check_features(const Metadata& metadata, const Table& table) {
+    const std::string stored = stored_features(metadata), described = features_of(table);
+    if (stored != described)
+        throw std::invalid_argument("attribute features must be \"" + described +
+                                 "\", as the other attributes say, got " + shown_text(stored));
+}
+
+const std::string& entry(const Metadata& metadata, const std::string& name) {
+    const auto found = metadata.find(name);
+    if (found == metadata.end()) throw std::invalid_argument("attribute " + name + " is missing");
+    return found->second;
+}
+
+std::string to_text(const std::vector<double>& values) {
+    std::string text;
+    for (const double value : values) {
+        if (!text.empty()) text += ' ';
+        text += shortest_text(value);
+    }
+    return text;
+}
+
+double to_number(const std::string& what, std::string_view text) {
+    const auto value = parse<double>(text);
+    if (!value) throw std::invalid_argument(what + " is not a number: " + shown_text(text));
+    return *value;
+}
+
+int to_integer(const std::string& what, std::string_view text) {
+    const auto value = parse<int>(text);
+    if (!value) throw std::invalid_argument(what + " is not an integer: " + shown_text(text));
+    return *value;
+}
+
+std::vector<double> to_numbers(const std::string& what, std::string_view text) {
+    std::vector<double> values;
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find(' '), text.size());
+        values.push_back(to_number(what, text.substr(0, end)));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return values;
+}
+
+std::string shown_text(std::string_view text) {
+    constexpr std::size_t longest = 60;
+    std::string result(text.substr(0, longest));
+    std::replace_if(
+        result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+    return '"' + result + (text.size() > longest ? "...\"" : "\"");
+}
+
+}  // namespace stratus

@@ -1,0 +1,113 @@
+// What table files of all formats hold, by name (docs/tables.md, section 3): axes and other numbers, and in
+// texts all else. A number in a text is the shortest that reads back as the same bits.
+#pragma once
+
+#include <stratus/table/table.h>
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stratus {
+
+// ---- Numbers
+
+struct AxisField {
+    const char* name;
+    const char* units;
+    const char* long_name;
+    Axis Table::*axis;       // null: of the family
+    std::size_t family = 0;  // there its place
+};
+
+inline constexpr std::array<AxisField, 5> axis_fields{{
+    {"albedo", "1", "single-scattering albedo", &Table::albedo},
+    {"optical_depth", "1", "optical depth of the layer", &Table::optical_depth},
+    {"mu_in", "1", "cosine of the incident direction to the normal", &Table::mu_in},
+    {"mu_out", "1", "cosine of the outgoing direction to the normal", &Table::mu_out},
+    {"azimuth", "radian", "azimuth between the two directions of propagation", &Table::azimuth},
+}};
+
+/// Numbers over the first axes of a table.
+struct SampleField {
+    const char* name;
+    const char* long_name;
+    std::size_t rank;  // without the axes of a family
+    std::vector<float> Table::*samples;
+
+    bool is_flux() const { return rank < axis_fields.size(); }
+};
+
+inline constexpr std::array<SampleField, 5> sample_fields{{
+    {"reflection_multiple", "reflection, orders of scattering from 2", 5,
+     &Table::reflection_multiple},
+    {"transmission_multiple", "diffuse transmission, orders of scattering from 2", 5,
+     &Table::transmission_multiple},
+    {"plane_albedo", "plane albedo, all orders", 3, &Table::plane_albedo},
+    {"diffuse_transmittance", "diffuse transmittance, all orders", 3,
+     &Table::diffuse_transmittance},
+    {"spherical_albedo", "spherical albedo, all orders", 2, &Table::spherical_albedo},
+}};
+
+inline constexpr const char* diffusion_exponent_name = "diffusion_exponent";
+inline constexpr const char* diffusion_exponent_long_name =
+    "decay of the light field with optical depth, deep inside the layer";
+
+// ---- Texts
+
+using Metadata = std::map<std::string, std::string>;
+
+/// What a table may have that a reader must know of: without it, it would look up wrong values.
+constexpr const char* family_feature = "family";
+constexpr const char* stack_feature = "stack";
+constexpr const char* path_law_feature = "path_law";
+
+enum class EntryType { text, integer, number, numbers };
+
+/// Returns the type of an entry in formats that have types: text for names without a meaning here.
+EntryType shared_entry_type(const std::string& name);
+
+/// Whether tables of all formats give an entry of this name a meaning.
+bool is_shared_entry(const std::string& name);
+
+/// The entries of a table, its own attributes among them.
+Metadata shared_metadata(const Table& table);
+
+/// Refuses features that this program does not know.
+///
+/// Errors   std::invalid_argument, as below.
+void check_features_known(const Metadata& metadata);
+
+/// Whether the entries say that a table has a feature.
+bool has_feature(const Metadata& metadata, const char* feature);
+
+/// The table of these entries, still without axes, samples, fluxes, attributes and path law.
+///
+/// Errors   std::invalid_argument "attribute NAME must be ..., got ..."; those of parse_phase_function.
+Table table_of_metadata(const Metadata& metadata);
+
+/// Refuses a table that has not the features that its entries say, or others.
+///
+/// Errors   as above.
+void check_features(const Metadata& metadata, const Table& table);
+
+/// The entry `name`.
+///
+/// Errors   std::invalid_argument where it is missing.
+const std::string& entry(const Metadata& metadata, const std::string& name);
+
+/// Numbers separated by spaces.
+std::string to_text(const std::vector<double>& values);
+
+/// Errors   std::invalid_argument naming `what`.
+double to_number(const std::string& what, std::string_view text);
+int to_integer(const std::string& what, std::string_view text);
+std::vector<double> to_numbers(const std::string& what, std::string_view text);
+
+/// Text from a file in quotes, shortened and without control characters, for messages.
+std::string shown_text(std::string_view text);
+
+}  // namespace stratus

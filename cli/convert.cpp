@@ -1,4 +1,5 @@
-// `stratus convert`: the same table in the other file format, lossless both ways.
+// `stratus convert`: all samples in the other file format, lossless both ways; those of a packed table as its
+// lookups give them.
 #include <stratus/io/table_file.h>
 
 #include "commands.h"
@@ -20,7 +21,7 @@ struct ConvertOptions {
 };
 
 void run_convert(const ConvertOptions& options) {
-    require_table_ending("convert", "IN", options.input);
+    if (!is_packed(options.input)) require_table_ending("convert", "IN", options.input);
     require_table_ending("convert", "OUT", options.output);
     require_different_files("convert", options.input, options.output);
     const Table table = read_any_table(options.input, options.reading);
@@ -33,8 +34,12 @@ void run_convert(const ConvertOptions& options) {
 void add_convert(CLI::App& app) {
     auto options = std::make_shared<ConvertOptions>();
     CLI::App* command =
-        app.add_subcommand("convert", "Write a table in the other file format, losslessly");
-    command->add_option("IN", options->input, "Table to read, .h5 or .exr")->required();
+        app.add_subcommand("convert", "Write a table's samples in another file format");
+    command
+        ->add_option("IN", options->input,
+                     "Table to read, .h5 or .exr, losslessly, or .stratus, whose lookups are "
+                     "evaluated at its samples")
+        ->required();
     command->add_option("OUT", options->output, "Table to write, .h5 or .exr")->required();
     add_max_memory(*command, options->reading);
     command->footer("Example:\n  stratus convert saturn_rings.h5 saturn_rings.exr");

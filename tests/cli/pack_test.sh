@@ -28,7 +28,16 @@ expect_ok eval haze.stratus --query query.csv
 expect_refused 2 --output .stratus haze.h5 -- pack haze.h5 -o haze.h5
 expect_refused 2 TABLE .h5 .exr haze.stratus -- pack haze.stratus -o other.stratus
 expect_refused 1 absent.h5 -- pack absent.h5 -o new.stratus
-expect_refused 2 IN .h5 .exr -- convert haze.stratus back.h5
+# back to samples, which say what they are
+expect_ok convert haze.stratus back.exr
+expect_ok info back.exr
+expect_says "$out" "samples               evaluated"
+expect_ok eval back.exr --query query.csv -o back.csv
+expect_ok eval haze.h5 --query query.csv -o haze.csv
+for field in 6 7 8; do
+    expected=$(sed -n 2p haze.csv | cut -d, -f$field)
+    expect_near "$(sed -n 2p back.csv | cut -d, -f$field)" "$expected" "$(awk -v e="$expected" 'BEGIN { print e / 200 }')"
+done
 cp haze.stratus flipped.stratus
 printf '\125' | dd of=flipped.stratus bs=1 seek=$(($(stat -c %s flipped.stratus) - 100)) conv=notrunc status=none
 cmp -s haze.stratus flipped.stratus && fail "a byte must have changed"

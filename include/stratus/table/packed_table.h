@@ -121,7 +121,7 @@ class PackedTable {
     std::vector<float> layer(Side side, double albedo, double optical_depth,
                              const FamilyStencil& members) const;
 
-    /// The table with its samples, as the functions give them.
+    /// The table with its samples as lookups give them, which its attribute `samples` says.
     Table unpacked() const;
 
     /// What lookups of a side read, of the first member of a family.

@@ -40,7 +40,7 @@ namespace stratus {
 namespace {
 
 struct BakeCommand {
-    std::string recipe, output, exr, sweep;
+    std::string recipe, output, exr, h5, sweep;
     int threads = 0;
     bool quiet = false;
     bool resume = false;
@@ -48,6 +48,9 @@ struct BakeCommand {
     bool dry_run = false;
     double rank_timeout = 120;
     std::vector<int> ranks;  // to predict
+
+    /// Files of all samples are written beside the output.
+    bool keeps_samples() const { return !exr.empty() || !h5.empty(); }
 };
 
 std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
@@ -117,6 +120,7 @@ void write_files(const Table& table, const std::vector<char>& packed, const Bake
         write_on_ranks(table, command.output, *ranks, command.threads, samples);
     else
         write_table(table, command.output, WriteOptions{command.threads, {}, samples});
+    if (!command.h5.empty()) write_table(table, command.h5, command.threads);
     if (picture.valid()) picture.get();
 }
 
@@ -171,8 +175,13 @@ void note_tallies(const std::vector<RankTally>& tallies, Progress& progress) {
 void bake_to_file(const BakeCommand& command, const RankZero* of) {
     require_writable("bake", "--output", command.output, {packed_ending, ".h5"});
     if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, {".exr"});
-    require_different_files("bake", command.recipe, command.output);
-    require_different_files("bake", command.recipe, command.exr);
+    if (!command.h5.empty()) {
+        require_writable("bake", "--h5", command.h5, {".h5"});
+        require(is_packed(command.output), "bake", "--h5",
+                "left out for an output that is itself .h5", command.h5);
+    }
+    for (const std::string& written : {command.output, command.exr, command.h5})
+        require_different_files("bake", command.recipe, written);
     std::vector<std::string> notes;
     const Recipe recipe = read_recipe(command.recipe, &notes);
 
@@ -184,10 +193,10 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     options.missed = [&](const std::string& sentence) { missed = sentence; };
     std::optional<SampleFiles> samples(std::filesystem::path(command.output).parent_path());
     std::vector<char> packed;
-    options.keeps_samples = !command.exr.empty();
+    options.keeps_samples = command.keeps_samples();
     if (is_packed(command.output))
         options.packed = &packed;
-    else if (command.exr.empty())  // pictures are made in memory
+    else if (!command.keeps_samples())  // pictures are made in memory
         options.samples = &*samples;
     const std::string kept_in = checkpoint_path(command);
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
@@ -233,7 +242,7 @@ void help_bake(const BakeCommand& command, Ranks& ranks) {
     options.log.ranks = &ranks;
     std::vector<char> none;
     if (is_packed(command.output)) options.packed = &none;
-    options.keeps_samples = !command.exr.empty();
+    options.keeps_samples = command.keeps_samples();
     bake(read_recipe(command.recipe), options);
     if (!is_packed(command.output)) help_write(ranks, command.threads);
     ranks.finish();
@@ -275,7 +284,8 @@ void run_bake(const BakeCommand& command) {
     if (!command.sweep.empty() || has_sweep(command.recipe)) {
         require(!transport || transport->count() == 1, "bake", "a sweep", "on one rank",
                 transport ? transport->count() : 1);
-        require(command.exr.empty(), "bake", "--exr", "left out for a sweep", command.exr);
+        require(!command.keeps_samples(), "bake", command.exr.empty() ? "--h5" : "--exr",
+                "left out for a sweep", command.exr.empty() ? command.h5 : command.exr);
         return run_sweep({command.recipe, command.sweep, command.output, command.threads,
                           command.quiet, command.resume, command.accept});
     }
@@ -304,7 +314,11 @@ void add_bake(CLI::App& app) {
         ->check(whole_number(1, 1000000))
         ->needs(dry_run);
     CLI::Option* const exr =
-        bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
+        bake->add_option("--exr", command->exr,
+                         "Also write all samples as a picture file, .exr, from the same solutions")
+            ->check(file_name());
+    CLI::Option* const h5 =
+        bake->add_option("--h5", command->h5, "Also write all samples for other programs, .h5")
             ->check(file_name());
     bake->add_option("--sweep", command->sweep,
                      "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
@@ -314,7 +328,8 @@ void add_bake(CLI::App& app) {
                      "disk together at the end")
         ->check(file_name())
         ->excludes(dry_run)
-        ->excludes(exr);
+        ->excludes(exr)
+        ->excludes(h5);
     add_threads(*bake, command->threads);
     bake->add_flag("--resume", command->resume,
                    "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
@@ -340,7 +355,7 @@ void add_bake(CLI::App& app) {
         "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
         "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.stratus\n"
-        "  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr saturn_rings.exr\n"
+        "  stratus bake tables/saturn_rings.toml -o rings.stratus --h5 rings.h5 --exr rings.exr\n"
         "  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
     bake->callback([command, output] {
         if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");

@@ -216,9 +216,9 @@ void add_export(CLI::App& app) {
     export_app->add_flag("--quiet", command->quiet, "No progress, no notes");
     export_app->footer(
         "Examples:\n"
-        "  stratus export baked/saturn_rings.h5 --optical-depth 1.5 --albedo 0.95,0.93,0.8 \\\n"
+        "  stratus export baked/saturn_rings.stratus --optical-depth 1.5 --albedo 0.95,0.93,0.8 \\\n"
         "    --format fourier -o rings.bsdf\n"
-        "  stratus export baked/stratus_cloud.h5 --optical-depth 8 --albedo 1 --over 0.3 \\\n"
+        "  stratus export baked/stratus_cloud.stratus --optical-depth 8 --albedo 1 --over 0.3 \\\n"
         "    --format tensor -o cloud_over_ground.bsdf\n"
         "  stratus export stratus_clouds.h5 --at radius=8,wavelength=0.65 \\\n"
         "    --at radius=8,wavelength=0.55 --at radius=8,wavelength=0.45 --optical-depth 8 \\\n"

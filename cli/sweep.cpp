@@ -8,8 +8,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
-#include <stratus/io/table_file.h>
-#include <stratus/io/write_options.h>
+#include <stratus/table/packed_table.h>
 
 #include "kept_work.h"
 #include "progress.h"
@@ -67,7 +66,7 @@ class SweepFolder {
         require_writable("bake", "--output", folder_ / "summary.csv");
     }
 
-    fs::path table(const SweepRow& row) const { return folder_ / (row.name + ".h5"); }
+    fs::path table(const SweepRow& row) const { return folder_ / (row.name + packed_ending); }
     fs::path checkpoint(const SweepRow& row) const { return table(row).string() + ".checkpoint"; }
     fs::path summary() const { return folder_ / "summary.csv"; }
 
@@ -85,9 +84,9 @@ class SweepFolder {
             outcome.remark = "was there";
         } else {
             outcome.met = true;
-            table = bake_on(checkpoint, row.recipe, threads, outcome);
-            const std::lock_guard one_at_a_time(hdf5_);  // as the library asks
-            write_table(*table, this->table(row), {threads, {}, nullptr, Flush::later});
+            std::vector<char> packed;
+            table = bake_on(checkpoint, row.recipe, threads, packed, outcome);
+            write_content_atomically(this->table(row), packed, Flush::later);
             outcome.seconds = seconds_since(started);
         }
         checkpoint.remove();
@@ -105,22 +104,22 @@ class SweepFolder {
     }
 
   private:
-    /// The table of a row, if it is there whole.
-    std::optional<Table> find(const SweepRow& row) {
+    /// The header of a row's table, if that is there whole.
+    std::optional<Table> find(const SweepRow& row) const {
         if (!fs::exists(table(row))) return std::nullopt;
         try {
-            const std::lock_guard one_at_a_time(hdf5_);
-            Table found = read_table(table(row));
-            if (is_baked_of(found, row.recipe)) return found;
+            const PackedTable found(table(row).string());
+            if (found.is_intact() && is_baked_of(found.header(), row.recipe)) return found.header();
         } catch (const std::exception&) {  // damaged, or of something else
         }
         return std::nullopt;
     }
 
     static Table bake_on(Checkpoint& checkpoint, const Recipe& recipe, int threads,
-                         Outcome& outcome) {
+                         std::vector<char>& packed, Outcome& outcome) {
         BakeOptions options;
         options.threads = threads;
+        options.packed = &packed;
         options.missed = [&](const std::string& sentence) {
             outcome.met = false;
             outcome.remark = sentence;
@@ -132,7 +131,6 @@ class SweepFolder {
 
     const fs::path folder_;
     const bool resume_;
-    std::mutex hdf5_;
 };
 
 /// What `finish` returns; whatever goes wrong with one table but a signal leaves the others alone.

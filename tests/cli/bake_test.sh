@@ -74,8 +74,12 @@ printf '%s\n' mu_in,mu_out,azimuth_deg,optical_depth,albedo 0.5,0.8,60,1.5,0.85 
 expect_ok bake recipes/narrow.toml -o narrow.stratus --threads 1 --quiet
 expect_ok bake recipes/narrow.toml -o again.stratus --threads 3 --quiet
 expect_same narrow.stratus again.stratus
-# with all samples beside it: what packing them afterwards gives; both are near each other
-expect_ok bake recipes/narrow.toml -o again.stratus --exr again.exr --threads 3 --quiet
+# with all samples beside it: those of a bake of samples, and what packing them afterwards gives; both are near each other
+expect_ok bake recipes/narrow.toml -o again.stratus --h5 again.h5 --exr again.exr --threads 3 --quiet
+for table in narrow again; do expect_ok eval $table.h5 --query query.csv -o $table.csv; done
+expect_same narrow.csv again.csv
+expect_ok eval again.exr --query query.csv -o again.csv
+expect_same narrow.csv again.csv
 expect_ok pack narrow.h5 -o packed.stratus --quiet
 for table in narrow again packed; do expect_ok eval $table.stratus --query query.csv -o $table.csv; done
 expect_same again.csv packed.csv
@@ -271,6 +275,9 @@ refuse 2 --output .h5 "got nothing" -- -o ''
 refuse 2 --output .h5 "got table.exr" -- -o table.exr
 refuse 2 --exr .exr "got table.h5" -- -o new.h5 --exr table.h5
 refuse 2 --exr file "got nothing" -- -o new.h5 --exr ''
+refuse 2 --h5 .h5 "got table.exr" -- -o new.stratus --h5 table.exr
+refuse 2 --h5 "left out for an output that is itself .h5" "got more.h5" -- -o new.h5 --h5 more.h5
+refuse 1 absent/new.h5 "no folder absent" -- -o new.stratus --h5 absent/new.h5
 refuse 1 absent/new.h5 "no folder absent" -- -o absent/new.h5
 refuse 1 absent/new.exr "no folder absent" -- -o new.h5 --exr absent/new.exr
 mkdir folder.h5 folder.exr

@@ -65,7 +65,7 @@ expect_ok export free.toml free.toml free.toml --over 0.1,0.2,0.3 --nodes 16 --f
 # --- help
 
 expect_ok export --help
-expect_says "$out" "stratus export baked/saturn_rings.h5" "solved again" fourier exr-atlas
+expect_says "$out" "stratus export baked/saturn_rings.stratus" "solved again" fourier exr-atlas
 
 # --- refusals
 

@@ -33,29 +33,29 @@ expect_header "$header"
 expect_same "$out" whole/summary.csv
 tr -d '"' <whole/summary.csv | sed 's/rayleigh, both/rayleigh/' >"$out"
 expect_rows 4 "$all_met"
-[ "$(cd whole && echo *)" = "again.h5 grey.h5 rayleigh, both.h5 summary.csv thin.h5" ] || fail "there is $(ls whole)"
-expect_same whole/again.h5 "whole/rayleigh, both.h5"
+[ "$(cd whole && echo *)" = "again.stratus grey.stratus rayleigh, both.stratus summary.csv thin.stratus" ] || fail "there is $(ls whole)"
+expect_same whole/again.stratus "whole/rayleigh, both.stratus"
 expect_says whole/summary.csv "the same as rayleigh, both"
 
 # a row's table is that of its recipe alone, which it carries; on any number of threads
-expect_ok info whole/thin.h5
+expect_ok info whole/thin.stratus
 sed -n '/^recipe/,/^resolved recipe/p' "$out" | sed '1d; $d; s/^    //' >thin.toml
 expect_says thin.toml 0.25 "nodes = 8" "mu_samples = 6"
-expect_ok bake thin.toml -o single.h5 --quiet
+expect_ok bake thin.toml -o single.stratus --quiet
 printf '%s\n' mu_in,mu_out,azimuth_deg,optical_depth,albedo 0.5,0.8,60,0.3,0.9 >query.csv
-expect_ok eval single.h5 --query query.csv -o single.csv
-expect_ok eval whole/thin.h5 --query query.csv -o thin.csv
+expect_ok eval single.stratus --query query.csv -o single.csv
+expect_ok eval whole/thin.stratus --query query.csv -o thin.csv
 expect_same single.csv thin.csv
 for threads in 1 5; do
     expect_ok bake base.toml --sweep three.csv -o threads --quiet --threads $threads
-    for table in thin grey "rayleigh, both"; do expect_same "threads/$table.h5" "whole/$table.h5"; done
+    for table in thin grey "rayleigh, both"; do expect_same "threads/$table.stratus" "whole/$table.stratus"; done
 done
 
 # without names they are numbered
 printf 'albedo.min\n0.8\n0.7\n' >numbers.csv
 expect_ok bake base.toml --sweep numbers.csv -o numbers
 expect_says "$out" "1,0.1,yes" "2,0.1,yes"
-[ "$(cd numbers && echo *)" = "1.h5 2.h5 summary.csv" ] || fail "there is $(ls numbers)"
+[ "$(cd numbers && echo *)" = "1.stratus 2.stratus summary.csv" ] || fail "there is $(ls numbers)"
 
 # a layer of a stack
 cat >stack.toml <<'RECIPE'
@@ -74,7 +74,7 @@ nodes = 8
 RECIPE
 printf 'layers.2.optical_depth\n0.5\n' >layers.csv
 expect_ok bake stack.toml --sweep layers.csv -o stack --quiet
-expect_ok info stack/1.h5
+expect_ok info stack/1.stratus
 expect_says "$out" "0.7"
 
 # the rows may stand in the recipe itself: the same tables
@@ -90,36 +90,36 @@ sides = [["reflection"], ["reflection", "transmission"], ["reflection"]]
 RECIPE
 expect_ok bake own.toml -o own --quiet
 for table in thin grey "rayleigh, both"; do
-    expect_ok eval "whole/$table.h5" --query query.csv -o as_csv.csv --clamp
-    expect_ok eval "own/$table.h5" --query query.csv -o as_own.csv --clamp
+    expect_ok eval "whole/$table.stratus" --query query.csv -o as_csv.csv --clamp
+    expect_ok eval "own/$table.stratus" --query query.csv -o as_own.csv --clamp
     expect_same as_csv.csv as_own.csv
 done
 
 # --- kills and resumptions
 
 taken() { grep -c 'was there' "$out"; }
-rm whole/grey.h5
-cp whole/thin.h5 "$logs/thin.h5"
+rm whole/grey.stratus
+cp whole/thin.stratus "$logs/thin.stratus"
 expect_ok bake base.toml --sweep sweep.csv -o whole --resume --quiet
 [ "$(taken)" -eq 2 ] || fail "two tables must be found"
-expect_same whole/grey.h5 threads/grey.h5
-expect_same whole/thin.h5 "$logs/thin.h5"
+expect_same whole/grey.stratus threads/grey.stratus
+expect_same whole/thin.stratus "$logs/thin.stratus"
 
 # a name is not enough: another recipe's table and a damaged one are baked again
-cp whole/grey.h5 whole/thin.h5
-truncate -s 15000 "whole/rayleigh, both.h5"
+cp whole/grey.stratus whole/thin.stratus
+truncate -s -1000 "whole/rayleigh, both.stratus"
 expect_ok bake base.toml --sweep three.csv -o whole --resume --quiet
 [ "$(taken)" -eq 1 ] || fail "one table must be found"
-for table in thin grey "rayleigh, both"; do expect_same "threads/$table.h5" "whole/$table.h5"; done
+for table in thin grey "rayleigh, both"; do expect_same "threads/$table.stratus" "whole/$table.stratus"; done
 
 # so are what a power cut may leave of tables that the disk had not taken yet: nothing, or zeros
-: >whole/thin.h5
-size=$(stat -c %s whole/grey.h5)
-truncate -s 0 whole/grey.h5
-truncate -s "$size" whole/grey.h5
+: >whole/thin.stratus
+size=$(stat -c %s whole/grey.stratus)
+truncate -s 0 whole/grey.stratus
+truncate -s "$size" whole/grey.stratus
 expect_ok bake base.toml --sweep three.csv -o whole --resume --quiet
 [ "$(taken)" -eq 1 ] || fail "one table must be found"
-for table in thin grey "rayleigh, both"; do expect_same "threads/$table.h5" "whole/$table.h5"; done
+for table in thin grey "rayleigh, both"; do expect_same "threads/$table.stratus" "whole/$table.stratus"; done
 
 # killed at random moments, it ends with the same tables
 RANDOM=1982
@@ -132,7 +132,7 @@ for _ in $(seq 8); do
     ) 2>/dev/null || kills=$((kills + 1))
 done
 expect_ok bake base.toml --sweep three.csv -o killed --resume --quiet
-for table in thin grey "rayleigh, both"; do expect_same "threads/$table.h5" "killed/$table.h5"; done
+for table in thin grey "rayleigh, both"; do expect_same "threads/$table.stratus" "killed/$table.stratus"; done
 [ "$(find killed -type f | wc -l)" -eq 4 ] || fail "there is $(ls -A killed)"
 
 # a signal stops it in order; without --foreground timeout sends two, and the second stops it at once
@@ -150,11 +150,11 @@ printf 'name,discretisation.mu_samples,tolerance\ngood,,\nbad,4,1e-3\n' >missed.
 [ $? -eq 1 ] || fail "the exit code must be 1"
 expect_says "$err" "1 of 2 tables miss their tolerance (--accept"
 expect_says "$out" "good,0.1,yes," "bad,0.001,no," "the table misses its tolerance"
-[ -f missed/bad.h5 ] || fail "it must be written all the same"
+[ -f missed/bad.stratus ] || fail "it must be written all the same"
 expect_ok bake base.toml --sweep missed.csv -o missed --resume --accept --quiet
 expect_says "$out" "bad,0.001,no,"
 expect_says "$err" "1 of 2 tables miss their tolerance"
-mkdir -p failed/good.h5
+mkdir -p failed/good.stratus
 "$stratus" bake base.toml --sweep missed.csv -o failed --accept --quiet >"$out" 2>"$err"
 [ $? -eq 1 ] || fail "the exit code must be 1"
 expect_says "$err" "1 of 2 tables failed"
@@ -202,6 +202,7 @@ section '' "sweep must be a list of values a key"
 expect_refused 2 "--sweep must be left out for a recipe that has a [sweep]" -- bake own.toml --sweep sweep.csv -o new
 expect_refused 2 "own.toml" "sweep must be absent but for" -- bake own.toml -o new --dry-run
 expect_refused 2 "--exr must be left out for a sweep" -- bake own.toml -o new --exr t.exr
+expect_refused 2 "--h5 must be left out for a sweep" -- bake own.toml -o new --h5 t.h5
 expect_refused 1 absent.csv -- bake base.toml --sweep absent.csv -o new
 expect_refused 2 --sweep file -- bake base.toml --sweep '' -o new
 expect_refused 2 --sweep --exr -- bake base.toml --sweep sweep.csv -o new --exr t.exr
@@ -209,6 +210,6 @@ expect_refused 2 --sweep --dry-run -- bake base.toml --sweep sweep.csv -o new --
 expect_refused 2 "--output is required" -- bake base.toml --sweep sweep.csv
 expect_refused 1 absent/new -- bake base.toml --sweep sweep.csv -o absent/new
 expect_refused 1 base.toml -- bake base.toml --sweep sweep.csv -o base.toml
-: >long/1.h5.checkpoint
+: >long/1.stratus.checkpoint
 expect_refused 1 "is left from an interrupted sweep; --resume continues it" -- bake long.toml --sweep long.csv -o long
 finish

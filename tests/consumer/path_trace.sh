@@ -18,7 +18,7 @@ awk '/^...cpp$/ { inside = 1; next } /^...$/ { inside = 0 } inside' "$here/../..
 # shellcheck disable=SC2046  # words of a command
 {
     "$cxx" -O2 "$here/path_tracer.cpp" $(pkg-config --cflags --libs stratus-io) -o "$work/path_tracer"
-    "$cxx" -O2 "$work/readme.cpp" $(pkg-config --cflags --libs stratus-io) -o "$work/readme"
+    "$cxx" -O2 "$work/readme.cpp" $(pkg-config --cflags --libs stratus) -o "$work/readme"
     "$cxx" -O2 "$here/project/renderer.cpp" $(pkg-config --cflags --libs stratus) -o "$work/renderer"
     "$cc" -std=c99 "$(find "$prefix" -name bake.c)" $(pkg-config --cflags --libs stratus-c-baker) -Wl,-rpath,"$libraries" -o "$work/bake"
     "$cc" -std=c99 "$c_program" $(pkg-config --cflags --libs stratus-c) -lm -Wl,-rpath,"$libraries" -o "$work/look_up"
@@ -27,7 +27,16 @@ awk '/^...cpp$/ { inside = 1; next } /^...$/ { inside = 0 } inside' "$here/../..
 "$work/renderer" >/dev/null
 (cd "$work" && ./bake >/dev/null 2>&1)
 
+cat >"$work/haze.toml" <<'RECIPE'
+phase_function = "isotropic"
+tolerance = 0.1
+optical_depth = { min = 1.0, max = 2.0 }
+albedo = { min = 0.9, max = 1.0 }
+RECIPE
+mkdir "$work/baked"
+"$prefix/bin/stratus" bake "$work/haze.toml" -o "$work/baked/saturn_rings.stratus" --quiet
 "$prefix/bin/stratus" bake "$recipe" -o "$work/dust.h5" 2>"$work/log" || { cat "$work/log"; exit 1; }
+(cd "$work" && ./readme) | grep -qE '^0\.[0-9]+, sampled with density [0-9.]+, beam 0\.15' # exp(-1.5 / 0.8)
 "$work/path_tracer" "$work/dust.h5" "$work/sunlit.ppm" 2.5 0 1
 "$work/path_tracer" "$work/dust.h5" "$work/furnace.ppm" 0 0.5
 "$check_pictures" "$work/dust.h5" "$work/sunlit.ppm" 2.5 "$work/furnace.ppm" 0.5

@@ -29,10 +29,12 @@ void write_atomically(const std::filesystem::path& path,
                       Flush flush = Flush::at_once);
 
 /// The same for content in memory.
-void write_content_atomically(const std::filesystem::path& path, std::string_view content);
+void write_content_atomically(const std::filesystem::path& path, std::string_view content,
+                              Flush flush = Flush::at_once);
 inline void write_content_atomically(const std::filesystem::path& path,
-                                     const std::vector<char>& content) {
-    write_content_atomically(path, std::string_view(content.data(), content.size()));
+                                     const std::vector<char>& content,
+                                     Flush flush = Flush::at_once) {
+    write_content_atomically(path, std::string_view(content.data(), content.size()), flush);
 }
 
 /// True of a device, a pipe or an open file (/dev/stdout), which take what comes and stay.

@@ -1,7 +1,6 @@
 // How a table is written where its samples are on the disk, or others share the compressing.
 #pragma once
 
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/table/table.h>
 
@@ -40,7 +39,6 @@ struct WriteOptions {
     /// Of .h5: where both sides' samples are; null: in the table. Those of a bake, they are not
     /// checked again.
     const SampleFiles* samples = nullptr;
-    Flush flush = Flush::at_once;
 };
 
 /// As write_table of table_file.h, to the same bytes.

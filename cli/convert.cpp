@@ -24,7 +24,7 @@ void run_convert(const ConvertOptions& options) {
     if (!is_packed(options.input)) require_table_ending("convert", "IN", options.input);
     require_table_ending("convert", "OUT", options.output);
     require_different_files("convert", options.input, options.output);
-    const Table table = read_any_table(options.input, options.reading);
+    const Table table = read_samples(options.input, options.reading);
     const SignalsHeld held;
     write_table(table, options.output);
 }

@@ -24,7 +24,6 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <optional>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -354,24 +353,6 @@ TableView without_unasked_samples(TableView table, const Effects& effects) {
     return table;
 }
 
-/// A packed file, mapped, or a table read with its samples.
-class EvalTable {
-  public:
-    EvalTable(const std::string& path, const ReadOptions& options) {
-        if (std::filesystem::path(path).extension() == packed_ending)
-            packed_.emplace(path);
-        else
-            sampled_ = read_any_table(path, options);
-    }
-
-    const Table& header() const { return packed_ ? packed_->header() : sampled_; }
-    TableView view() const { return packed_ ? packed_->view() : sampled_.view(); }
-
-  private:
-    std::optional<PackedTable> packed_;
-    Table sampled_;
-};
-
 void run_eval(const EvalOptions& options) {
     Effects asked = parse_effects(options.effects);
     asked.density = parse_density("eval", options.density);
@@ -381,10 +362,10 @@ void run_eval(const EvalOptions& options) {
         require_different_files("eval", options.table, options.output);
         require_different_files("eval", options.query, options.output);
     }
-    const EvalTable table(options.table, options.reading);
-    const QueryColumns columns = query_columns(table.header());
+    const AnyTable table = read_any_table(options.table, options.reading);
+    const QueryColumns columns = query_columns(table.table());
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
-    const std::vector<QueryPoint> points = points_of(query, table.header());
+    const std::vector<QueryPoint> points = points_of(query, table.table());
 
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);

@@ -48,7 +48,8 @@ bool is_stack(const std::string& path) {
 /// What a table supplies: its phase function, of a family that of one member, and what the layer lies
 /// on.
 Stack layer_of_table(const std::string& path, const std::string& at, const ReadOptions& reading) {
-    const Table table = read_any_table(path, reading);
+    const AnyTable given = read_intact_table(path, reading);
+    const Table& table = given.table();
     const std::string name = "TABLE " + path;
     require(table.highest_order == 0, "export", name, "of all orders of scattering",
             "orders up to " + std::to_string(table.highest_order));
@@ -216,7 +217,8 @@ void add_export(CLI::App& app) {
     export_app->add_flag("--quiet", command->quiet, "No progress, no notes");
     export_app->footer(
         "Examples:\n"
-        "  stratus export baked/saturn_rings.stratus --optical-depth 1.5 --albedo 0.95,0.93,0.8 \\\n"
+        "  stratus export baked/saturn_rings.stratus --optical-depth 1.5 --albedo 0.95,0.93,0.8 "
+        "\\\n"
         "    --format fourier -o rings.bsdf\n"
         "  stratus export baked/stratus_cloud.stratus --optical-depth 8 --albedo 1 --over 0.3 \\\n"
         "    --format tensor -o cloud_over_ground.bsdf\n"

@@ -72,7 +72,7 @@ PackedTable read_member(const char* caller, const std::string& path, const ReadO
         point_of(caller, at, table.header().family, path);
         return table;
     }
-    const Table table = read_any_table(path, options);
+    const Table table = read_samples(path, options);
     return PackedTable(pack(table_at(table, point_of(caller, at, table.family, path))));
 }
 

@@ -31,7 +31,6 @@
 namespace stratus {
 namespace {
 
-
 struct FitCommand {
     std::string observations, table, phase, second_phase, output;
     bool single = false;
@@ -206,7 +205,7 @@ FitOptions options_of(const FitCommand& command, const LayerModel& model) {
 
 /// What predicts the brightness, with the table that it may look up.
 struct Prediction {
-    std::optional<Table> table;
+    std::optional<AnyTable> table;
     std::unique_ptr<LayerModel> model;
 };
 
@@ -221,7 +220,7 @@ Prediction prediction_of(const FitCommand& command, bool beams_alone) {
         throw std::invalid_argument("fit: --single must come with --phase, got it alone");
     Prediction prediction;
     if (has_table) {
-        prediction.table = read_any_table(command.table, command.reading);
+        prediction.table = read_intact_table(command.table, command.reading);
         prediction.model = table_model(prediction.table->view());
     } else if (has_phase) {
         std::vector<std::string> notes;
@@ -230,8 +229,8 @@ Prediction prediction_of(const FitCommand& command, bool beams_alone) {
         if (!command.second_phase.empty())
             second = read_phase_function(command.second_phase, "", &notes);
         for (const std::string& note : notes) say("note: " + note);
-        prediction.model = command.single ? single_scattering_model(first, second)
-                                          : solver_model(first, second);
+        prediction.model =
+            command.single ? single_scattering_model(first, second) : solver_model(first, second);
     } else if (beams_alone) {
         prediction.model = beam_model();
     } else {

@@ -73,9 +73,9 @@ std::string described(const Axis& axis, const char* scale_name, double unit = 1,
     return text;
 }
 
-std::string sides_of(const Table& table) {
-    if (table.reflection_multiple.empty()) return "transmission";
-    if (table.transmission_multiple.empty()) return "reflection";
+std::string sides_of(const TableView& table) {
+    if (!table.has_reflection()) return "transmission";
+    if (!table.has_transmission()) return "reflection";
     return "reflection, transmission";
 }
 
@@ -108,7 +108,7 @@ double bytes_in_memory(const Table& table, std::size_t sample_size) {
     return static_cast<double>(samples * sample_size + fluxes * sizeof(float));
 }
 
-void print_content(const Table& table) {
+void print_content(const Table& table, const TableView& view) {
     print("title", attribute(table, "title"));
     for (std::size_t k = 0; k < table.layers.size(); ++k) {
         const StackLayer& layer = table.layers[k];
@@ -142,14 +142,16 @@ void print_content(const Table& table) {
     print("mu_out", described(table.mu_out, axis_scale_name(table.mu_out.scale)));
     print("azimuth",
           described(table.azimuth, axis_scale_name(table.azimuth.scale), pi / 180, " degrees"));
-    print("sides", sides_of(table));
+    print("sides", sides_of(view));
     print("orders", orders_of(table));
 }
 
-void print_size(const Table& table, const std::string& path) {
+void print_size(const AnyTable& given, const std::string& path) {
+    const Table& table = given.table();
     print("samples per side", std::to_string(table.sample_count()));
-    print("in memory", megabytes(bytes_in_memory(table, sizeof(float))) + " as float, " +
-                           megabytes(bytes_in_memory(table, sizeof(Half))) + " as half");
+    if (given.packed() == nullptr)
+        print("in memory", megabytes(bytes_in_memory(table, sizeof(float))) + " as float, " +
+                               megabytes(bytes_in_memory(table, sizeof(Half))) + " as half");
     print("file", megabytes(static_cast<double>(std::filesystem::file_size(path))));
 }
 
@@ -175,8 +177,8 @@ void print_attributes(const Table& table) {
     }
 }
 
-void draw_picture(const Table& table, const InfoOptions& options) {
-    const Portrait portrait = make_portrait(table);
+void draw_picture(const AnyTable& table, const InfoOptions& options) {
+    const Portrait portrait = make_portrait(table.table(), table.view());
     const SignalsHeld held;
     write_atomically(options.picture, [&](const std::filesystem::path& temporary) {
         draw_portrait(portrait, temporary);
@@ -188,10 +190,11 @@ void run_info(const InfoOptions& options) {
         require_different_files("info", options.table, options.picture);
         require_writable("info", "--picture", options.picture, {".png"});
     }
-    const Table table = read_any_table(options.table, options.reading);
-    if (!options.picture.empty()) draw_picture(table, options);
-    print_content(table);
-    print_size(table, options.table);
+    const AnyTable given = read_intact_table(options.table, options.reading);
+    const Table& table = given.table();
+    if (!options.picture.empty()) draw_picture(given, options);
+    print_content(table, given.view());
+    print_size(given, options.table);
     print_accuracy(table);
     print("picture written", options.picture);
     print_attributes(table);

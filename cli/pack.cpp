@@ -30,7 +30,7 @@ void run_pack(const PackOptions& options) {
     require_different_files("pack", options.input, options.output);
     if (is_packed(options.input))
         throw std::invalid_argument("pack: TABLE must end in .h5 or .exr, got " + options.input);
-    const Table table = read_any_table(options.input, options.reading);
+    const Table table = read_table(options.input, options.reading);
     const std::vector<char> packed = pack(table);
     {
         const SignalsHeld held;

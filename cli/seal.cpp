@@ -24,7 +24,7 @@ void run_seal(const SealOptions& options) {
     require_writable("seal", "--output", output);
     ReadOptions reading = options.reading;
     reading.ignore_checksums = true;
-    const Table table = read_any_table(options.table, reading);
+    const Table table = read_table(options.table, reading);
     const SignalsHeld held;
     write_table(table, output);
 }

@@ -28,10 +28,10 @@ inline bool is_packed(const std::filesystem::path& path) {
     return path.extension() == packed_ending;
 }
 
-/// Maps a packed table that is as it was written.
-inline PackedTable read_intact_table(const std::filesystem::path& path) {
-    PackedTable table(path.string());
-    if (!table.is_intact())
+/// A table of any kind, as it was written.
+inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadOptions& options) {
+    AnyTable table = read_any_table(path, options);
+    if (table.packed() && !table.packed()->is_intact())
         throw std::runtime_error(
             path.string() +
             ": numbers or texts are not those of its checksum; bake or pack it "
@@ -39,10 +39,10 @@ inline PackedTable read_intact_table(const std::filesystem::path& path) {
     return table;
 }
 
-/// Reads a table, packed or not.
-inline Table read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
-    if (is_packed(path)) return read_intact_table(path).unpacked();
-    return read_table(path, options);
+/// The same with its samples, of a packed one evaluated.
+inline Table read_samples(const std::filesystem::path& path, const ReadOptions& options) {
+    const AnyTable table = read_intact_table(path, options);
+    return table.packed() ? table.packed()->unpacked() : table.table();
 }
 
 /// Refuses a file that is neither .h5 nor .exr, before a long read finds out.
@@ -56,7 +56,7 @@ inline void require_table_ending(const char* command, const char* argument,
 /// A table ready for lookups: a packed one mapped, another one read and packed.
 inline PackedTable read_packed_table(const std::string& path, const ReadOptions& options) {
     if (is_packed(path)) return PackedTable(path);
-    return PackedTable(pack(read_any_table(path, options)));
+    return PackedTable(pack(read_table(path, options)));
 }
 
 }  // namespace stratus

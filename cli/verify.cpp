@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -89,12 +88,11 @@ void print_worst(const Verification& verification, const std::vector<FamilyAxis>
 }
 
 void run_verify(const VerifyCommand& command) {
-    std::optional<PackedTable> packed;
-    if (is_packed(command.table)) packed = read_intact_table(command.table);
-    const Table table = packed ? packed->header() : read_table(command.table, command.reading);
+    const AnyTable given = read_intact_table(command.table, command.reading);
+    const Table& table = given.table();
     Progress progress(command.quiet);
     VerifyOptions options = command.options;
-    if (packed) options.packed = &*packed;
+    options.packed = given.packed();
     options.progress = [&](double done) { progress.show(done, "verifying"); };
     Verification verification = verify(table, options);
 

@@ -43,9 +43,9 @@ Table baked(const char* recipe, const stratus_bake_options& asked, const char* f
 /// A table's samples.
 const Table& samples_of(const stratus_table* table, const char* function) {
     require_given(table, function, "table");
-    const auto* const samples = std::get_if<Table>(&table->shared->own);
-    require(samples != nullptr, function, "table", "one with samples", "a packed one");
-    return *samples;
+    const stratus::AnyTable& own = table->shared->own;
+    require(own.packed() == nullptr, function, "table", "one with samples", "a packed one");
+    return own.table();
 }
 
 }  // namespace

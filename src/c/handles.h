@@ -3,10 +3,9 @@
 
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
+#include <stratus/io/table_file.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/stratus.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
 
 #include <cstddef>
 #include <memory>
@@ -19,16 +18,9 @@ namespace stratus::c {
 
 /// A table as it was read or made, shared by the handles of its mixtures.
 struct SharedTable {
-    explicit SharedTable(Table table);
-    explicit SharedTable(PackedTable table);
-    SharedTable(const SharedTable&) = delete;  // views point into the table
+    explicit SharedTable(AnyTable table);
 
-    const Table& header() const;
-    TableView view() const;
-    /// Null unless packed.
-    const PackedTable* packed() const { return std::get_if<PackedTable>(&own); }
-
-    std::variant<Table, PackedTable> own;
+    AnyTable own;
     std::string phase_function, second_phase_function;
     std::vector<std::string> layer_texts;  // of a stack
     std::vector<stratus_layer> layers;

@@ -12,26 +12,14 @@
 
 namespace stratus::c {
 
-SharedTable::SharedTable(Table table) : own(std::move(table)) {
-    const Table& of = header();
+SharedTable::SharedTable(AnyTable table) : own(std::move(table)) {
+    const Table& of = own.table();
     phase_function = of.phase_function.text();
     if (mixes_two(of.family)) second_phase_function = of.second_phase_function.text();
     layer_texts.reserve(of.layers.size());  // which are pointed to
     for (const StackLayer& layer : of.layers)
         layers.push_back({layer_texts.emplace_back(layer.phase_function.text()).c_str(),
                           layer.albedo, layer.optical_depth});
-}
-
-SharedTable::SharedTable(PackedTable table) : SharedTable(Table(table.header())) {
-    own.emplace<PackedTable>(std::move(table));
-}
-
-const Table& SharedTable::header() const {
-    return packed() != nullptr ? packed()->header() : std::get<Table>(own);
-}
-
-TableView SharedTable::view() const {
-    return packed() != nullptr ? packed()->view() : std::get<Table>(own).view();
 }
 
 std::unique_lock<std::mutex> hdf5_lock() {
@@ -62,17 +50,15 @@ void require_mixture(const stratus_table& table, const char* function) {
 }
 
 stratus_table* handle_of(std::shared_ptr<const SharedTable> shared) {
-    const TableView view = shared->view();
+    const TableView view = shared->own.view();
     return new stratus_table{std::move(shared), view};
 }
 
 namespace {
 
 std::shared_ptr<const SharedTable> opened(const std::string& path) {
-    if (std::filesystem::path(path).extension() == packed_ending)
-        return std::make_shared<const SharedTable>(PackedTable(path));
     const std::unique_lock lock = hdf5_lock();
-    return std::make_shared<const SharedTable>(read_table(path));
+    return std::make_shared<const SharedTable>(read_any_table(path));
 }
 
 stratus_range range_of(const Axis& axis) {
@@ -109,7 +95,7 @@ int look_up_arrays(const stratus_table* table, const PackedPoints& points, const
     return status_of([&] {
         require_given(table, function, "table");
         require_mixture(*table, function);
-        const PackedTable* const packed = table->shared->packed();
+        const PackedTable* const packed = table->shared->own.packed();
         require(packed != nullptr, function, "table", "a packed one", "one with samples");
         require_arrays(points.count,
                        {points.optical_depth, points.albedo, points.mu_in, points.mu_out,
@@ -160,7 +146,8 @@ int stratus_table_at_mixture(const stratus_table* table, double share_of_first,
                 "table", "one that mixes", "one that does not");
         require(share_of_first >= 0 && share_of_first <= 1, function, "share_of_first", "in [0, 1]",
                 share_of_first);
-        *mixed = new stratus_table{table->shared, table->shared->view().at_mixture(share_of_first)};
+        *mixed =
+            new stratus_table{table->shared, table->shared->own.view().at_mixture(share_of_first)};
     });
 }
 
@@ -173,7 +160,7 @@ int stratus_table_at(const stratus_table* table, size_t count, const double* val
         require_given(table, function, "table");
         if (count > 0) require_given(values, function, "values");
         const std::vector<double> all(values, values + count);
-        const stratus::TableView whole = table->shared->view();
+        const stratus::TableView whole = table->shared->own.view();
         *chosen = new stratus_table{table->shared, whole.at(stratus::FamilyPoint(all))};
     });
 }
@@ -185,7 +172,7 @@ int stratus_table_family(const stratus_table* table, size_t axis, const char** n
         require_given(table, function, "table");
         require_given(name, function, "name");
         require_given(range, function, "range");
-        const auto& family = table->shared->header().family;
+        const auto& family = table->shared->own.table().family;
         require(axis < family.size(), function, "axis", "below " + std::to_string(family.size()),
                 axis);
         *name = family[axis].name();
@@ -201,7 +188,7 @@ int stratus_table_describe(const stratus_table* table, stratus_table_info* info)
         require_given(table, function, "table");
         require_given(info, function, "info");
         require_size(*info, function, "info", first_info_size);
-        const stratus::Table& of = table->shared->header();
+        const stratus::Table& of = table->shared->own.table();
         stratus_table_info found{};
         found.optical_depth = range_of(of.optical_depth);
         found.albedo = range_of(of.albedo);
@@ -216,7 +203,7 @@ int stratus_table_describe(const stratus_table* table, stratus_table_info* info)
         found.measured_error = of.measured_error;
         if (of.has_family() && stratus::is_mixture(of.family))
             found.mixture = range_of(of.family[0].axis);
-        found.is_packed = table->shared->packed() != nullptr;
+        found.is_packed = table->shared->own.packed() != nullptr;
         found.is_stack = of.is_stack();
         fill(*info, found);
     });
@@ -228,7 +215,7 @@ const char* stratus_table_text(const stratus_table* table, const char* name) {
     if (std::strcmp(name, "phase_function") == 0) return of.phase_function.c_str();
     if (std::strcmp(name, "second_phase_function") == 0)
         return of.second_phase_function.empty() ? nullptr : of.second_phase_function.c_str();
-    for (const auto& [known, text] : of.header().attributes)
+    for (const auto& [known, text] : of.own.table().attributes)
         if (known == name) return text.c_str();
     return nullptr;
 }

@@ -15,8 +15,7 @@ namespace {
 struct Format {
     std::string_view magic;
     const char* kind;
-    void (*write)(const Table&, const Metadata&, const std::filesystem::path&,
-                  const WriteOptions&);
+    void (*write)(const Table&, const Metadata&, const std::filesystem::path&, const WriteOptions&);
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
@@ -74,6 +73,11 @@ void write_exr_table(const Table& table, const std::filesystem::path& path) {
 
 Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
     return read(path, options, format_of(path, "read_table"));
+}
+
+AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
+    if (path.extension() == packed_ending) return AnyTable(PackedTable(path.string()));
+    return AnyTable(read_table(path, options));
 }
 
 void write_table(const Table& table, const std::filesystem::path& path, int threads) {

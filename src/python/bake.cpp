@@ -1,9 +1,9 @@
 // Baking a recipe.
 #include <stratus/bake/bake.h>
+#include <stratus/io/table_file.h>
 
 #include "long_work.h"
 #include "module.h"
-#include "table.h"
 
 #include <memory>
 

@@ -1,12 +1,12 @@
 // Fits of layers to observations.
 #include <stratus/fit/fit.h>
+#include <stratus/io/table_file.h>
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 
 #include "module.h"
-#include "table.h"
 
 namespace stratus::python {
 namespace {

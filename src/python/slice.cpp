@@ -2,13 +2,13 @@
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
+#include <stratus/io/table_file.h>
 
 #include <algorithm>
 #include <cmath>
 #include <variant>
 
 #include "module.h"
-#include "table.h"
 
 namespace stratus::python {
 namespace {

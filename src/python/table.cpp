@@ -1,6 +1,4 @@
 // Tables: reading, writing, what they hold, and lookups at any layer.
-#include "table.h"
-
 #include <stratus/base/constants.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/table_file.h>
@@ -15,18 +13,16 @@
 
 namespace stratus::python {
 
-std::shared_ptr<AnyTable> AnyTable::read(const std::string& path) {
-    if (std::filesystem::path(path).extension() == packed_ending)
-        return std::make_shared<AnyTable>(PackedTable(path));
-    const std::string ending = std::filesystem::path(path).extension().string();
-    require(ending == ".h5" || ending == ".exr", "load", "path",
-            "a name ending in .h5, .exr or .stratus", path);
-    return std::make_shared<AnyTable>(read_table(path));
-}
-
 namespace {
 
 using Shared = std::shared_ptr<AnyTable>;
+
+Shared read(const std::string& path) {
+    const std::string ending = std::filesystem::path(path).extension().string();
+    require(ending == ".h5" || ending == ".exr" || ending == packed_ending, "load", "path",
+            "a name ending in .h5, .exr or .stratus", path);
+    return std::make_shared<AnyTable>(read_any_table(path));
+}
 
 constexpr std::pair<const char*, Axis Table::*> axes[] = {{"albedo", &Table::albedo},
                                                           {"optical_depth", &Table::optical_depth},
@@ -262,7 +258,7 @@ void add_table(py::module_& module) {
         .def("scales", scales_of)
         .def("look_up", look_up)
         .def("write", write_file);
-    module.def("read_table", &AnyTable::read);
+    module.def("read_table", read);
     module.def("datasets", datasets);
     module.def("packed", packed);
     module.def("unpacked", unpacked);

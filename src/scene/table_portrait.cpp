@@ -144,8 +144,7 @@ Image render_sphere(const TableView& table, Scene scene, double albedo, double o
 
 }  // namespace
 
-Portrait make_portrait(const Table& table) {
-    const TableView whole = table.view();
+Portrait make_portrait(const Table& table, const TableView& whole) {
     std::vector<double> middles;
     for (const FamilyAxis& axis : table.family) {
         const std::vector<double>& values = axis.axis.values;

@@ -59,7 +59,7 @@ class EveryTable : public TablePortrait, public ::testing::WithParamInterface<Ki
 
 TEST_P(EveryTable, IsDrawnAtTheStatedSizeWithinTheFrame) {
     const Table table = make_synthetic_table(GetParam().options);
-    const Portrait portrait = make_portrait(table);
+    const Portrait portrait = make_portrait(table, table.view());
     draw_portrait(portrait, folder / "portrait.png");
 
     const Image image = read_png(folder / "portrait.png");
@@ -104,8 +104,8 @@ TEST_F(TablePortrait, ShowsALowerBoundary) {
     Table table = bare;
     table.lower_boundary = LowerBoundary::surface(0.3);
     prepare(table);
-    draw_portrait(make_portrait(bare), folder / "bare.png");
-    draw_portrait(make_portrait(table), folder / "ground.png");
+    draw_portrait(make_portrait(bare, bare.view()), folder / "bare.png");
+    draw_portrait(make_portrait(table, table.view()), folder / "ground.png");
     EXPECT_NE(test::content(folder / "bare.png"), test::content(folder / "ground.png"));
 }
 
@@ -113,7 +113,7 @@ TEST_F(TablePortrait, ShowsALowerBoundary) {
 TEST_F(TablePortrait, SphereShowsSingleScatteringInClosedForm) {
     const Table table = make_synthetic_table(
         {.phase_function = "isotropic", .finite_depths = 0, .and_infinity = true});
-    const PortraitColumn column = make_portrait(table).columns.at(0);
+    const PortraitColumn column = make_portrait(table, table.view()).columns.at(0);
     const Image& sphere = column.single_sphere;
     const double mu_in = std::cos(radians(40));
     EXPECT_NEAR(double{sphere.pixel(sphere.width / 2, sphere.height / 2)[0]},
@@ -124,8 +124,8 @@ TEST_F(TablePortrait, SphereShowsSingleScatteringInClosedForm) {
 
 TEST_F(TablePortrait, IsReproducible) {
     const Table table = make_synthetic_table();
-    draw_portrait(make_portrait(table), folder / "first.png");
-    draw_portrait(make_portrait(table), folder / "second.png");
+    draw_portrait(make_portrait(table, table.view()), folder / "first.png");
+    draw_portrait(make_portrait(table, table.view()), folder / "second.png");
     EXPECT_EQ(test::content(folder / "first.png"), test::content(folder / "second.png"));
 }
 
@@ -136,27 +136,29 @@ TEST_F(TablePortrait, TruncatesLongText) {
         options.phase_function += " + henyey_greenstein:g=0." + std::to_string(k);
     Table table = make_synthetic_table(options);
     for (int k = 0; k < 40; ++k) table.attributes["title"] += " g\u00f6\u00f6d title";
-    draw_portrait(make_portrait(table), folder / "portrait.png");
+    draw_portrait(make_portrait(table, table.view()), folder / "portrait.png");
     EXPECT_TRUE(has_clean_border(read_png(folder / "portrait.png")));
 }
 
 TEST_F(TablePortrait, NeedsNoTitle) {
     Table table = make_synthetic_table();
     table.attributes.clear();
-    draw_portrait(make_portrait(table), folder / "portrait.png");
+    draw_portrait(make_portrait(table, table.view()), folder / "portrait.png");
     EXPECT_EQ(read_png(folder / "portrait.png").width, 1600);
 }
 
 TEST_F(TablePortrait, RefusesAPathThatCannotBeWritten) {
+    const Table table = make_synthetic_table();
     const std::filesystem::path png = folder / "absent" / "portrait.png";
     const std::string refusal = test::refusal<std::runtime_error>(
-        [&] { draw_portrait(make_portrait(make_synthetic_table()), png); });
+        [&] { draw_portrait(make_portrait(table, table.view()), png); });
     EXPECT_EQ(refusal, png.string() + ": No such file or directory");
 }
 
 TEST_F(TablePortrait, ReportsAFullDisk) {
     if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
-    EXPECT_THROW(draw_portrait(make_portrait(make_synthetic_table()), "/dev/full"),
+    const Table table = make_synthetic_table();
+    EXPECT_THROW(draw_portrait(make_portrait(table, table.view()), "/dev/full"),
                  std::runtime_error);
 }
 

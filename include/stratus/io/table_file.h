@@ -7,12 +7,13 @@
 // is atomic (atomic_file.h).
 #pragma once
 
+#include <stratus/table/packed_table.h>
 #include <stratus/table/table.h>
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
-#include <vector>
+#include <utility>
+#include <variant>
 
 namespace stratus {
 
@@ -34,6 +35,31 @@ struct ReadOptions {
 ///          that is missing, unreadable, damaged, of another kind, or needs more memory than
 ///          allowed, which is checked before it is allocated.
 Table read_table(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// A table of samples or a packed one, to be looked up.
+class AnyTable {
+  public:
+    AnyTable(Table table) : own_(std::move(table)) {}
+    AnyTable(PackedTable table) : own_(std::move(table)) {}
+    AnyTable(AnyTable&&) = default;  // not copied: views point into it
+    AnyTable& operator=(AnyTable&&) = default;
+
+    /// Null where it is not packed.
+    const PackedTable* packed() const { return std::get_if<PackedTable>(&own_); }
+
+    /// Of a packed one without samples.
+    const Table& table() const { return packed() ? packed()->header() : std::get<Table>(own_); }
+
+    TableView view() const { return packed() ? packed()->view() : table().view(); }
+
+  private:
+    std::variant<Table, PackedTable> own_;
+};
+
+/// The same by its file name's ending, .stratus as well.
+///
+/// Errors   those of read_table and PackedTable.
+AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Writes a table by its file name's ending, .h5 or .exr. An existing file is replaced only by a
 /// complete one.

@@ -6,10 +6,10 @@
 
 namespace stratus {
 
-/// The portrait of a prepared table; a table with a mixture axis is shown at the middle of it.
+/// The portrait of a table, by its header and its lookups; a family is shown at its middle.
 ///
 /// Range    tables whose mu_in and mu_out have the same axis.
 /// Threads  renders on all.
-Portrait make_portrait(const Table& table);
+Portrait make_portrait(const Table& header, const TableView& whole);
 
 }  // namespace stratus

@@ -288,28 +288,37 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
     : offset_(law.offset()), angles_(law.angle_count()) {
     const int count =
         highest_order > 0 ? std::min(law.order_count(), highest_order + 1) : law.order_count();
-    const int octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest())));
+    const int octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest() / double{depth_offset})));
     depths_ = (octaves << depth_bits) + 1;
     const auto orders = static_cast<std::size_t>(std::max(0, count - 2)),
-               rows = static_cast<std::size_t>(channels * depths_),
-               columns = 4 * static_cast<std::size_t>(angles_);
+               held_rows = static_cast<std::size_t>(channels * depths_),
+               rows = held_rows + static_cast<std::size_t>(channels),  // and the limits of H
+        columns = 4 * static_cast<std::size_t>(angles_);
     samples_.resize(rows * columns);
     if (orders == 0) return;
-    // Over (channel, depth, order): what f_n is multiplied by for H and for dH/ds.
+    // Over (channel, depth, order): what f_n is multiplied by for H, from `deep` on less its limit, and
+    // for dH/ds.
+    constexpr double deep = 8;
+    const auto depth = [](int d) {
+        return octave_sample(depth_offset, depth_bits, d) - double{depth_offset};
+    };
     std::vector<float> weight(rows * orders * 2, 0.0f);
     std::vector<int> used(rows, 0);
-    for (int d = 0; d < depths_; ++d) {
-        const Meetings at(count, octave_sample(1, depth_bits, d) - 1);
+    for (int d = 0; d <= depths_; ++d) {
+        const bool is_limit = d == depths_, is_deep = !is_limit && depth(d) >= deep;
+        const Meetings at(count, is_limit ? infinity : depth(d));
         for (int c = 0; c < channels; ++c) {
-            const auto row = static_cast<std::size_t>(c * depths_ + d);
+            const auto row = is_limit ? held_rows + static_cast<std::size_t>(c)
+                                      : static_cast<std::size_t>(c * depths_ + d);
             float* to = &weight[row * orders * 2];
             double power = std::pow(albedo[c], 1 - divided);
             for (int n = 2; n < count; ++n) {
                 power *= albedo[c];
-                const auto more = static_cast<float>(power / n * at.more[n]);
+                const double share = is_deep ? -at.fewer[n] : at.more[n];
+                const auto value = static_cast<float>(power / n * share);
                 const auto rise = static_cast<float>(power / n * at.slope[n]);
-                if (more < 1e-12f && rise < 1e-12f) break;
-                *to++ = more;
+                if (!is_deep && value < 1e-12f && rise < 1e-12f) break;
+                *to++ = value;
                 *to++ = rise;
                 ++used[row];
             }
@@ -322,6 +331,13 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
                 law.of_angle(static_cast<int>(angle))[n];
     path_sums().sums({twice.data(), columns, orders}, weight.data(), used.data(), rows,
                      samples_.data());
+    for (std::size_t row = 0; row < held_rows; ++row) {
+        const auto depths = static_cast<std::size_t>(depths_);
+        if (depth(static_cast<int>(row % depths)) >= deep) continue;
+        const float* const limit = &samples_[(held_rows + row / depths) * columns];
+        for (std::size_t k = 0; k < columns; k += 2) samples_[row * columns + k] -= limit[k];
+    }
+    samples_.resize(held_rows * columns);
 }
 
 PathSheetView PathSheet::view() const noexcept {
@@ -336,7 +352,7 @@ PathSheetView PathSheet::view_of(const float* samples, float offset, int angles,
     view.offset = offset;
     view.first_angle = bits_of(offset) >> (mantissa_bits - PathOrders::angle_bits);
     view.angles = angles;
-    view.last_depth = static_cast<float>(octave_sample(1, depth_bits, depths - 1)) * (1 - 1e-6f);
+    view.last_depth = static_cast<float>(octave_sample(depth_offset, depth_bits, depths - 1)) * (1 - 1e-6f);
     view.channel = 4 * angles * depths;
     return view;
 }

@@ -1,4 +1,4 @@
-// ---- the path law of narrow peaks: H and dH/ds over slant depth s and angle
+// ---- the path law of narrow peaks: H less its limit, and dH/ds, over slant depth s and angle
 
 // Texel of a light path's angle in the first row, the share of the way to the next, and a scale.
 vec4 stratus_path_angle(int side, StratusPath path) {
@@ -11,8 +11,7 @@ vec4 stratus_path_angle(int side, StratusPath path) {
                 1.0f / x, 0.0f);
 }
 
-// later - earlier, each at two neighbouring angles, at the share between these. H of depths far
-// beyond the peak are nearly alike: samples are subtracted before anything else is rounded.
+// later - earlier, each at two neighbouring angles, at the share between these.
 float stratus_path_rise(float share, float earlier, float earlier_next, float later,
                         float later_next) {
     float rise = later - earlier;
@@ -23,14 +22,14 @@ float stratus_path_rise(float share, float earlier, float earlier_next, float la
 // angles, what it gains from there on, dH/ds.
 vec4 stratus_path_piece(int side, int first, vec4 angle, float depth) {
     vec4 sheet = stratus_field(side, 12);
-    float x = min(depth + 1.0f, stratus_w(stratus_field(side, 11)));
+    float x = min(depth + 2.0f, stratus_w(stratus_field(side, 11)));
     int exponent = stratus_exponent(x);
-    float place = (x * stratus_power_of_two(-exponent) - 1.0f) * 8.0f;
+    float place = (x * stratus_power_of_two(-exponent) - 1.0f) * 16.0f;
     int row = 2 * int(sheet.z);
-    int at = first + (exponent * 8 + int(floor(place))) * row + int(angle.x);
+    int at = first + ((exponent - 1) * 16 + int(floor(place))) * row + int(angle.x);
     vec4 low = stratus_number(at);
     vec4 high = stratus_number(at + row);
-    float width = stratus_power_of_two(exponent - 3);
+    float width = stratus_power_of_two(exponent - 4);
     float t = place - floor(place);
     float rise = stratus_path_rise(angle.y, low.x, low.z, high.x, high.z);
     float start = (low.y + angle.y * (low.w - low.y)) * width;
@@ -44,7 +43,9 @@ vec4 stratus_path_piece(int side, int first, vec4 angle, float depth) {
 float stratus_path_reflection(int first, float depth, vec4 angle, StratusPath path) {
     float both = depth / path.mu_in + depth / path.mu_out;
     vec4 at = stratus_path_piece(STRATUS_REFLECTION, first, angle, both);
-    return (at.x + angle.y * (at.y - at.x) + at.z) * angle.z * 0.25f / (path.mu_in + path.mu_out);
+    vec4 surface = stratus_number(first + int(angle.x));  // where H is 0
+    float gain = stratus_path_rise(angle.y, surface.x, surface.z, at.x, at.y) + at.z;
+    return gain * angle.z * 0.25f / (path.mu_in + path.mu_out);
 }
 
 float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath path) {
@@ -52,7 +53,7 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
     float shallow = 1.0f / min(path.mu_in, path.mu_out);
     float least = steep * depth;
     float excess = max((shallow - steep) * depth, 1e-18f);
-    if (least + 1.0f >= stratus_w(stratus_field(STRATUS_TRANSMISSION, 11))) return 0.0f;
+    if (least + 2.0f >= stratus_w(stratus_field(STRATUS_TRANSMISSION, 11))) return 0.0f;
     float slope;
     if (excess < (least + 1.0f) * 0.01f) {
         slope = stratus_w(
@@ -67,7 +68,7 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
 }
 
 // Orders n >= 2 of the path law: cubic in the square of the albedo, with which transmission grows
-// about as exp(growth s w^2), s the slant depth: the cubic is of what is left.
+// about as exp(growth s^2 / (s + 8) w^2), s the slant depth: the cubic is of what is left.
 float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
     float steps = stratus_z(stratus_field(side, 11));
     if (steps == 0.0f) return 0.0f;
@@ -81,9 +82,9 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
             sum = sum + stratus_component(at.weight, k) *
                             stratus_path_reflection(first + k * channel, depth, angle, path);
     } else {
-        float growth = 0.3f;
+        float growth = stratus_z(stratus_field(side, 14));
         float slant = depth / max(path.mu_in, path.mu_out);
-        float rate = min(slant * (growth / steps), 8.0f);  // over a step of the sheet
+        float rate = min(slant * (slant / (slant + 8.0f)) * (growth / steps), 8.0f);  // over a step
         float shrunk = stratus_transmitted(rate);
         for (int k = 3; k >= 0; --k)
             sum = sum * shrunk + stratus_component(at.weight, k) *

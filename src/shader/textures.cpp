@@ -186,7 +186,7 @@ void append_side(const PackedTable& table, Side which, const Texel& stack, Texel
         {side.path.offset, exactly(side.path.first_angle), exactly(side.path.angles),
          exactly(side.path.channel / 2)},
         {exactly(of_albedo), exactly(cells), exactly(phase), exactly(path)},
-        {as_float(held), as_float(view.has_lower_boundary()), 0, 0},
+        {as_float(held), as_float(view.has_lower_boundary()), side.path_growth, 0},
         stack};
     std::copy_n(record, record_texels, to.numbers.begin() + (lit ? 0 : record_texels));
 }

@@ -123,6 +123,16 @@ bool LayerShapes::is_forward(std::size_t direction) const {
     return azimuths > 1 && table_.azimuth.values[direction % azimuths] < pi / 2;
 }
 
+/// How much errors count beside a path law, which misses at grazing angles, where no more functions
+/// make up for it.
+float LayerShapes::share_of_grazing(std::size_t direction) const {
+    constexpr double steep = 0.15, least = 0.03;
+    const Pair& pair = pairs_[direction / size(numbers_.azimuths())];
+    const double mu = std::min(table_.mu_in.values[size(pair.in)],
+                               table_.mu_out.values[size(pair.out)]);
+    return static_cast<float>(std::clamp(mu / steep, least, 1.0));
+}
+
 float LayerShapes::floor(int albedo, int depth, const DirectionList& at,
                          const std::vector<float>& shape) const {
     float largest = 0;
@@ -142,6 +152,7 @@ std::vector<float> LayerShapes::importance(int albedo, int depth, const Directio
     if (!is_resolved(albedo, depth) || table_.albedo.values[size(albedo)] == 0) return found;
     for_each_total(albedo, depth, at, shape, [&](std::size_t n, float factor, float total) {
         found[n] = factor / std::max(total, floor);
+        if (path_law_) found[n] *= share_of_grazing(at[n]);
     });
     return found;
 }

@@ -233,6 +233,20 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     }
 }
 
+/// How fast T of the path law grows with w^2 in deep layers (PackedSide::path_growth).
+float path_growth(const PathOrders& law, int highest_order) {
+    constexpr double mu = 0.5, near_forward = 0.1, dark = 0.7;
+    const double slant = std::min(100.0, law.deepest() / 2);
+    const auto over_square = [&](double albedo) {
+        return law(Side::transmission, albedo, slant * mu, {mu, mu, near_forward}, highest_order) /
+               (albedo * albedo);
+    };
+    const double most = over_square(1), least = over_square(dark);
+    if (!(least > 0 && most > least)) return 0;
+    const double rate = std::log(most / least) / (1 - dark * dark);
+    return static_cast<float>(rate * (slant + double{path_onset}) / (slant * slant));
+}
+
 /// Orders n >= 2 that a file does not hold.
 void set_nothing(SideMemory& side) {
     PackedSide& view = side.view;
@@ -302,8 +316,10 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
                  sample.extrapolation_length, which, side);
         set_directions(view, side);
         side.view.path = sheet;
-        if (sheet.sample != nullptr)
+        if (sheet.sample != nullptr) {
             side.view.path_steps = static_cast<float>(path_sheet_steps(*table.path_law));
+            side.view.path_growth = path_growth(*table.path_law, table.highest_order);
+        }
         const std::string owner =
             member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
         if (file.has(owner + functions_name))

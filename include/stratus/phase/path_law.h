@@ -147,18 +147,20 @@ struct PathSheetView {
     float offset = 1;               // as in PathOrders
     std::int32_t first_angle = 0;   // place of the first angle of a half, and angles of a half
     int angles = 0;
-    float last_depth = 1;  // 1 + s of the last sample, less rounding
+    float last_depth = 2;  // 2 + s of the last sample, less rounding
     int channel = 0;       // samples from one channel to the next
 };
 
 /// The path law of layers of one albedo or several, for all depths: H and dH/ds over slant depth and
-/// angle, H(s, Theta) = sum_n w^n P(n, s) / n f_n(Theta), in single precision.
+/// angle, H(s, Theta) = sum_n w^n P(n, s) / n f_n(Theta), in single precision. H is held less its limit
+/// for s to infinity, which it comes near to in deep layers, whose T is its slope.
 ///
-/// Depths are evenly spaced within each octave of 1 + s, 2^3 to an octave, up to where H has
+/// Depths are evenly spaced within each octave of 2 + s, 2^4 to an octave, up to where H has
 /// reached its limit. Joined by cubics in depth, by straight lines in angle.
 class PathSheet {
   public:
-    static constexpr int depth_bits = 3;
+    static constexpr int depth_bits = 4;
+    static constexpr float depth_offset = 2;  // a power of 2
 
     PathSheet() = default;
 
@@ -176,7 +178,8 @@ class PathSheet {
   private:
     float offset_ = 1;
     int angles_ = 0, depths_ = 0;
-    std::vector<float> samples_;  // (x + offset) {H, dH/ds} over (channel, depth, angle)
+    // (x + offset) {H less its limit, dH/ds} over (channel, depth, angle)
+    std::vector<float> samples_;
 };
 
 }  // namespace stratus

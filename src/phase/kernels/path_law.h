@@ -29,12 +29,12 @@ STRATUS_INLINE auto path_angle(const PathSheetView& sheet, const LightPathOf<F>&
 /// H between two neighbouring depths of a sheet, but for the angle's scale.
 template <class F>
 struct PathPiece {
-    F here, next;   // H at the upper depth, at both angles around that of the light path
+    F here, next;   // H less its limit at the upper depth, at both angles around that of the light path
     F rest, slope;  // what H gains from there on, and dH/ds
 };
 
-/// later - earlier at the light path's angle. H of depths far beyond the peak are nearly alike:
-/// samples are subtracted from one another before anything else is rounded.
+/// later - earlier at the light path's angle: samples are subtracted from one another before anything
+/// else is rounded.
 template <class F>
 STRATUS_INLINE F interpolated_rise(F fraction, F earlier, F earlier_next, F later, F later_next) {
     const F rise = later - earlier;
@@ -45,8 +45,10 @@ STRATUS_INLINE F interpolated_rise(F fraction, F earlier, F earlier_next, F late
 template <class F, class Index, class First>
 STRATUS_INLINE PathPiece<F> path_piece(const PathSheetView& sheet, First first,
                                        const PathAngle<F, Index>& angle, F depth) {
-    const auto place = octave_place<PathSheet::depth_bits>(minimum(depth + 1.0f, sheet.last_depth));
-    constexpr int first_depth = bits_of_1 >> (23 - PathSheet::depth_bits);
+    static_assert(PathSheet::depth_offset == 2);
+    const auto place = octave_place<PathSheet::depth_bits>(
+        minimum(depth + PathSheet::depth_offset, sheet.last_depth));
+    constexpr int first_depth = (bits_of_1 + (1 << 23)) >> (23 - PathSheet::depth_bits);
     const int row = 4 * sheet.angles;
     const auto at = (place.sample + -first_depth) * row + angle.sample * 2 + first;
     const auto sample = [&](int from) { return neighbours<1, F>(sheet.sample + from, at); };
@@ -71,7 +73,11 @@ STRATUS_INLINE F path_reflected(const PathSheetView& sheet, First first,
                                 const PathAngle<F, Index>& angle, F depth_of_both,
                                 F reciprocal_sum) {
     const PathPiece<F> at = path_piece(sheet, first, angle, depth_of_both);
-    const F value = at.here + angle.fraction * (at.next - at.here) + at.rest;
+    const auto surface = [&](int from) {  // where H is 0
+        return neighbours<1, F>(sheet.sample + from, angle.sample * 2 + first).here;
+    };
+    const F value =
+        interpolated_rise(angle.fraction, surface(0), surface(2), at.here, at.next) + at.rest;
     return value * angle.scale * 0.25f * reciprocal_sum;
 }
 
@@ -88,7 +94,7 @@ STRATUS_INLINE F path_transmitted(const PathSheetView& sheet, First first,
     const F rise = interpolated_rise(angle.fraction, low.here, low.next, high.here, high.next) +
                    (high.rest - low.rest);
     const F mean = choose_less(excess, few, low.slope, rise * reciprocal(excess));
-    return choose_less(depth + 1.0f, F(sheet.last_depth), mean, F(0.0f)) * angle.scale * depth *
+    return choose_less(depth + PathSheet::depth_offset, F(sheet.last_depth), mean, F(0.0f)) * angle.scale * depth *
            shallow * 0.25f;
 }
 

@@ -43,6 +43,8 @@ struct PackedAxis {
     float last;  // index
 };
 
+constexpr float path_onset = 8;  // slant depth from which T of the path law grows with w^2
+
 /// One side of a packed table.
 struct PackedSide {
     PhaseCurveView phase;
@@ -81,6 +83,7 @@ struct PackedSide {
 
     PathSheetView path;    // divided by w^2, over w^2; null samples: none
     float path_steps = 0;  // from w = 0 to 1
+    float path_growth = 0;
 };
 
 /// One lookup; co_albedo is 1 - albedo, accurate where it is small.

@@ -284,11 +284,10 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
     plan.next_mu[n] = side.symmetric ? (at.mu + 4) * rows : side.row_step;
 }
 
-/// Orders n >= 2 of the path law: cubic in w^2, with which T grows about as exp(growth s w^2), s
-/// the slant depth: the cubic is of what is left.
+/// Orders n >= 2 of the path law: cubic in w^2, with which T grows about as exp(g s^2 / (s + 8) w^2), s
+/// the slant depth and g the side's `path_growth`: the cubic is of what is left.
 template <Side which, class F>
 STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo, F depth) {
-    constexpr float growth = 0.3f;
     const PathSheetView& sheet = side.path;
     const F square = albedo * albedo, place = square * side.path_steps;
     const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
@@ -308,7 +307,8 @@ STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, 
     } else {
         const TransmittedPath<F> directions(path);
         const F slant = directions.depth(depth), excess = directions.excess(depth);
-        const F rate = at_most(8.0f, slant * (growth / side.path_steps));  // over a step of the sheet
+        const F growth = slant * (slant * reciprocal(slant + path_onset));
+        const F rate = at_most(8.0f, growth * (side.path_growth / side.path_steps));  // over a step
         const F step = attenuation(rate).transmitted;
         for (int a = stencil_size - 1; a >= 0; --a)
             sum = sum * step + weight[a] * path_transmitted(sheet, channel(a), angle, slant, excess,

@@ -8,10 +8,10 @@
 
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
+#include <stratus/table/metadata.h>
 #include <stratus/table/table.h>
 
 #include "file_bytes.h"
-#include "table/metadata.h"
 
 #include <array>
 #include <cstddef>

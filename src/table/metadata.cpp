@@ -1,4 +1,4 @@
-#include "metadata.h"
+#include <stratus/table/metadata.h>
 
 #include <stratus/base/number_text.h>
 

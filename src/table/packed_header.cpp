@@ -1,6 +1,6 @@
 #include <stratus/base/number_text.h>
+#include <stratus/table/metadata.h>
 
-#include "metadata.h"
 #include "packed_parts.h"
 
 #include <algorithm>

@@ -67,12 +67,12 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
     return slope * angle.z * least * shallow * 0.25f;
 }
 
-// Orders n >= 2 of the path law: cubic in the square of the albedo, with which transmission grows
-// about as exp(growth s^2 / (s + 8) w^2), s the slant depth: the cubic is of what is left.
+// Orders n >= 2 of the path law: cubic in v = (w + w^2) / 2, with which transmission grows about as
+// exp(growth s^2 / (s + 8) v), s the slant depth: the cubic is of what is left.
 float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
     float steps = stratus_z(stratus_field(side, 11));
     if (steps == 0.0f) return 0.0f;
-    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), albedo * albedo);
+    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), 0.5f * (albedo + albedo * albedo));
     vec4 angle = stratus_path_angle(side, path);
     int channel = int(stratus_w(stratus_field(side, 12)));
     int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
@@ -90,7 +90,7 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
             sum = sum * shrunk + stratus_component(at.weight, k) *
                                      stratus_path_transmission(first + k * channel, depth, angle,
                                                                path);
-        sum = sum / stratus_transmitted(rate * (albedo * albedo * steps - at.first));
+        sum = sum / stratus_transmitted(rate * (0.5f * (albedo + albedo * albedo) * steps - at.first));
     }
     return sum * albedo * albedo;
 }

@@ -233,7 +233,7 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     }
 }
 
-/// How fast T of the path law grows with w^2 in deep layers (PackedSide::path_growth).
+/// How fast T of the path law grows with (w + w^2) / 2 in deep layers (PackedSide::path_growth).
 float path_growth(const PathOrders& law, int highest_order) {
     constexpr double mu = 0.5, near_forward = 0.1, dark = 0.7;
     const double slant = std::min(100.0, law.deepest() / 2);
@@ -243,7 +243,7 @@ float path_growth(const PathOrders& law, int highest_order) {
     };
     const double most = over_square(1), least = over_square(dark);
     if (!(least > 0 && most > least)) return 0;
-    const double rate = std::log(most / least) / (1 - dark * dark);
+    const double rate = std::log(most / least) / (1 - 0.5 * (dark + dark * dark));
     return static_cast<float>(rate * (slant + double{path_onset}) / (slant * slant));
 }
 
@@ -269,11 +269,9 @@ void require_aligned(const void* data, const std::string& name) {
 }
 
 PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
-    constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
     const int steps = path_sheet_steps(law);
     std::vector<double> albedo;
-    for (int i = 0; i <= steps; ++i)
-        albedo.push_back(std::sqrt(std::max(min_square, static_cast<double>(i) / steps)));
+    for (int i = 0; i <= steps; ++i) albedo.push_back(path_sheet_albedo(i, steps));
     return PathSheet(law, albedo.data(), steps + 1, highest_order, 2);
 }
 

@@ -180,7 +180,7 @@ TEST(PackedFile, LooksThePathLawUpNearForwardAtAnyDepth) {
         const PackedTable packed(pack(table));
         std::vector<double> thin, deep;
         while (thin.size() < 2000 || deep.size() < 2000) {
-            const double albedo = between(0.6, 1), depth = std::exp(between(-2.3, 5)),
+            const double albedo = between(0.1, 1), depth = std::exp(between(-2.3, 5)),
                          mu = between(0.15, 0.99);
             const Geometry at{mu, std::clamp(mu + between(-0.05, 0.05), 0.15, 1.0),
                               between(0, 0.1)};
@@ -252,8 +252,7 @@ TEST(PackedFile, LooksUpThePathSheetOfFewOrdersWhereAFileHoldsIt) {
     const PackedTable expected(file.bytes());
     const int steps = path_sheet_steps(*table.path_law);
     std::vector<double> albedo;
-    for (int i = 0; i <= steps; ++i)
-        albedo.push_back(std::sqrt(std::max(1e-6, static_cast<double>(i) / steps)));
+    for (int i = 0; i <= steps; ++i) albedo.push_back(path_sheet_albedo(i, steps));
     const PathSheet sheet(*table.path_law, albedo.data(), steps + 1, 0, 2);
     const auto angles = 2 * static_cast<std::size_t>(table.path_law->angle_count());
     const std::size_t count = sheet.sample_count();

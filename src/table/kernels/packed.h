@@ -43,7 +43,7 @@ struct PackedAxis {
     float last;  // index
 };
 
-constexpr float path_onset = 8;  // slant depth from which T of the path law grows with w^2
+constexpr float path_onset = 8;  // slant depth from which T of the path law grows with w
 
 /// One side of a packed table.
 struct PackedSide {
@@ -81,7 +81,7 @@ struct PackedSide {
     bool square_root_of_azimuth;                // what they lie evenly in
     bool fourth_root_of_albedo;                 // of 1 - albedo, in place of its square root
 
-    PathSheetView path;    // divided by w^2, over w^2; null samples: none
+    PathSheetView path;    // divided by w^2, over (w + w^2) / 2; null samples: none
     float path_steps = 0;  // from w = 0 to 1
     float path_growth = 0;
 };

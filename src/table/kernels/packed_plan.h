@@ -284,12 +284,12 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
     plan.next_mu[n] = side.symmetric ? (at.mu + 4) * rows : side.row_step;
 }
 
-/// Orders n >= 2 of the path law: cubic in w^2, with which T grows about as exp(g s^2 / (s + 8) w^2), s
-/// the slant depth and g the side's `path_growth`: the cubic is of what is left.
+/// Orders n >= 2 of the path law: cubic in v = (w + w^2) / 2, with which T grows about as
+/// exp(g s^2 / (s + 8) v), s the slant depth and g the side's `path_growth`: the cubic is of what is left.
 template <Side which, class F>
 STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo, F depth) {
     const PathSheetView& sheet = side.path;
-    const F square = albedo * albedo, place = square * side.path_steps;
+    const F square = albedo * albedo, place = (albedo + square) * (0.5f * side.path_steps);
     const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
     F weight[stencil_size];
     cubic_weights(place - first, weight);

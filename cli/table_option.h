@@ -41,8 +41,8 @@ inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadO
 
 /// The same with its samples, of a packed one evaluated.
 inline Table read_samples(const std::filesystem::path& path, const ReadOptions& options) {
-    const AnyTable table = read_intact_table(path, options);
-    return table.packed() ? table.packed()->unpacked() : table.table();
+    if (!is_packed(path)) return read_table(path, options);
+    return read_intact_table(path, options).packed()->unpacked();
 }
 
 /// Refuses a file that is neither .h5 nor .exr, before a long read finds out.

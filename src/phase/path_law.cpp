@@ -288,14 +288,16 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
     : offset_(law.offset()), angles_(law.angle_count()) {
     const int count =
         highest_order > 0 ? std::min(law.order_count(), highest_order + 1) : law.order_count();
-    const int octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest() / double{depth_offset})));
+    const int octaves =
+        static_cast<int>(std::ceil(std::log2(1 + law.deepest() / double{depth_offset})));
     depths_ = (octaves << depth_bits) + 1;
     const auto orders = static_cast<std::size_t>(std::max(0, count - 2)),
                held_rows = static_cast<std::size_t>(channels * depths_),
                rows = held_rows + static_cast<std::size_t>(channels),  // and the limits of H
         columns = 4 * static_cast<std::size_t>(angles_);
-    samples_.resize(rows * columns);
+    samples_.resize(held_rows * columns);
     if (orders == 0) return;
+    samples_.resize(rows * columns);
     // Over (channel, depth, order): what f_n is multiplied by for H, from `deep` on less its limit, and
     // for dH/ds.
     constexpr double deep = 8;
@@ -352,7 +354,8 @@ PathSheetView PathSheet::view_of(const float* samples, float offset, int angles,
     view.offset = offset;
     view.first_angle = bits_of(offset) >> (mantissa_bits - PathOrders::angle_bits);
     view.angles = angles;
-    view.last_depth = static_cast<float>(octave_sample(depth_offset, depth_bits, depths - 1)) * (1 - 1e-6f);
+    view.last_depth =
+        static_cast<float>(octave_sample(depth_offset, depth_bits, depths - 1)) * (1 - 1e-6f);
     view.channel = 4 * angles * depths;
     return view;
 }

@@ -128,8 +128,8 @@ bool LayerShapes::is_forward(std::size_t direction) const {
 float LayerShapes::share_of_grazing(std::size_t direction) const {
     constexpr double steep = 0.15, least = 0.03;
     const Pair& pair = pairs_[direction / size(numbers_.azimuths())];
-    const double mu = std::min(table_.mu_in.values[size(pair.in)],
-                               table_.mu_out.values[size(pair.out)]);
+    const double mu =
+        std::min(table_.mu_in.values[size(pair.in)], table_.mu_out.values[size(pair.out)]);
     return static_cast<float>(std::clamp(mu / steep, least, 1.0));
 }
 

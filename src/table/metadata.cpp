@@ -57,7 +57,7 @@ std::optional<Number> parse(std::string_view text) {
 PhaseFunction read_phase_function(const std::string& name, const std::string& text) {
     if (text.find("file") != std::string::npos)
         throw std::invalid_argument("attribute " + name +
-                                 " must be complete, not name a file: " + shown_text(text));
+                                    " must be complete, not name a file: " + shown_text(text));
     return parse_phase_function(text);
 }
 
@@ -83,7 +83,8 @@ LowerBoundary read_lower_boundary(const Metadata& metadata) {
     const bool is_surface = kind->second == surface_name;
     if (!is_surface && kind->second != layer_name)
         throw std::invalid_argument("attribute below must be \"" + std::string(surface_name) +
-                                 "\" or \"" + layer_name + "\", got " + shown_text(kind->second));
+                                    "\" or \"" + layer_name + "\", got " +
+                                    shown_text(kind->second));
     const double albedo = number_of(metadata, "below_albedo");
     if (is_surface) return LowerBoundary::surface(albedo);
     return LowerBoundary::layer(
@@ -145,7 +146,7 @@ void read_family(const Metadata& metadata, Table& table) {
         const auto parameter = parameter_named(name);
         if (!parameter)
             throw std::invalid_argument("attribute family must be of names out of " +
-                                     joined(parameter_names()) + ", got " + shown_text(name));
+                                        joined(parameter_names()) + ", got " + shown_text(name));
         table.family.push_back({*parameter, {parameter_scale(*parameter), {}}, false});
     }
     if (table.has_family())
@@ -202,7 +203,7 @@ void check_features_known(const Metadata& metadata) {
     for (std::string feature; features >> feature;)
         if (std::find(known.begin(), known.end(), feature) == known.end())
             throw std::invalid_argument("attribute features must be of " + joined(known) +
-                                     ", which this program knows, got " + shown_text(feature));
+                                        ", which this program knows, got " + shown_text(feature));
 }
 
 bool has_feature(const Metadata& metadata, const char* feature) {
@@ -229,7 +230,7 @@ void check_features(const Metadata& metadata, const Table& table) {
     const std::string stored = stored_features(metadata), described = features_of(table);
     if (stored != described)
         throw std::invalid_argument("attribute features must be \"" + described +
-                                 "\", as the other attributes say, got " + shown_text(stored));
+                                    "\", as the other attributes say, got " + shown_text(stored));
 }
 
 const std::string& entry(const Metadata& metadata, const std::string& name) {

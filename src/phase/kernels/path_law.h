@@ -29,7 +29,8 @@ STRATUS_INLINE auto path_angle(const PathSheetView& sheet, const LightPathOf<F>&
 /// H between two neighbouring depths of a sheet, but for the angle's scale.
 template <class F>
 struct PathPiece {
-    F here, next;   // H less its limit at the upper depth, at both angles around that of the light path
+    F here,
+        next;  // H less its limit at the upper depth, at both angles around that of the light path
     F rest, slope;  // what H gains from there on, and dH/ds
 };
 
@@ -94,8 +95,8 @@ STRATUS_INLINE F path_transmitted(const PathSheetView& sheet, First first,
     const F rise = interpolated_rise(angle.fraction, low.here, low.next, high.here, high.next) +
                    (high.rest - low.rest);
     const F mean = choose_less(excess, few, low.slope, rise * reciprocal(excess));
-    return choose_less(depth + PathSheet::depth_offset, F(sheet.last_depth), mean, F(0.0f)) * angle.scale * depth *
-           shallow * 0.25f;
+    return choose_less(depth + PathSheet::depth_offset, F(sheet.last_depth), mean, F(0.0f)) *
+           angle.scale * depth * shallow * 0.25f;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <new>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 namespace stratus {
@@ -66,6 +67,16 @@ AlignedBytes aligned_copy(const std::vector<char>& bytes) {
     return copy;
 }
 
+/// Refuses files of samples by name, which are what is given most often in place of packed ones.
+void require_packed(const void* data, std::size_t bytes) {
+    const std::string_view begin(static_cast<const char*>(data), std::min<std::size_t>(bytes, 8));
+    const char* const kind = begin == "\x89HDF\r\n\x1a\n"               ? "an HDF5 file"
+                             : begin.substr(0, 4) == "\x76\x2f\x31\x01" ? "an OpenEXR file"
+                                                                        : nullptr;
+    require(kind == nullptr, packed_caller, "the file",
+            "a packed table, which `stratus pack` makes of a table of samples", kind ? kind : "");
+}
+
 }  // namespace
 
 struct PackedTable::Contents {
@@ -81,6 +92,7 @@ struct PackedTable::Contents {
              std::size_t bytes_)
         : mapped(std::move(mapped_)), copy(std::move(copy_)), data(data_), bytes(bytes_) {
         require_aligned(data, "the file");
+        require_packed(data, bytes);
         const TensorFile file(data, bytes);
         header = packed_header(file);
         const PathSheetView sheet = path_sheet(file, header, own_sheet);

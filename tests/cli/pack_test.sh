@@ -48,5 +48,8 @@ done
 head -c 2000 haze.stratus >short.stratus
 expect_refused 1 short.stratus -- info short.stratus
 cp haze.h5 foreign.stratus
-expect_refused 1 foreign.stratus -- eval foreign.stratus --query query.csv
+expect_refused 1 foreign.stratus "got an HDF5 file" "\`stratus pack\`" -- eval foreign.stratus --query query.csv
+expect_ok convert haze.h5 haze.exr
+cp haze.exr foreign.stratus
+expect_refused 1 foreign.stratus "got an OpenEXR file" -- eval foreign.stratus --query query.csv
 finish

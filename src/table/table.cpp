@@ -118,6 +118,9 @@ void check_numbers(const Table& table) {
     require(table.measured_error >= 0 && table.measured_error < infinity, caller, "measured_error",
             "in [0, inf)", table.measured_error);
     require(table.highest_order >= 0, caller, "highest_order", "at least 0", table.highest_order);
+    constexpr int most_orders = 1 << 20;  // one more is still a number
+    require(table.highest_order <= most_orders, caller, "highest_order", "at most 1048576",
+            table.highest_order);
 }
 
 void check_stack(const Table& table) {

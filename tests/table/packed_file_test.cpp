@@ -335,6 +335,7 @@ TEST(PackedFile, RefusesForgedStrings) {
         {"format_version", "3"},
         {"tolerance", "-1"},
         {"highest_order", "1.5"},
+        {"highest_order", "2147483647"},
         {"extrapolation_length", "0"},
         {"albedo_scale", "logarithmic"},
         {"mu_in_scale", "linear"},

@@ -28,7 +28,7 @@ inline bool is_packed(const std::filesystem::path& path) {
     return path.extension() == packed_ending;
 }
 
-/// A table of any kind, as it was written.
+/// Reads a table of any kind, and refuses a packed one that is not as it was written.
 inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadOptions& options) {
     AnyTable table = read_any_table(path, options);
     if (table.packed() && !table.packed()->is_intact())
@@ -39,7 +39,7 @@ inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadO
     return table;
 }
 
-/// The same with its samples, of a packed one evaluated.
+/// Reads a table with its samples; those of a packed one are evaluated.
 inline Table read_samples(const std::filesystem::path& path, const ReadOptions& options) {
     if (!is_packed(path)) return read_table(path, options);
     return read_intact_table(path, options).packed()->unpacked();

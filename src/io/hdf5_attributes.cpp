@@ -35,18 +35,18 @@ Handle text_type(std::size_t length) {
 
 void write_entry(hid_t object, const std::string& name, const std::string& text) {
     switch (entry_type(name)) {
-        case EntryType::text: return write_text(object, name, text);
-        case EntryType::integer: {
+        case MetadataEntry::Type::text: return write_text(object, name, text);
+        case MetadataEntry::Type::integer: {
             const int value = to_integer(name, text);
             return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, new_scalar(),
                                    &value);
         }
-        case EntryType::number: {
+        case MetadataEntry::Type::number: {
             const double value = to_number(name, text);
             return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, new_scalar(),
                                    &value);
         }
-        case EntryType::numbers: {
+        case MetadataEntry::Type::numbers: {
             const std::vector<double> values = to_numbers(name, text);
             const std::size_t count = values.size();
             return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,

@@ -21,19 +21,16 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "checksums are of little-endian bytes");
 
-struct Entry {
-    const char* name;
-    EntryType type;
-};
+using Type = MetadataEntry::Type;
 
-/// Those of dense samples, beside the entries of all formats.
-constexpr std::array<Entry, 6> entries_of_samples{{
-    {"format", EntryType::text},
-    {"format_version", EntryType::integer},
-    {"datasets", EntryType::text},
-    {"moments", EntryType::numbers},
-    {"asymmetry", EntryType::number},
-    {"path_law", EntryType::numbers},
+/// Files of samples have these entries beside those of all formats.
+constexpr std::array<MetadataEntry, 6> entries_of_samples{{
+    {"format", Type::text},
+    {"format_version", Type::integer},
+    {"datasets", Type::text},
+    {"moments", Type::numbers},
+    {"asymmetry", Type::number},
+    {"path_law", Type::numbers},
 }};
 
 constexpr int stored_moments = 64;
@@ -50,10 +47,9 @@ constexpr std::size_t max_inflation = 1100;
 /// OpenEXR keeps 255 bytes of an attribute's name, some of which are our prefix.
 constexpr std::size_t max_attribute_name = 200;
 
-const Entry* find_entry(const std::string& name) {
-    const auto found = std::find_if(entries_of_samples.begin(), entries_of_samples.end(),
-                                    [&](const Entry& one) { return one.name == name; });
-    return found == entries_of_samples.end() ? nullptr : &*found;
+const MetadataEntry* find_entry(const std::string& name) {
+    const MetadataEntry* const own = stratus::find_entry(entries_of_samples, name);
+    return own ? own : stratus::find_entry(shared_entries, name);
 }
 
 std::string names_of_samples(const Table& table) {
@@ -112,14 +108,12 @@ void check_moments(const Metadata& metadata, const Table& table) {
 
 }  // namespace
 
-EntryType entry_type(const std::string& name) {
-    const Entry* const found = find_entry(name);
-    return found ? found->type : shared_entry_type(name);
+MetadataEntry::Type entry_type(const std::string& name) {
+    const MetadataEntry* const found = find_entry(name);
+    return found ? found->type : Type::text;
 }
 
-bool is_of_the_format(const std::string& name) {
-    return find_entry(name) != nullptr || is_shared_entry(name);
-}
+bool is_of_the_format(const std::string& name) { return find_entry(name) != nullptr; }
 
 Metadata metadata_of(const Table& table) {
     Metadata metadata = shared_metadata(table);

@@ -35,8 +35,8 @@ inline constexpr const char* checksum_name = "checksum";
 /// line: attributes that others add are their own business.
 inline constexpr const char* checksum_covers = "checksum_covers";
 
-/// The type of an attribute in formats that have types.
-EntryType entry_type(const std::string& name);
+/// Returns the type of an attribute in formats that have types.
+MetadataEntry::Type entry_type(const std::string& name);
 
 /// Whether the format gives an entry of this name a meaning.
 bool is_of_the_format(const std::string& name);

@@ -76,8 +76,8 @@ Table read_table(const std::filesystem::path& path, const ReadOptions& options) 
 }
 
 AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
-    if (path.extension() == packed_ending) return AnyTable(PackedTable(path.string()));
-    return AnyTable(read_table(path, options));
+    if (path.extension() == packed_ending) return PackedTable(path.string());
+    return read_table(path, options);
 }
 
 void write_table(const Table& table, const std::filesystem::path& path, int threads) {

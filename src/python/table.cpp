@@ -3,6 +3,7 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/metadata.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,12 +24,6 @@ Shared read(const std::string& path) {
             "a name ending in .h5, .exr or .stratus", path);
     return std::make_shared<AnyTable>(read_any_table(path));
 }
-
-constexpr std::pair<const char*, Axis Table::*> axes[] = {{"albedo", &Table::albedo},
-                                                          {"optical_depth", &Table::optical_depth},
-                                                          {"mu_in", &Table::mu_in},
-                                                          {"mu_out", &Table::mu_out},
-                                                          {"azimuth", &Table::azimuth}};
 
 // HDF5 is not asked by two threads at a time: reading and writing keep Python's lock.
 
@@ -83,7 +78,8 @@ py::dict axes_of(const AnyTable& any) {
     py::dict found;
     for (const FamilyAxis& of_family : any.table().family)
         found[of_family.name()] = array_of(of_family.axis.values);
-    for (const auto& [name, axis] : axes) found[name] = array_of((any.table().*axis).values);
+    for (const AxisField& field : axis_fields)
+        found[field.name] = array_of((any.table().*field.axis).values);
     return found;
 }
 
@@ -94,14 +90,15 @@ py::dict scales_of(const AnyTable& any) {
                                   : of_family.parameter == PhaseParameter::mixture
                                       ? mixture_scale_name
                                       : axis_scale_name(of_family.axis.scale);
-    for (const auto& [name, axis] : axes) found[name] = axis_scale_name((any.table().*axis).scale);
+    for (const AxisField& field : axis_fields)
+        found[field.name] = axis_scale_name((any.table().*field.axis).scale);
     return found;
 }
 
-/// Numbers of a table without copying them; the array keeps the table.
+/// Adds numbers over the first `rank` axes without copying them; the array keeps the table.
 template <class Number>
 void add_dataset(py::dict& found, const char* name, const std::vector<Number>& values,
-                 const Shared& table, const std::vector<const char*>& over) {
+                 const Shared& table, std::size_t rank) {
     if (values.empty()) return;
     std::vector<py::ssize_t> shape;
     std::vector<std::string> dimensions;
@@ -109,13 +106,11 @@ void add_dataset(py::dict& found, const char* name, const std::vector<Number>& v
         shape.push_back(static_cast<py::ssize_t>(of_family.axis.values.size()));
         dimensions.emplace_back(of_family.name());
     }
-    for (const auto& [axis_name, axis] : axes) {
-        const bool is_over =
-            std::find(over.begin(), over.end(), std::string(axis_name)) != over.end();
-        const std::size_t count = (table->table().*axis).values.size();
-        if (!is_over || count == 0) continue;
+    for (std::size_t k = 0; k < rank; ++k) {
+        const std::size_t count = (table->table().*axis_fields[k].axis).values.size();
+        if (count == 0) continue;
         shape.push_back(static_cast<py::ssize_t>(count));
-        dimensions.emplace_back(axis_name);
+        dimensions.emplace_back(axis_fields[k].name);
     }
     py::array_t<Number> array(shape, values.data(), py::cast(table));
     array.attr("flags").attr("writeable") = false;
@@ -126,14 +121,9 @@ void add_dataset(py::dict& found, const char* name, const std::vector<Number>& v
 py::dict datasets(const Shared& table) {
     const Table& of = table->table();
     py::dict found;
-    const std::vector<const char*> all{"albedo", "optical_depth", "mu_in", "mu_out", "azimuth"};
-    const std::vector<const char*> flux{"albedo", "optical_depth", "mu_in"};
-    add_dataset(found, "reflection_multiple", of.reflection_multiple, table, all);
-    add_dataset(found, "transmission_multiple", of.transmission_multiple, table, all);
-    add_dataset(found, "plane_albedo", of.plane_albedo, table, flux);
-    add_dataset(found, "diffuse_transmittance", of.diffuse_transmittance, table, flux);
-    add_dataset(found, "spherical_albedo", of.spherical_albedo, table, {"albedo", "optical_depth"});
-    add_dataset(found, "diffusion_exponent", of.diffusion_exponent, table, {"albedo"});
+    for (const SampleField& field : sample_fields)
+        add_dataset(found, field.name, of.*field.samples, table, field.rank);
+    add_dataset(found, diffusion_exponent_name, of.diffusion_exponent, table, 1);
     return found;
 }
 

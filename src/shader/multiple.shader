@@ -72,7 +72,8 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
 float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
     float steps = stratus_z(stratus_field(side, 11));
     if (steps == 0.0f) return 0.0f;
-    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), 0.5f * (albedo + albedo * albedo));
+    float v = 0.5f * (albedo + albedo * albedo);
+    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), v);
     vec4 angle = stratus_path_angle(side, path);
     int channel = int(stratus_w(stratus_field(side, 12)));
     int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
@@ -90,7 +91,7 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
             sum = sum * shrunk + stratus_component(at.weight, k) *
                                      stratus_path_transmission(first + k * channel, depth, angle,
                                                                path);
-        sum = sum / stratus_transmitted(rate * (0.5f * (albedo + albedo * albedo) * steps - at.first));
+        sum = sum / stratus_transmitted(rate * (v * steps - at.first));
     }
     return sum * albedo * albedo;
 }

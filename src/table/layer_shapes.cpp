@@ -123,14 +123,16 @@ bool LayerShapes::is_forward(std::size_t direction) const {
     return azimuths > 1 && table_.azimuth.values[direction % azimuths] < pi / 2;
 }
 
-/// How much errors count beside a path law, which misses at grazing angles, where no more functions
+double LayerShapes::lesser_cosine(std::size_t direction) const {
+    const Pair& pair = pairs_[direction / size(numbers_.azimuths())];
+    return std::min(table_.mu_in.values[size(pair.in)], table_.mu_out.values[size(pair.out)]);
+}
+
+/// Returns how much errors count beside a path law, which misses at grazing angles, where no more functions
 /// make up for it.
 float LayerShapes::share_of_grazing(std::size_t direction) const {
     constexpr double steep = 0.15, least = 0.03;
-    const Pair& pair = pairs_[direction / size(numbers_.azimuths())];
-    const double mu =
-        std::min(table_.mu_in.values[size(pair.in)], table_.mu_out.values[size(pair.out)]);
-    return static_cast<float>(std::clamp(mu / steep, least, 1.0));
+    return static_cast<float>(std::clamp(lesser_cosine(direction) / steep, least, 1.0));
 }
 
 float LayerShapes::floor(int albedo, int depth, const DirectionList& at,
@@ -138,10 +140,7 @@ float LayerShapes::floor(int albedo, int depth, const DirectionList& at,
     float largest = 0;
     for_each_total(albedo, depth, at, shape, [&](std::size_t n, float, float total) {
         if (path_law_ && is_forward(at[n])) return;
-        const Pair& pair = pairs_[at[n] / size(numbers_.azimuths())];
-        if (std::min(table_.mu_in.values[size(pair.in)], table_.mu_out.values[size(pair.out)]) >=
-            floor_cosine)
-            largest = std::max(largest, total);
+        if (lesser_cosine(at[n]) >= floor_cosine) largest = std::max(largest, total);
     });
     return std::max(static_cast<float>(darkest_share) * largest, faintest);
 }

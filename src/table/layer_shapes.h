@@ -45,6 +45,7 @@ class LayerShapes {
 
     float weight(int albedo, int depth) const;
     bool is_forward(std::size_t direction) const;
+    double lesser_cosine(std::size_t direction) const;
     float share_of_grazing(std::size_t direction) const;
     /// Calls use(n, pair) for every direction at[n].
     template <class Use>

@@ -3,7 +3,6 @@
 #include <stratus/base/number_text.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cstddef>
 #include <optional>
@@ -12,36 +11,6 @@
 
 namespace stratus {
 namespace {
-
-struct Entry {
-    const char* name;
-    EntryType type;
-};
-
-constexpr std::array<Entry, 16> entries{{
-    {"features", EntryType::text},
-    {"phase_function", EntryType::text},
-    {"second_phase_function", EntryType::text},
-    {"family", EntryType::text},
-    {"extrapolation_lengths", EntryType::numbers},
-    {"below", EntryType::text},
-    {"below_albedo", EntryType::number},
-    {"below_phase_function", EntryType::text},
-    {"layer_phase_functions", EntryType::text},
-    {"layer_albedos", EntryType::numbers},
-    {"layer_optical_depths", EntryType::numbers},
-    {"spherical_albedo_below", EntryType::number},
-    {"extrapolation_length", EntryType::number},
-    {"tolerance", EntryType::number},
-    {"measured_error", EntryType::number},
-    {"highest_order", EntryType::integer},
-}};
-
-const Entry* find_entry(const std::string& name) {
-    const auto found = std::find_if(entries.begin(), entries.end(),
-                                    [&](const Entry& one) { return one.name == name; });
-    return found == entries.end() ? nullptr : &*found;
-}
 
 template <class Number>
 std::optional<Number> parse(std::string_view text) {
@@ -174,13 +143,6 @@ std::string stored_features(const Metadata& metadata) {
 }
 
 }  // namespace
-
-EntryType shared_entry_type(const std::string& name) {
-    const Entry* const found = find_entry(name);
-    return found ? found->type : EntryType::text;
-}
-
-bool is_shared_entry(const std::string& name) { return find_entry(name) != nullptr; }
 
 Metadata shared_metadata(const Table& table) {
     Metadata metadata = table.attributes;

@@ -1,4 +1,3 @@
-#include <stratus/base/number_text.h>
 #include <stratus/table/metadata.h>
 
 #include "packed_parts.h"
@@ -9,14 +8,6 @@
 
 namespace stratus {
 namespace {
-
-double number(const TensorFile& file, const char* name) {
-    const std::string& text = file.text(name);
-    double value = 0;
-    require(!text.empty() && read_number(text, value) == text.size(), packed_caller, name,
-            "a number", '"' + text.substr(0, 40) + '"');
-    return value;
-}
 
 template <class Number>
 std::vector<Number> copied(const TensorOf<Number>& numbers) {
@@ -55,7 +46,8 @@ std::shared_ptr<const PathOrders> path_orders(const TensorFile& file,
     samples.reserve(orders.count());
     for (std::size_t n = 0; n < orders.count(); ++n) samples.push_back(as_float(orders.data[n]));
     return std::make_shared<const PathOrders>(
-        static_cast<float>(number(file, path_offset_name)), number(file, path_deepest_name),
+        static_cast<float>(to_number(path_offset_name, file.text(path_offset_name))),
+        to_number(path_deepest_name, file.text(path_deepest_name)),
         static_cast<int>(orders.shape[1]) + 2, std::move(samples));
 }
 
@@ -134,7 +126,7 @@ Table packed_header(const TensorFile& file) {
 bool is_reserved(const std::string& name) {
     static const std::vector<std::string> fixed{checksum_key, format_name, format_version_name,
                                                 path_offset_name, path_deepest_name};
-    if (is_shared_entry(name)) return true;
+    if (find_entry(shared_entries, name)) return true;
     if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) return true;
     for (const std::string& parameter : parameter_names())
         if (name == parameter + scale_suffix) return true;

@@ -306,6 +306,8 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     const PhaseFunction phase = table.varies_parameters()
                                     ? PhaseFunction()
                                     : view.at(member_at(table.family, m)).chosen_phase_function();
+    const bool has_sheet = sheet.sample != nullptr;
+    const float growth = has_sheet ? path_growth(*table.path_law, table.highest_order) : 0;
     for (const Side which : {Side::reflection, Side::transmission}) {
         SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
         const std::string name = prefix + side_name(which);
@@ -314,10 +316,8 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
                  sample.extrapolation_length, which, side);
         set_directions(view, side);
         side.view.path = sheet;
-        if (sheet.sample != nullptr) {
-            side.view.path_steps = static_cast<float>(path_sheet_steps(*table.path_law));
-            side.view.path_growth = path_growth(*table.path_law, table.highest_order);
-        }
+        if (has_sheet) side.view.path_steps = static_cast<float>(path_sheet_steps(*table.path_law));
+        side.view.path_growth = growth;
         const std::string owner =
             member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
         if (file.has(owner + functions_name))

@@ -47,7 +47,7 @@ class AnyTable {
     /// Null where it is not packed.
     const PackedTable* packed() const { return std::get_if<PackedTable>(&own_); }
 
-    /// Of a packed one without samples.
+    /// Returns the table, of a packed one its header alone.
     const Table& table() const { return packed() ? packed()->header() : std::get<Table>(own_); }
 
     TableView view() const { return packed() ? packed()->view() : table().view(); }
@@ -56,7 +56,7 @@ class AnyTable {
     std::variant<Table, PackedTable> own_;
 };
 
-/// The same by its file name's ending, .stratus as well.
+/// Reads a table by its file name's ending, .h5, .exr or .stratus.
 ///
 /// Errors   those of read_table and PackedTable.
 AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& options = {});

@@ -1,9 +1,10 @@
-// What table files of all formats hold, by name (docs/tables.md, section 3): axes and other numbers, and in
-// texts all else. A number in a text is the shortest that reads back as the same bits.
+// Table files of all formats hold axes and other numbers, and in texts all else, under the names below
+// (docs/tables.md, section 3). A number in a text is the shortest that reads back as the same bits.
 #pragma once
 
 #include <stratus/table/table.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <map>
@@ -60,18 +61,47 @@ inline constexpr const char* diffusion_exponent_long_name =
 
 using Metadata = std::map<std::string, std::string>;
 
-/// What a table may have that a reader must know of: without it, it would look up wrong values.
+/// A reader that does not know of one of these would look up wrong values.
 constexpr const char* family_feature = "family";
 constexpr const char* stack_feature = "stack";
 constexpr const char* path_law_feature = "path_law";
 
-enum class EntryType { text, integer, number, numbers };
+/// An entry whose name has a meaning, and its type in formats that have types.
+struct MetadataEntry {
+    enum class Type { text, integer, number, numbers };
 
-/// Returns the type of an entry in formats that have types: text for names without a meaning here.
-EntryType shared_entry_type(const std::string& name);
+    const char* name;
+    Type type;
+};
 
-/// Whether tables of all formats give an entry of this name a meaning.
-bool is_shared_entry(const std::string& name);
+/// The entries of all formats.
+inline constexpr std::array<MetadataEntry, 16> shared_entries{{
+    {"features", MetadataEntry::Type::text},
+    {"phase_function", MetadataEntry::Type::text},
+    {"second_phase_function", MetadataEntry::Type::text},
+    {"family", MetadataEntry::Type::text},
+    {"extrapolation_lengths", MetadataEntry::Type::numbers},
+    {"below", MetadataEntry::Type::text},
+    {"below_albedo", MetadataEntry::Type::number},
+    {"below_phase_function", MetadataEntry::Type::text},
+    {"layer_phase_functions", MetadataEntry::Type::text},
+    {"layer_albedos", MetadataEntry::Type::numbers},
+    {"layer_optical_depths", MetadataEntry::Type::numbers},
+    {"spherical_albedo_below", MetadataEntry::Type::number},
+    {"extrapolation_length", MetadataEntry::Type::number},
+    {"tolerance", MetadataEntry::Type::number},
+    {"measured_error", MetadataEntry::Type::number},
+    {"highest_order", MetadataEntry::Type::integer},
+}};
+
+/// Returns the entry of this name out of a list; null where there is none.
+template <std::size_t count>
+const MetadataEntry* find_entry(const std::array<MetadataEntry, count>& entries,
+                                std::string_view name) {
+    const auto found = std::find_if(entries.begin(), entries.end(),
+                                    [&](const MetadataEntry& one) { return one.name == name; });
+    return found == entries.end() ? nullptr : &*found;
+}
 
 /// The entries of a table, its own attributes among them.
 Metadata shared_metadata(const Table& table);

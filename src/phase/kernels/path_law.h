@@ -26,11 +26,10 @@ STRATUS_INLINE auto path_angle(const PathSheetView& sheet, const LightPathOf<F>&
                                                                reciprocal(x)};
 }
 
-/// H between two neighbouring depths of a sheet, but for the angle's scale.
+/// H, less its limit, between two neighbouring depths of a sheet, but for the angle's scale.
 template <class F>
 struct PathPiece {
-    F here,
-        next;  // H less its limit at the upper depth, at both angles around that of the light path
+    F here, next;   // H at the upper depth, at both angles around that of the light path
     F rest, slope;  // what H gains from there on, and dH/ds
 };
 

@@ -2,6 +2,7 @@
 
 #include "base/size.h"
 #include "kernels/packed.h"
+#include "kernels/vectors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,12 +50,7 @@ class GreedySearch {
     }
 
     double error_of(int l) const {
-        const float* const left = remainder_[size(l)].data();
-        const float* const importance = layers_.importance[size(l)]->data();
-        float largest = 0;
-        for (std::size_t k = 0; k < columns_; ++k)
-            largest = std::max(largest, std::abs(left[k] * importance[k]));
-        return double{largest};
+        return double{largest_product(remainder_[size(l)], *layers_.importance[size(l)])};
     }
 
     /// What is left of a layer, normalised.
@@ -76,17 +72,9 @@ class GreedySearch {
 
     /// Subtracts function f from what is left of layer l.
     void subtract(int l, std::size_t f) {
-        float* const left = remainder_[size(l)].data();
-        float partial[functions] = {};  // side by side, to be fast
-        std::size_t k = 0;
-        for (; k + functions <= columns_; k += functions)
-            for (std::size_t s = 0; s < functions; ++s)
-                partial[s] += left[k + s] * weighted_[f][k + s];
-        float share = 0;
-        for (; k < columns_; ++k) share += left[k] * weighted_[f][k];
-        for (const float part : partial) share += part;
+        const float share = dot(remainder_[size(l)], weighted_[f]);
         basis_.coefficient[size(l)].push_back(share);
-        for (k = 0; k < columns_; ++k) left[k] -= share * function_[f][k];
+        stratus::subtract(share, function_[f], remainder_[size(l)]);
     }
 
     const BlockLayers& layers_;

@@ -1,7 +1,6 @@
 #include "layer_shapes.h"
 
 #include <stratus/base/constants.h>
-#include <stratus/layer/diffusion.h>
 
 #include "base/size.h"
 #include "kept_tolerance.h"
@@ -82,11 +81,9 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
     const double w = table_.albedo.values[size(albedo)],
                  tau = table_.optical_depth.values[size(depth)];
     const LowerBoundary& below = table_.lower_boundary;
-    const double exponent =
-        table_.diffusion_exponent[size(member_) * table_.albedo.values.size() + size(albedo)];
-    const double length = table_.extrapolation_lengths[size(member_)];
-    const double scale = side_ == Side::reflection ? reflection_scale(tau, exponent, length)
-                                                   : transmission_scale(tau, exponent, length);
+    const float* const in = &table_.mu_in_weight[size(depth) * table_.mu_in.values.size()];
+    const float* const out = &table_.mu_out_weight[size(depth) * table_.mu_out.values.size()];
+    const float share = weight(albedo, depth);
     const Pair* before = nullptr;
     float factor = 1;
     double mu = 0, other = 0, order = 0;
@@ -97,9 +94,7 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
             before = &pair;
             mu = table_.mu_in.values[size(pair.in)];
             other = table_.mu_out.values[size(pair.out)];
-            if (!below.is_present())
-                factor = static_cast<float>(w * scale * intercepted_share(tau, mu) *
-                                            intercepted_share(tau, other));
+            factor = 1 / (share * in[pair.in] * out[pair.out]);
             order = side_ == Side::reflection ? single_reflection(1, w, tau, mu, other)
                                               : single_transmission(1, w, tau, mu, other);
             has_weights = false;
@@ -135,24 +130,19 @@ float LayerShapes::share_of_grazing(std::size_t direction) const {
     return static_cast<float>(std::clamp(lesser_cosine(direction) / steep, least, 1.0));
 }
 
-float LayerShapes::floor(int albedo, int depth, const DirectionList& at,
-                         const std::vector<float>& shape) const {
+std::vector<float> LayerShapes::importance(int albedo, int depth, const DirectionList& at,
+                                           const std::vector<float>& shape) const {
+    std::vector<float> found(at.size(), 0.0f), totals(at.size());
+    if (!is_resolved(albedo, depth) || table_.albedo.values[size(albedo)] == 0) return found;
     float largest = 0;
-    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float, float total) {
+    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float factor, float total) {
+        found[n] = path_law_ ? factor * share_of_grazing(at[n]) : factor;
+        totals[n] = total;
         if (path_law_ && is_forward(at[n])) return;
         if (lesser_cosine(at[n]) >= floor_cosine) largest = std::max(largest, total);
     });
-    return std::max(static_cast<float>(darkest_share) * largest, faintest);
-}
-
-std::vector<float> LayerShapes::importance(int albedo, int depth, const DirectionList& at,
-                                           const std::vector<float>& shape, float floor) const {
-    std::vector<float> found(at.size(), 0.0f);
-    if (!is_resolved(albedo, depth) || table_.albedo.values[size(albedo)] == 0) return found;
-    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float factor, float total) {
-        found[n] = factor / std::max(total, floor);
-        if (path_law_) found[n] *= share_of_grazing(at[n]);
-    });
+    const float floor = std::max(static_cast<float>(darkest_share) * largest, faintest);
+    for (std::size_t n = 0; n < at.size(); ++n) found[n] /= std::max(totals[n], floor);
     return found;
 }
 

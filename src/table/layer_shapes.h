@@ -29,14 +29,10 @@ class LayerShapes {
     /// Divides samples at some directions by what lookups multiply back.
     void divide(int albedo, int depth, const DirectionList& at, std::vector<float>& samples) const;
 
-    /// Errors of a layer are relative to no less than this: a share of its largest R or T.
-    float floor(int albedo, int depth, const DirectionList& at,
-                const std::vector<float>& shape) const;
-
-    /// Returns the factors that make errors of a layer's shape relative to R or T, at the same
-    /// directions; 0 where the layer does not count.
+    /// Returns the factors that make errors of a layer's shape relative to R or T, but to no less than
+    /// a share of the largest, at the same directions; 0 where the layer does not count.
     std::vector<float> importance(int albedo, int depth, const DirectionList& at,
-                                  const std::vector<float>& shape, float floor) const;
+                                  const std::vector<float>& shape) const;
 
   private:
     struct Pair {

@@ -1,6 +1,7 @@
 #include "layer_sums.h"
 
 #include "base/size.h"
+#include "kernels/vectors.h"
 #include "sketch_fit.h"
 
 #include <algorithm>
@@ -42,16 +43,7 @@ std::vector<int> spread(int count, int most) {
 
 void subtract_sum(const std::vector<std::vector<float>>& function,
                   const std::vector<float>& coefficient, std::vector<float>& values) {
-    for (std::size_t k = 0; k < function.size(); ++k)
-        for (std::size_t n = 0; n < values.size(); ++n)
-            values[n] -= coefficient[k] * function[k][n];
-}
-
-float largest_product(const std::vector<float>& values, const std::vector<float>& importance) {
-    float largest = 0;
-    for (std::size_t n = 0; n < values.size(); ++n)
-        largest = std::max(largest, std::abs(values[n] * importance[n]));
-    return largest;
+    for (std::size_t k = 0; k < function.size(); ++k) subtract(coefficient[k], function[k], values);
 }
 
 std::vector<float> picked(const std::vector<float>& values, const DirectionList& at) {
@@ -81,18 +73,15 @@ class SideSearch {
     /// A layer's samples at all directions.
     void see_in_full(int layer, std::vector<float> samples) {
         shapes_of(layer).divide(albedo(layer), depth(layer), everywhere_, samples);
-        const float floor =
-            shapes_of(layer).floor(albedo(layer), depth(layer), everywhere_, samples);
+        std::vector<float> of_layer = importance(layer, everywhere_, samples);
         const std::lock_guard<std::mutex> lock(mutex_);
-        full_[layer] = {std::move(samples), floor, {}, {}};
+        full_[layer] = {std::move(samples), std::move(of_layer), 0};
     }
 
     /// A layer's samples at the sketch.
     void see_in_sketch(int layer, std::vector<float> samples) {
-        const LayerShapes& shapes = shapes_of(layer);
-        shapes.divide(albedo(layer), depth(layer), sums_.sketch, samples);
-        const float floor = shapes.floor(albedo(layer), depth(layer), sums_.sketch, samples);
-        sums_.importance[size(layer)] = importance(layer, sums_.sketch, samples, floor);
+        shapes_of(layer).divide(albedo(layer), depth(layer), sums_.sketch, samples);
+        sums_.importance[size(layer)] = importance(layer, sums_.sketch, samples);
         sketched_[size(layer)] = std::move(samples);
     }
 
@@ -100,14 +89,11 @@ class SideSearch {
     /// stay as it is.
     void search(bool grows) {
         if (full_.empty()) return;
-        grows_ = grows;
         note_importance();
         if (sums_.sketch.empty()) begin_sketch();
-        see_sketch_from(0);
         const std::size_t before = sums_.function.size();
-        do {
-            search_in_sketch();
-        } while (finds_more_in_full());
+        for (Seen* worst = fitted(); worst != nullptr; worst = fitted())
+            while (worst != nullptr) worst = subtracted(add_function(*worst, grows));
         const auto found = static_cast<double>(sums_.function.size() - before);
         if (grows) needs_pilots_ = found > enough_pilots * static_cast<double>(full_.size());
         full_.clear();
@@ -175,11 +161,11 @@ class SideSearch {
     }
 
   private:
-    /// A layer that was seen in full.
+    /// A layer that was seen in full, at all directions.
     struct Seen {
-        std::vector<float> shape;  // at all directions
-        float floor;
-        std::vector<float> values, importance;  // at the sketch
+        std::vector<float> left;  // by the functions
+        std::vector<float> importance;
+        float error;
     };
 
     int depth(int layer) const { return layer % depths_; }
@@ -189,8 +175,8 @@ class SideSearch {
     }
 
     std::vector<float> importance(int layer, const DirectionList& at,
-                                  const std::vector<float>& shape, float floor) const {
-        return shapes_of(layer).importance(albedo(layer), depth(layer), at, shape, floor);
+                                  const std::vector<float>& shape) const {
+        return shapes_of(layer).importance(albedo(layer), depth(layer), at, shape);
     }
 
     /// Itself, or in place of a layer that is too near the end of float's range a neighbour.
@@ -205,12 +191,9 @@ class SideSearch {
 
     void note_importance() {
         greatest_.resize(everywhere_.size(), 0.0f);
-        for (const auto& [layer, seen] : full_) {
-            const std::vector<float> of_layer =
-                importance(layer, everywhere_, seen.shape, seen.floor);
+        for (const auto& [layer, seen] : full_)
             for (std::size_t n = 0; n < greatest_.size(); ++n)
-                greatest_[n] = std::max(greatest_[n], of_layer[n]);
-        }
+                greatest_[n] = std::max(greatest_[n], seen.importance[n]);
     }
 
     /// Directions all over, and those that tell how large a layer's values are.
@@ -229,18 +212,6 @@ class SideSearch {
         sums_.sketch.assign(directions.begin(), directions.end());
     }
 
-    /// Layers that are seen in full, at directions that the sketch has from place `first` on.
-    void see_sketch_from(std::size_t first) {
-        const DirectionList directions(sums_.sketch.begin() + static_cast<std::ptrdiff_t>(first),
-                                       sums_.sketch.end());
-        for (auto& [layer, seen] : full_) {
-            const std::vector<float> values = picked(seen.shape, directions),
-                                     of_layer = importance(layer, directions, values, seen.floor);
-            seen.values.insert(seen.values.end(), values.begin(), values.end());
-            seen.importance.insert(seen.importance.end(), of_layer.begin(), of_layer.end());
-        }
-    }
-
     /// Least squares at the sketch as it is.
     void fit() {
         at_sketch_.clear();
@@ -249,58 +220,48 @@ class SideSearch {
         fit_ = SketchFit(at_sketch_, picked(greatest_, sums_.sketch));
     }
 
-    /// Returns what the functions leave of a layer that was seen in full.
-    std::vector<float> left_of(int layer) const {
-        std::vector<float> left = full_.at(layer).shape;
-        subtract_sum(sums_.function, fit_.coefficients(picked(left, sums_.sketch)), left);
-        return left;
+    /// The layer of those seen in full that misses most; null where none does, or no more functions
+    /// are to be found.
+    Seen* worst() {
+        const auto most = std::max_element(
+            full_.begin(), full_.end(),
+            [](const auto& a, const auto& b) { return a.second.error < b.second.error; });
+        const bool misses = most->second.error > allowed_;
+        return misses && sums_.function.size() < most_functions ? &most->second : nullptr;
     }
 
-    /// Functions until no layer that was seen in full misses at the sketch, the worst first.
-    void search_in_sketch() {
-        for (;;) {
-            fit();
-            int worst = -1;
-            float most = allowed_;
-            for (const auto& [layer, seen] : full_) {
-                if (used_.count(layer) != 0) continue;
-                std::vector<float> left = seen.values;
-                subtract_sum(at_sketch_, fit_.coefficients(seen.values), left);
-                const float error = largest_product(left, seen.importance);
-                if (error <= most) continue;
-                most = error;
-                worst = layer;
-            }
-            if (worst < 0 || sums_.function.size() >= most_functions) break;
-            add_function(worst);
+    /// Leaves of each layer what least squares at the sketch do; returns the worst.
+    Seen* fitted() {
+        fit();
+        for (auto& [layer, seen] : full_) {
+            subtract_sum(sums_.function, fit_.coefficients(picked(seen.left, sums_.sketch)),
+                         seen.left);
+            seen.error = largest_product(seen.left, seen.importance);
         }
-    }
-
-    /// Functions of layers that miss elsewhere; false where none does.
-    bool finds_more_in_full() {
-        bool found = false;
-        for (const auto& [layer, seen] : full_) {
-            if (sums_.function.size() >= most_functions) return false;
-            if (used_.count(layer) != 0 ||
-                largest_product(left_of(layer),
-                                importance(layer, everywhere_, seen.shape, seen.floor)) <= allowed_)
-                continue;
-            add_function(layer);
-            fit();
-            found = true;
-        }
-        return found;
+        return worst();
     }
 
     /// Makes a function of what is left of a layer; the sketch grows by the directions where most is.
-    void add_function(int layer) {
-        std::vector<float> left = left_of(layer);
+    const std::vector<float>& add_function(const Seen& seen, bool grows) {
+        std::vector<float> left = seen.left;
         const float largest = largest_product(left, greatest_);
-        used_.insert(layer);
-        if (largest == 0) return;
         for (float& value : left) value /= largest;
-        if (grows_) add_directions(left);
+        if (grows) add_directions(left);
         sums_.function.push_back(std::move(left));
+        return sums_.function.back();
+    }
+
+    /// Takes a function out of each layer, by least squares at all directions; returns the worst.
+    Seen* subtracted(const std::vector<float>& function) {
+        std::vector<float> weighted = function;
+        for (std::size_t n = 0; n < weighted.size(); ++n)
+            weighted[n] *= greatest_[n] * greatest_[n];
+        const float square = dot(weighted, function);
+        for (auto& [layer, seen] : full_) {
+            subtract(dot(weighted, seen.left) / square, function, seen.left);
+            seen.error = largest_product(seen.left, seen.importance);
+        }
+        return worst();
     }
 
     void add_directions(const std::vector<float>& left) {
@@ -313,27 +274,22 @@ class SideSearch {
         };
         std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(looked_at),
                           order.end(), is_worse);
-        const std::size_t first = sums_.sketch.size();
         for (std::size_t n = 0; n < looked_at; n += size(apart))
             if (std::find(sums_.sketch.begin(), sums_.sketch.end(), order[n]) == sums_.sketch.end())
                 sums_.sketch.push_back(order[n]);
-        see_sketch_from(first);
     }
 
     /// Takes what is left of one layer at the sketch out of what is left of all.
     void remove_direction_of(std::vector<float> pivot, std::vector<std::vector<float>>& left,
                              std::vector<float>& error) const {
-        const std::vector<float> weight = picked(greatest_, sums_.sketch);
-        const auto product = [&](const std::vector<float>& a, const std::vector<float>& b) {
-            float sum = 0;
-            for (std::size_t s = 0; s < weight.size(); ++s)
-                sum += weight[s] * weight[s] * a[s] * b[s];
-            return sum;
-        };
-        const float square = product(pivot, pivot);
+        std::vector<float> weighted = pivot;
+        for (std::size_t s = 0; s < weighted.size(); ++s) {
+            const float weight = greatest_[sums_.sketch[s]];
+            weighted[s] *= weight * weight;
+        }
+        const float square = dot(weighted, pivot);
         for (std::size_t layer = 0; layer < left.size(); ++layer) {
-            const float share = square > 0 ? product(left[layer], pivot) / square : 0;
-            for (std::size_t s = 0; s < weight.size(); ++s) left[layer][s] -= share * pivot[s];
+            if (square > 0) subtract(dot(weighted, left[layer]) / square, pivot, left[layer]);
             error[layer] = largest_product(left[layer], sums_.importance[layer]);
         }
     }
@@ -344,8 +300,7 @@ class SideSearch {
     DirectionList everywhere_;
     std::mutex mutex_;
     std::map<int, Seen> full_;
-    bool needs_pilots_ = false, grows_ = true;
-    std::set<int> used_;                         // layers that functions were made of
+    bool needs_pilots_ = false;
     std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions

@@ -1,5 +1,7 @@
 #include "sketch_fit.h"
 
+#include "kernels/vectors.h"
+
 #include <cmath>
 #include <cstddef>
 #include <numeric>
@@ -59,11 +61,7 @@ SketchFit::SketchFit(const std::vector<std::vector<float>>& function,
 
 std::vector<float> SketchFit::coefficients(const std::vector<float>& values) const {
     std::vector<float> found;
-    for (const std::vector<float>& row : rows_) {
-        float sum = 0;
-        for (std::size_t s = 0; s < row.size(); ++s) sum += row[s] * values[s];
-        found.push_back(sum);
-    }
+    for (const std::vector<float>& row : rows_) found.push_back(dot(row, values));
     return found;
 }
 

@@ -12,11 +12,16 @@ namespace stratus {
 
 namespace {
 
-/// (e^(from + rise) - e^from) / rise: the mean of an exponential along its rise.
-double mean_exponential(double from, double rise) {
-    if (std::abs(rise) < 1e-9) return std::exp(from) * (1 + rise / 2);
-    if (rise > 20) return (std::exp(from + rise) - std::exp(from)) / rise;
-    return std::exp(from) * std::expm1(rise) / rise;
+/// (e^x - 1) / x. Most moments of a peak have a small x, whose series takes a fifth of the time.
+double mean_growth(double x) {
+    if (std::abs(x) > 0.01) return std::expm1(x) / x;
+    return 1 + x / 2 * (1 + x / 3 * (1 + x / 4 * (1 + x / 5)));
+}
+
+/// (e^(from + rise) - e^from) / rise with at_from = e^from: the mean of an exponential along its rise.
+double mean_exponential(double from, double at_from, double rise) {
+    if (rise > 20) return (std::exp(from + rise) - at_from) / rise;  // at_from may be 0
+    return at_from * mean_growth(rise);
 }
 
 /// Eight Gauss points in each panel from 0 to `end`, the panels as wide as what lies before them:
@@ -104,10 +109,10 @@ std::vector<double> StackPath::legendre(Side side, double mu_in, double mu_out) 
                 C += layers_[k].kept[l] * turn.slant[k];
             }
             const double p = here.peak[l], c = here.kept[l];
-            double added = p * mean_exponential(-slant, P) - (p + c) * unscattered;
+            double added = p * mean_exponential(-slant, unscattered, P) - (p + c) * unscattered;
             if (c != 0)
-                added += c * (mean_exponential(P - slant, C) -
-                              mean_exponential(truncated - slant, C) + passing);
+                added += c * (mean_exponential(P - slant, std::exp(P - slant), C) -
+                              mean_exponential(truncated - slant, passing, C) + passing);
             sum[l] += turn.weight * added;
         }
     }

@@ -103,12 +103,12 @@ class SideSearch {
     /// Whether most layers of the last search gave functions: others may need more.
     bool needs_pilots() const { return needs_pilots_; }
 
-    /// Does without functions of all layers where there are too many: the sketch is then every pair of
-    /// cosines at some azimuths.
+    /// Does without functions of all layers where there are too many, or layers that they miss: the
+    /// sketch is then every pair of cosines at some azimuths.
     ///
     /// Returns whether it does: all layers are then to be sketched again.
     bool settle() {
-        if (!needs_pilots_ && sums_.function.size() < most_functions &&
+        if (!needs_pilots_ && !misses_ && sums_.function.size() < most_functions &&
             sums_.function.size() * fewest_directions <= sums_.sketch.size())
             return false;
         sums_.function.clear();
@@ -123,6 +123,7 @@ class SideSearch {
     /// The layers, at most so many, whose functions all others need, by what the sketch shows.
     std::vector<int> missed() {
         std::vector<int> missed;
+        misses_ = false;
         if (!sums_.is_spanned()) return missed;
         fit();
         std::vector<std::vector<float>> left(sketched_.size());
@@ -137,6 +138,7 @@ class SideSearch {
             if (*worst <= allowed_) break;
             const auto pivot = static_cast<std::size_t>(worst - error.begin());
             missed.push_back(static_cast<int>(pivot));
+            misses_ = true;
             remove_direction_of(left[pivot], left, error);
         }
         return missed;
@@ -300,7 +302,7 @@ class SideSearch {
     DirectionList everywhere_;
     std::mutex mutex_;
     std::map<int, Seen> full_;
-    bool needs_pilots_ = false;
+    bool needs_pilots_ = false, misses_ = false;
     std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions
@@ -381,11 +383,12 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
         if (!values.empty()) search(side).see_in_sketch(layer, std::move(values));
     };
     samples.at({lit.sketch(), far.sketch()}, see_in_sketch);
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0;; ++round) {
         std::set<int> missed;
         for_each_side([&](SideSearch& side) {
             for (const int layer : side.missed()) missed.insert(layer);
         });
+        if (round == most_rounds) missed.clear();
         if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
         search_both(false);
     }

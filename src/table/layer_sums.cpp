@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t first_directions = 300;  // of a sketch, random
 constexpr int worst_directions = 8;            // that each function adds to it
 constexpr int apart = 25;                      // of the worst, one in so many: not neighbours
-constexpr int most_rounds = 3;                 // of looking for layers that the functions miss
+constexpr int most_rounds = 2;                 // of looking for layers that the functions miss
 constexpr std::size_t most_missed = 64;        // layers seen in full in one round
 
 // Pilots at first; twice as many along each axis where more than this share of them give functions.

@@ -1,5 +1,7 @@
 #include "block_search.h"
 
+#include <stratus/base/constants.h>
+
 #include "base/size.h"
 #include "kept_tolerance.h"
 #include "packed_block.h"
@@ -38,7 +40,7 @@ class BlockSearch {
     /// Blocks of some albedos from an optical depth on, each as deep as holds; where not even a
     /// shallow one does, of half the albedos each.
     void cover(const SampleRange& albedo_cells, int first_depth) {
-        constexpr int narrow = 8;  // cells
+        constexpr int narrow = 4;  // cells
         const int end = std::max(1, view_.optical_depth.count - 1);
         for (int first = first_depth; first < end;) {
             const SampleRange depth_cells{first, end - first};
@@ -74,17 +76,23 @@ class BlockSearch {
 
     Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
         Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells),
-                       {},           0,           false};
+                       {},           infinity,    false};
         const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
         const double allowed = (total_share - sums_share) * tolerance_;
         // Fewer functions leave room for what rounding leaves of them.
+        double least = infinity;
         for (std::size_t count = basis.pivot.size(); !made.holds; --count) {
-            made.basis = basis.first(count);
-            made.half_error = error_of_halves(sums_, made.layers, made.basis);
-            made.holds = basis.error[count] + made.half_error <= allowed;
-            if (count == 0 || basis.error[count - 1] > allowed) break;
+            LayerBasis fewer = basis.first(count);
+            const double half_error = error_of_halves(sums_, made.layers, fewer);
+            const double error = basis.error[count] + half_error;
+            if (error < least) {
+                least = error;
+                made.basis = std::move(fewer);
+                made.half_error = half_error;
+                made.holds = error <= allowed;
+            }
+            if (count == 0 || basis.error[count - 1] > least) break;
         }
-        if (!made.holds) made.basis = basis;  // as many as there may be
         return made;
     }
 

@@ -33,14 +33,26 @@ constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
 /// The blocks of one side, of members that share their functions.
 struct PackedBlocks {
     SampleRange members;
-    std::vector<float> function;                  // over (block, row, function)
+    std::vector<Half> halves;                     // over (block, row, function)
+    std::vector<float> floats;                    // in place of halves where these do not suffice
     std::vector<std::vector<float>> coefficient;  // of each member
     std::vector<std::int32_t> block;              // over (block, field): packed_names.h
     std::vector<std::int32_t> block_of_cell;      // over (albedo, optical depth)
-    double half_error = 0;
 
     std::size_t count() const { return block.size() / size(BlockField::count); }
 };
+
+std::vector<Half> halves_of(const std::vector<float>& values) {
+    std::vector<Half> halves;
+    halves.reserve(values.size());
+    for (const float value : values) halves.push_back(to_half(value));
+    return halves;
+}
+
+template <class Number>
+void append(const std::vector<Number>& more, std::vector<Number>& all) {
+    all.insert(all.end(), more.begin(), more.end());
+}
 
 /// Puts together the blocks of members that share their functions.
 class BlockBuilder {
@@ -49,6 +61,10 @@ class BlockBuilder {
         : sums_(sums), view_(sums.table().view()) {
         depth_rows_ = std::max(stencil_size, view_.optical_depth.count);
         packed_.members = found.members;
+        takes_halves_ =
+            std::all_of(found.blocks.begin(), found.blocks.end(), [&](const Candidate& block) {
+                return block.half_error <= total_share * kept_tolerance(view_);
+            });
         packed_.coefficient.resize(size(found.members.count));
         packed_.block_of_cell.assign(size(std::max(stencil_size, view_.albedo.count) * depth_rows_),
                                      0);
@@ -80,27 +96,22 @@ class BlockBuilder {
         field[BlockField::first_row] =
             static_cast<std::int32_t>(packed_.coefficient[0].size() / functions);
         packed_.block.insert(packed_.block.end(), field, field + BlockField::count);
-        packed_.function.insert(packed_.function.end(), block.function.begin(),
-                                block.function.end());
+        if (takes_halves_)
+            append(halves_of(block.function), packed_.halves);
+        else
+            append(block.function, packed_.floats);
         for (std::size_t m = 0; m < block.coefficient.size(); ++m)
             for (const CoefficientRow& row : block.coefficient[m])
                 packed_.coefficient[m].insert(packed_.coefficient[m].end(), row.value,
                                               row.value + functions);
-        packed_.half_error = std::max(packed_.half_error, half_error);
     }
 
     const LayerSums& sums_;
     TableView view_;
     int depth_rows_;
+    bool takes_halves_;
     PackedBlocks packed_;
 };
-
-std::vector<Half> halves_of(const std::vector<float>& values) {
-    std::vector<Half> halves;
-    halves.reserve(values.size());
-    for (const float value : values) halves.push_back(to_half(value));
-    return halves;
-}
 
 void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& curve) {
     if (curve.sample_count() == 0) return;  // its phase function tells
@@ -113,10 +124,10 @@ void add_functions(TensorWriter& file, const std::string& name, const TableView&
                    const PackedBlocks& blocks) {
     const std::size_t count = blocks.count();
     const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
-    if (blocks.half_error <= total_share * kept_tolerance(table))
-        file.add(name + functions_name, shape, halves_of(blocks.function));
+    if (blocks.floats.empty())
+        file.add(name + functions_name, shape, blocks.halves);
     else
-        file.add(name + functions_name, shape, blocks.function);
+        file.add(name + functions_name, shape, blocks.floats);
     file.add(name + blocks_name, {count, size(BlockField::count)}, blocks.block);
     const std::size_t depth_rows = size(std::max(stencil_size, table.optical_depth.count));
     file.add(name + block_of_cell_name, {blocks.block_of_cell.size() / depth_rows, depth_rows},

@@ -18,7 +18,6 @@ specification = importlib.util.spec_from_file_location("atlas_nodes", example)
 atlas_nodes = importlib.util.module_from_spec(specification)
 specification.loader.exec_module(atlas_nodes)
 
-layer = ["--phase", "henyey_greenstein:g=0.5", "--albedo", "0.9", "--optical-depth", "1"]
 size = 64
 suns = [(0.3, 0.8, 0.5), (0, 0, 1), (0.6, -0.7, 0.3), (-0.5, 0.5, -0.7)]
 tilt, half_angle = math.radians(55), math.radians(40)
@@ -39,6 +38,8 @@ def place_camera():
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.use_nodes = True
     return scene, plane
 
 
@@ -48,40 +49,66 @@ def to_eye(column, row):
     return -ray / np.linalg.norm(ray)
 
 
-with tempfile.TemporaryDirectory() as folder:
-    folder = pathlib.Path(folder)
-    atlas, query = str(folder / "layer.exr"), folder / "query.csv"
-    stack = folder / "layer.toml"
-    stack.write_text('[[layers]]\nphase_function = "henyey_greenstein:g=0.5"\nalbedo = 0.9\noptical_depth = 1.0\n')
-    subprocess.run([stratus, "export", stack, "--format", "exr-atlas", "-o", atlas, "--quiet"], check=True)
+def write_stack(path, layers):
+    path.write_text("".join(f'[[layers]]\nphase_function = "henyey_greenstein:g={g}"\nalbedo = {albedo}\noptical_depth = {depth}\n'
+                            for g, albedo, depth in layers))
+    return path
+
+
+def pixels_of(scene, plane, material, folder, sky=0.0):
+    plane.data.materials.clear()
+    plane.data.materials.append(material)
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (sky, sky, sky, 1)
+    scene.render.filepath = str(folder / "picture.exr")
+    bpy.ops.render.render(write_still=True)
+    picture = bpy.data.images.load(scene.render.filepath)
+    pixels = np.array(picture.pixels[:]).reshape(size, size, 4)
+    bpy.data.images.remove(picture)
+    return [(eye, pixels[row, column, :3]) for row in range(2, size, 6) for column in range(2, size, 6)
+            if (eye := to_eye(column, row))[2] > 0.05]
+
+
+def check(name, layers, seen_from_below, folder, median, largest):
+    """Compares pixels of layers, listed from the top, with the solver's R and T, and what shows through with the beam."""
+    above, below = write_stack(folder / "above.toml", layers), write_stack(folder / "below.toml", layers[::-1])
+    atlas = str(folder / f"{name}.exr")
+    subprocess.run([stratus, "export", above, "--format", "exr-atlas", "-o", atlas, "--quiet"], check=True)
     scene, plane = place_camera()
-    rows, met = [], []
+    plane.rotation_euler = (math.pi * seen_from_below, 0, 0)
+    errors = []
     for given in suns:
         sun = np.array(given) / np.linalg.norm(given)
-        plane.data.materials.clear()
-        plane.data.materials.append(atlas_nodes.atlas_material(atlas, sun))
-        scene.render.filepath = str(folder / "picture.exr")
-        bpy.ops.render.render(write_still=True)
-        picture = bpy.data.images.load(scene.render.filepath)
-        pixels = np.array(picture.pixels[:]).reshape(size, size, 4)
-        bpy.data.images.remove(picture)
-        for row in range(2, size, 6):
-            for column in range(2, size, 6):
-                eye = to_eye(column, row)
-                if eye[2] < 0.05:
-                    continue
-                azimuth = math.degrees(math.atan2(eye[1], eye[0]) - math.atan2(sun[1], sun[0])) - 180
-                rows.append([abs(sun[2]), eye[2], azimuth % 360])
-                met.append((sun[2] > 0, pixels[row, column, :3]))
-    with open(query, "w", newline="") as file:
-        csv.writer(file).writerows([["mu_in", "mu_out", "azimuth_deg"], *rows])
-    answer = subprocess.run([stratus, "solve", *layer, "--query", query], check=True, capture_output=True, text=True).stdout
+        met = pixels_of(scene, plane, atlas_nodes.atlas_material(atlas, sun), folder)
+        query = folder / "query.csv"
+        with open(query, "w", newline="") as file:
+            azimuths = [math.degrees(math.atan2(eye[1], eye[0]) - math.atan2(sun[1], sun[0])) - 180 for eye, _ in met]
+            csv.writer(file).writerows([["mu_in", "mu_out", "azimuth_deg"],
+                                        *([abs(sun[2]), eye[2], azimuth % 360] for (eye, _), azimuth in zip(met, azimuths))])
+        lit_side = below if seen_from_below == (sun[2] > 0) else above
+        answer = subprocess.run([stratus, "solve", "--layers", lit_side, "--query", query], check=True, capture_output=True, text=True)
+        for (_, pixel), solved in zip(met, csv.DictReader(answer.stdout.splitlines())):
+            errors.extend(abs(pixel / (abs(sun[2]) * float(solved["reflection" if sun[2] > 0 else "transmission"])) - 1))
+    dark = atlas_nodes.atlas_material(atlas, suns[0], (0, 0, 0))
+    depth = sum(layer[2] for layer in layers)
+    beam = max(max(abs(pixel - math.exp(-depth / eye[2]))) for eye, pixel in pixels_of(scene, plane, dark, folder, sky=1.0))
+    print(f"{name}: {len(errors)} values of pixels: median {np.median(errors):.2g}, largest {max(errors):.2g}; beam within {beam:.2g}")
+    if len(errors) < 500 or np.median(errors) > median or max(errors) > largest or beam > 1e-4:
+        sys.exit(f"{name}: the material differs from the solver")
+    return atlas
 
-errors = []
-for (mu_in, _, _), (lit, pixel), solved in zip(rows, met, csv.DictReader(answer.splitlines())):
-    expected = mu_in * float(solved["reflection" if lit else "transmission"])
-    errors.extend(abs(pixel / expected - 1))
-errors = np.array(errors)
-print(f"{len(errors)} values of pixels: median {np.median(errors):.2g}, largest {errors.max():.2g}")
-if len(errors) < 500 or np.median(errors) > 3e-4 or errors.max() > 5e-3:
-    sys.exit("the material differs from the solver")
+
+with tempfile.TemporaryDirectory() as folder:
+    folder = pathlib.Path(folder)
+    check("layer", [(0.5, 0.9, 1.0)], False, folder, 3e-4, 5e-3)
+    check("narrow", [(0.85, 1.0, 0.1)], False, folder, 2e-3, 3e-2)
+    two = [(0.6, 0.9, 0.3), (0.1, 0.6, 0.5)]
+    check("stack", two, False, folder, 3e-4, 5e-3)
+    atlas = check("stack_from_below", two, True, folder, 3e-4, 5e-3)
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    atlas_nodes.atlas_material(atlas)
+    saved = str(folder / "saved.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=saved)
+    bpy.ops.wm.open_mainfile(filepath=saved)
+    if "stack_from_below" not in bpy.data.materials:
+        sys.exit("a material that no object has is not saved")

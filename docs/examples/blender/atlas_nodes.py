@@ -2,8 +2,9 @@
 
     blender scene.blend --python atlas_nodes.py -- rings.exr
 
-adds the material `rings`, its .json beside it. It shows the light of one sun, whose direction and irradiance are values of the
-node group: pi makes a white Lambert surface 1. The sun casts no shadow on it. What is behind shines through with exp(-tau / mu_out).
+adds the material `rings` (rings.json must lie beside the picture), which is saved with the scene before any object has it. It shows
+the light of one sun, whose direction and irradiance are values of the node group: pi makes a white Lambert surface 1. The sun casts no
+shadow on it. What is behind shines through with exp(-tau / mu_out). A stack's first layer is on the side of the face's normal.
 """
 import json
 import math
@@ -56,8 +57,6 @@ def atlas_group(picture):
     columns, width, height = layout["columns"], layout["tile_width"], layout["tile_height"]
     rows = len(layout["rows"])
     transmits = "transmission" in layout["rows"]
-    if rows > 2:
-        raise ValueError(f"{picture}: must be of a layer, or of a stack over ground; this stack looks otherwise from below")
     image = bpy.data.images.load(picture)
     image.colorspace_settings.name = "Non-Color"
 
@@ -87,10 +86,17 @@ def atlas_group(picture):
 
     lit = n.math("GREATER_THAN", cos_in, 0)
     row = n.math("SUBTRACT", 1, lit) if transmits else 0.0
-    column = n.math("MULTIPLY", evened(mu_in), columns - 1)
+    tile_in, tile_out = mu_in, mu_out
+    if rows == 3:  # a stack: row 2 is seen and lit from below; light from below is transmitted as from above, cosines exchanged
+        below = seen["Backfacing"]
+        row = n.math("MULTIPLY_ADD", n.math("MULTIPLY", lit, below), 2, row)
+        exchanged = n.math("MULTIPLY", n.math("SUBTRACT", 1, lit), n.math("SUBTRACT", 1, below))
+        difference = n.math("MULTIPLY", exchanged, n.math("SUBTRACT", mu_out, mu_in))
+        tile_in, tile_out = n.math("ADD", mu_in, difference), n.math("SUBTRACT", mu_out, difference)
+    column = n.math("MULTIPLY", evened(tile_in), columns - 1)
     first = n.math("MINIMUM", n.math("FLOOR", column), columns - 2)
     x = n.math("MULTIPLY_ADD", azimuth, (width - 1) / math.pi, 0.5)
-    y = n.math("MULTIPLY_ADD", row, height, n.math("MULTIPLY_ADD", evened(mu_out), height - 1, 0.5))
+    y = n.math("MULTIPLY_ADD", row, height, n.math("MULTIPLY_ADD", evened(tile_out), height - 1, 0.5))
     v = n.math("MULTIPLY_ADD", y, -1 / (rows * height), 1)  # 0 is the picture's lower edge
 
     def tile(number):
@@ -107,7 +113,8 @@ def atlas_group(picture):
         strength = n.math("MULTIPLY", strength, lit)
     light = n.add("ShaderNodeEmission", colour, strength).outputs[0]
     if transmits:
-        beam = [n.math("POWER", math.exp(-tau), n.math("DIVIDE", 1, mu_out)) for tau in layout["optical_depth"]]
+        depths = [math.inf if tau is None else tau for tau in layout["optical_depth"]]
+        beam = [n.math("POWER", math.exp(-tau), n.math("DIVIDE", 1, mu_out)) for tau in depths] * (3 // len(depths))
         behind = n.add("ShaderNodeBsdfTransparent", n.add("ShaderNodeCombineColor", *beam).outputs[0]).outputs[0]
         light = n.add("ShaderNodeAddShader", light, behind).outputs[0]
     n.add("NodeGroupOutput", light)
@@ -117,6 +124,7 @@ def atlas_group(picture):
 def atlas_material(picture, sun=(0, 0, 1), irradiance=(math.pi, math.pi, math.pi)):
     """A material of the atlas alone."""
     material = bpy.data.materials.new(pathlib.Path(picture).stem)
+    material.use_fake_user = True  # or it is not saved until an object has it
     material.use_nodes = True
     material.node_tree.nodes.clear()
     material.blend_method = "BLEND"  # Eevee: what is behind shows
@@ -129,5 +137,8 @@ def atlas_material(picture, sun=(0, 0, 1), irradiance=(math.pi, math.pi, math.pi
 
 
 if __name__ == "__main__":
-    for picture in sys.argv[sys.argv.index("--") + 1:]:
-        atlas_material(picture)
+    try:
+        for picture in sys.argv[sys.argv.index("--") + 1:]:
+            atlas_material(picture)
+    except (OSError, RuntimeError, ValueError, KeyError) as problem:
+        sys.exit(f"atlas_nodes.py: must be given atlases of `stratus export` after --, each with its .json beside it: {problem}")

@@ -55,16 +55,21 @@ def write_stack(path, layers):
     return path
 
 
-def pixels_of(scene, plane, material, folder, sky=0.0):
-    plane.data.materials.clear()
-    plane.data.materials.append(material)
+def picture_of(scene, subject, material, folder, sky=0.0):
+    subject.data.materials.clear()
+    subject.data.materials.append(material)
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (sky, sky, sky, 1)
     scene.render.filepath = str(folder / "picture.exr")
     bpy.ops.render.render(write_still=True)
     picture = bpy.data.images.load(scene.render.filepath)
-    pixels = np.array(picture.pixels[:]).reshape(size, size, 4)
+    pixels = np.array(picture.pixels[:]).reshape(size, size, 4)[:, :, :3]
     bpy.data.images.remove(picture)
-    return [(eye, pixels[row, column, :3]) for row in range(2, size, 6) for column in range(2, size, 6)
+    return pixels
+
+
+def pixels_of(scene, plane, material, folder, sky=0.0):
+    pixels = picture_of(scene, plane, material, folder, sky)
+    return [(eye, pixels[row, column]) for row in range(2, size, 6) for column in range(2, size, 6)
             if (eye := to_eye(column, row))[2] > 0.05]
 
 
@@ -104,6 +109,20 @@ with tempfile.TemporaryDirectory() as folder:
     two = [(0.6, 0.9, 0.3), (0.1, 0.6, 0.5)]
     check("stack", two, False, folder, 3e-4, 5e-3)
     atlas = check("stack_from_below", two, True, folder, 3e-4, 5e-3)
+
+    # A smooth ball over ground lit from the right: its left half is dark up to the limb, where normals turn away from the eye.
+    ground = write_stack(folder / "ground.toml", two)
+    ground.write_text(ground.read_text() + "[below]\nlambert_albedo = 0.3\n")
+    subprocess.run([stratus, "export", ground, "--format", "exr-atlas", "-o", folder / "ground.exr", "--quiet"], check=True)
+    scene, plane = place_camera()
+    bpy.data.objects.remove(plane)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, location=(0, 4 * math.sin(tilt), 3 - 4 * math.cos(tilt)))
+    bpy.ops.object.shade_smooth()
+    scene.camera.data.angle, scene.cycles.samples = math.radians(32), 16
+    material = atlas_nodes.atlas_material(str(folder / "ground.exr"), (1, 0, 0))
+    pixels = picture_of(scene, bpy.context.object, material, folder)
+    if pixels[:, :size // 2 - 4].max() > 0 or pixels[size // 2, size * 3 // 4].min() < 0.1:
+        sys.exit("a ball must be lit on the side of the sun alone")
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     atlas_nodes.atlas_material(atlas)

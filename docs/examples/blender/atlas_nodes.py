@@ -71,14 +71,14 @@ def atlas_group(picture):
     def evened(mu):  # asin(sqrt(mu)) 2 / pi
         return n.math("MULTIPLY", n.math("ARCSINE", n.math("SQRT", mu)), 2 / math.pi)
 
-    # Up is the side that is seen. Both directions point away from the layer.
-    facing = n.vector("DOT_PRODUCT", seen["Normal"], seen["Incoming"])
-    up = n.scaled(seen["Normal"], n.math("SIGN", facing))
+    # Up is the side that is seen, on which smoothed normals may turn away at the limb. Both directions point away from the layer.
+    up = n.scaled(seen["Normal"], n.math("SIGN", n.vector("DOT_PRODUCT", seen["True Normal"], seen["Incoming"])))
+    facing = n.vector("DOT_PRODUCT", up, seen["Incoming"])
     cos_in = n.vector("DOT_PRODUCT", given["Sun"], up)
     mu_in = n.math("MINIMUM", n.math("ABSOLUTE", cos_in), 1)
     mu_out = n.math("MINIMUM", n.math("ABSOLUTE", facing), 1)
     along_in = n.vector("SUBTRACT", given["Sun"], n.scaled(up, cos_in))
-    along_out = n.vector("SUBTRACT", seen["Incoming"], n.scaled(up, mu_out))
+    along_out = n.vector("SUBTRACT", seen["Incoming"], n.scaled(up, facing))
     lengths = n.math("MULTIPLY", n.vector("LENGTH", along_in), n.vector("LENGTH", along_out))
     cosine = n.math("DIVIDE", n.vector("DOT_PRODUCT", along_in, along_out), lengths)  # 0 where a length is 0
     cosine = n.math("MAXIMUM", n.math("MINIMUM", cosine, 1), -1)

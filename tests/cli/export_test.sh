@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # stratus export: every format of tables and stacks, what it says, and every refusal.
 stacks=$(realpath "$(dirname "$0")/../../tables/stacks")
+examples=$(realpath "$(dirname "$0")/../../docs/examples")
 # shellcheck source=tests/cli/expect.sh
 source "$(dirname "$0")/expect.sh"
 
@@ -34,6 +35,18 @@ starts_with() { [ "$(head -c ${#2} "$1" | tr -d '\0')" = "$2" ] || fail "$1 must
     head -c 4000 m.safetensors | tr -d '\0' >header
     expect_says header '"format":"stratus-slice"' '"material":"A layer. ' '"transmission_multiple":'
 }
+
+# --- the scenes in docs/examples: the line of each writes the file that it reads
+
+for scene in pbrt-v3/haze.pbrt pbrt-v4/haze.pbrt mitsuba/haze.xml blender/haze.py; do
+    line=$(sed -n 's/.*build\/cli\/stratus \(export [^?]*\).*/\1/p' "$examples/$scene")
+    written=${line##* docs/examples/"${scene%/*}"/}
+    written=${written%% *}
+    grep -q "\"$written\"" "$examples/$scene" || fail "$scene must read $written"
+    # shellcheck disable=SC2046  # words of a command
+    expect_ok $(echo "$line" | sed "s,tables/stacks,$stacks,; s,docs/examples/.*/,,") --nodes 16 --quiet
+    [ -s "$written" ] || fail "$scene: $line must write $written"
+done
 
 # --- ground, colours, families, stacks; the same twice
 

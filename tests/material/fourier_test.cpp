@@ -3,10 +3,12 @@
 
 #include "fourier_reader.h"
 #include "material_check.h"
+#include "solved_stack.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 namespace stratus {
@@ -201,6 +203,36 @@ TEST(FourierTable, HasTheLayoutThatReadersExpect) {
     EXPECT_GT(table.mean(half, half - 20), 0);
     EXPECT_NE(table.text.find("A layer"), std::string::npos);
     EXPECT_NE(table.text.find("Without the beam"), std::string::npos);
+}
+
+// The peaks of droplets, straight on and straight back, are narrower than the steps between cosines.
+TEST(FourierTable, TellsWhereItsSplinesAreOffByMoreThanTheTolerance) {
+    const Material cloud{{layer("mie:radius=6um,variance=0.1,wavelength=0.55um", 1, 8)}, ""};
+    MaterialOptions options;
+    options.tolerance = 5e-3;
+    const std::vector<std::string> said =
+        make_material(cloud, MaterialFormat::fourier, options).notes;
+    ASSERT_EQ(said.size(), 2);
+    double told_R = 0, told_T = 0;
+    ASSERT_EQ(
+        std::sscanf(said[1].c_str(),
+                    "between the file's cosines readers are off by up to %lf %% of R, %lf %% of T",
+                    &told_R, &told_T),
+        2)
+        << said[1];
+    const FourierReader table = table_of(cloud);
+    Errors R, T;
+    for (const double mu : {0.31, 0.57, 0.75, 0.9}) {
+        const SolvedStack exact(cloud.colours[0], {mu, 0.8}, 64);
+        for (const double azimuth : {0.0, 0.02, 0.1, 1.0, 3.0, pi}) {
+            R.add(reflected(table, {mu, mu, azimuth}), exact.reflection(0, 0, {azimuth})[0].total);
+            T.add(transmitted(table, {mu, mu, azimuth}),
+                  exact.transmission(0, 0, {azimuth})[0].total);
+        }
+    }
+    EXPECT_GT(T.quantile(1), 0.01);
+    EXPECT_LE(T.quantile(1), 1.2 * told_T / 100);
+    EXPECT_LE(R.quantile(1), 1.2 * told_R / 100);
 }
 
 TEST(FourierTable, TellsThatTheBeamIsNotInIt) {

@@ -27,14 +27,14 @@ namespace {
 constexpr int angle_count = 128, side = 64;
 constexpr double least_luminance = 1e-7;  // of the largest, so that every direction may be drawn
 
-/// Wavelengths in nm, and the colour of each: constant beyond those of red and blue. Grey needs
-/// the ends alone.
+/// Wavelengths in nm, and the colour of each: constant beyond the ends. Steps at 488 and 590 nm, 30
+/// nm wide, are seen as red, green and blue within 0.04 of each, under D65.
 struct Band {
     float wavelength;
     std::size_t colour;
 };
-const std::vector<Band> grey_bands{{360, 0}, {830, 0}};
-const std::vector<Band> colour_bands{{360, 2}, {460, 2}, {540, 1}, {620, 0}, {830, 0}};
+const std::vector<Band> grey_bands{{550, 0}};
+const std::vector<Band> colour_bands{{473, 2}, {503, 1}, {575, 1}, {605, 0}};
 
 /// A half vector of the grid, and the incident direction that it stands for.
 struct HalfVector {
@@ -280,7 +280,7 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
         tensor.add("spectra", {1, angle_count, bands.size(), side, side},
                    spread(grids.values, colours, bands));
         if (colours == 3)
-            file.notes.push_back("red, green and blue are given at 620, 540 and 460 nm");
+            file.notes.push_back("blue is up to 473 nm, green from 503 to 575, red from 605");
     }
     const auto bytes = std::make_shared<const Encoder>(tensor.encode());
     file.write = [bytes](const std::filesystem::path& path) { bytes->write(path); };

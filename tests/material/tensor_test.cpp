@@ -101,8 +101,8 @@ TEST(TensorTable, HoldsRedGreenAndBlueInEitherForm) {
     EXPECT_EQ(rgb.fields.count("wavelengths"), 0);
     EXPECT_EQ(spectral.fields.count("rgb"), 0);
     const std::vector<float>& wavelengths = spectral.fields.at("wavelengths").values;
-    EXPECT_EQ(wavelengths, (std::vector<float>{360, 460, 540, 620, 830}));
-    const std::size_t bands[] = {3, 2, 1};
+    EXPECT_EQ(wavelengths, (std::vector<float>{473, 503, 575, 605}));
+    const std::size_t bands[] = {3, 1, 0};
     for (std::size_t colour = 0; colour < 3; ++colour) {
         expect_close(rgb, material.colours[colour], colour, 100);
         expect_close(spectral, material.colours[colour], bands[colour], 100);
@@ -122,7 +122,7 @@ TEST(TensorTable, HasTheShapesThatReadersExpect) {
     EXPECT_EQ(shape("sigma"), (Shape{2, 2}));
     EXPECT_EQ(shape("vndf"), (Shape{1, 128, 2, 2}));
     EXPECT_EQ(shape("luminance"), (Shape{1, 128, 64, 64}));
-    EXPECT_EQ(shape("spectra"), (Shape{1, 128, 2, 64, 64}));
+    EXPECT_EQ(shape("spectra"), (Shape{1, 128, 1, 64, 64}));
     EXPECT_EQ(table.fields.at("jacobian").text, std::string(1, '\1'));
     EXPECT_NE(table.fields.at("description").text.find("A layer"), std::string::npos);
     for (const float value : table.fields.at("luminance").values) ASSERT_GT(value, 0);

@@ -5,8 +5,9 @@
 //
 //     theta_m = pi/2 x^2,  phi_m - phi_o = (2 y - 1) pi,  wi = 2 (wo . m) m - wo,
 //
-// joined by straight lines. Where wi is below the horizon, f(|mu_i|) mu_i continues it oddly, so
-// that the lines meet 0 at the horizon.
+// joined by straight lines. Where wi is below the horizon, f(|mu_i|) mu_i continues it oddly. Samples
+// there that lines from above the horizon end on are chosen for these lines, so that light that
+// grazes is met, too, and nothing above the horizon is negative.
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 
@@ -15,6 +16,7 @@
 #include "reflection_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -24,7 +26,7 @@
 namespace stratus {
 namespace {
 
-constexpr int angle_count = 128, side = 64;
+constexpr int angle_count = 96, side = 96;
 constexpr double least_luminance = 1e-7;  // of the largest, so that every direction may be drawn
 
 /// Wavelengths in nm, and the colour of each: constant beyond the ends. Steps at 488 and 590 nm, 30
@@ -64,6 +66,50 @@ struct Grids {
 };
 
 constexpr std::size_t grid_size = static_cast<std::size_t>(side) * side;
+
+/// A place in the unit square, and its share in each of the four samples around it.
+struct Place {
+    std::array<std::size_t, 4> samples;
+    std::array<double, 4> shares;
+
+    Place(double x, double y) {
+        const auto column =
+                       std::min(static_cast<std::size_t>(x * (side - 1)), side - std::size_t{2}),
+                   row = std::min(static_cast<std::size_t>(y * (side - 1)), side - std::size_t{2});
+        const double right = x * (side - 1) - static_cast<double>(column),
+                     down = y * (side - 1) - static_cast<double>(row);
+        const std::size_t first = row * side + column;
+        samples = {first, first + 1, first + side, first + side + 1};
+        shares = {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down};
+    }
+
+    double value(const float* grid) const {
+        double sum = 0;
+        for (std::size_t k = 0; k < 4; ++k)
+            sum += shares[k] * static_cast<double>(grid[samples[k]]);
+        return sum;
+    }
+};
+
+/// Places of half vectors whose wi is on the horizon: eight for each row and column of samples.
+std::vector<Place> horizon(double mu_out) {
+    std::vector<Place> places;
+    const double out_sine = std::sqrt((1 - mu_out) * (1 + mu_out));
+    constexpr int count = 8 * (side - 1);
+    for (int k = 0; k <= count; ++k) {
+        const double at = static_cast<double>(k) / count;
+        // mu_in = sin(theta_o) cos(phi) sin(2 theta_m) + mu_out cos(2 theta_m)
+        const double cos_phi = std::cos((2 * at - 1) * pi);
+        places.emplace_back(std::sqrt(std::atan2(mu_out, -out_sine * cos_phi) / pi), at);
+        const double slope = -mu_out * std::cos(pi * at * at),
+                     length = out_sine * std::sin(pi * at * at);
+        if (std::abs(slope) > length) continue;
+        const double turn = std::acos(slope / length) / (2 * pi);
+        places.emplace_back(at, 0.5 - turn);
+        places.emplace_back(at, 0.5 + turn);
+    }
+    return places;
+}
 
 /// The grids of one theta.
 void fill(Grids& grids, const std::vector<ReflectionField>& colours, double mu_out, int t) {
@@ -115,54 +161,85 @@ void balance(std::vector<float>& values, std::size_t colours, const std::vector<
     }
 }
 
-/// What the lines of one theta and colour reflect in all: the integral of f cos over wi.
-double reflected_share(const float* values, double mu_out) {
-    constexpr int xs = 3 * (side - 1), ys = 3 * side / 2;  // y: half of it, the other is the same
-    double sum = 0;
-    for (int j = 0; j < ys; ++j)
-        for (int i = 0; i < xs; ++i) {
-            const double x = (i + 0.5) / xs, y = (j + 0.5) / (2 * ys);
+/// Chooses the samples of one theta and colour below the horizon that cells across it end on: least
+/// squares of the relative errors of f cos at 4 x 4 places of these cells, as far as they lie above.
+void meet_horizon(float* values, const ReflectionField& field, double mu_out, int out) {
+    constexpr int parts = 4, rounds = 40;
+    constexpr double least_cosine = 0.002;  // relative errors count less below it
+    struct Known {
+        Place place;
+        double value, weight;
+    };
+    std::vector<char> crossed(grid_size), free(grid_size);
+    for (const Place& place : horizon(mu_out)) crossed[place.samples[0]] = 1;
+    std::vector<Known> known;
+    for (std::size_t cell = 0; cell < grid_size; ++cell) {
+        if (!crossed[cell]) continue;
+        const auto place_in = [&](double right, double down) {
+            return std::pair((static_cast<double>(cell % side) + right) / (side - 1),
+                             (static_cast<double>(cell / side) + down) / (side - 1));
+        };
+        for (int k = 0; k < 4; ++k) {
+            const auto [x, y] = place_in(k % 2, k / 2);
+            free[cell + static_cast<std::size_t>(k % 2 + k / 2 * side)] =
+                half_vector(mu_out, x, y).mu_in <= 0;
+        }
+        for (int k = 0; k < parts * parts; ++k) {
+            const auto [x, y] = place_in((k % parts + 0.5) / parts, (k / parts + 0.5) / parts);
             const HalfVector half = half_vector(mu_out, x, y);
             if (half.mu_in <= 0) continue;
-            const double along = x * (side - 1), down = y * (side - 1);
-            const auto column = static_cast<std::size_t>(along);
-            const auto row = static_cast<std::size_t>(down);
-            const double right = along - static_cast<double>(column),
-                         below = down - static_cast<double>(row);
-            const float* const at = values + row * side + column;
-            const auto line = [&](const float* ends) {
-                return (1 - right) * static_cast<double>(ends[0]) +
-                       right * static_cast<double>(ends[1]);
-            };
-            const double value = (1 - below) * line(at) + below * line(at + side);
-            sum += std::max(0.0, value) * 4 * half.cos_half * half.area;
+            const double f = field(half.mu_in, out, half.azimuth) / pi,
+                         scale = f * (half.mu_in + least_cosine);
+            if (scale > 0) known.push_back({{x, y}, f * half.mu_in, 1 / (scale * scale)});
         }
-    return sum / (xs * ys);
+    }
+    for (int round = 0; round < rounds; ++round) {
+        std::vector<double> change(grid_size), weight(grid_size);
+        for (const auto& [place, value, known_weight] : known) {
+            const double missing = value - place.value(values);
+            double free_share = 0;
+            for (std::size_t k = 0; k < 4; ++k)
+                if (free[place.samples[k]]) free_share += place.shares[k];
+            for (std::size_t k = 0; k < 4; ++k) {
+                if (!free[place.samples[k]]) continue;
+                change[place.samples[k]] += known_weight * place.shares[k] * missing;
+                weight[place.samples[k]] += known_weight * place.shares[k] * free_share;
+            }
+        }
+        for (std::size_t at = 0; at < grid_size; ++at)
+            if (weight[at] > 0) values[at] += static_cast<float>(change[at] / weight[at]);
+    }
 }
 
-/// Changes the samples of one theta within `near_horizon` of the horizon by a common share, fading
-/// away from it, so that they reflect in all what the material does: lines across the horizon lose
-/// or gain a few per cent of the light there, 1e-3 of all at most.
-void conserve(Grids& grids, const std::vector<SolvedStack>& solved, double mu_out, int t) {
-    constexpr double near_horizon = 0.15;  // cosine
-    std::vector<double> near(grid_size);
-    for (std::size_t at = 0; at < grid_size; ++at) {
-        const double x = static_cast<double>(at % side) / (side - 1.0),
-                     y = static_cast<double>(at / side) / (side - 1.0);
-        near[at] = std::max(0.0, 1 - std::abs(half_vector(mu_out, x, y).mu_in) / near_horizon);
-    }
-    for (std::size_t c = 0; c < solved.size(); ++c) {
-        float* const first =
-            grids.values.data() + (static_cast<std::size_t>(t) * solved.size() + c) * grid_size;
-        std::vector<float> part(first, first + grid_size);
-        for (std::size_t at = 0; at < grid_size; ++at)
-            part[at] = static_cast<float>(static_cast<double>(part[at]) * near[at]);
-        const double missing = solved[c].solution().plane_albedo(angle_count - 1 - t) -
-                               reflected_share(first, mu_out),
-                     there = reflected_share(part.data(), mu_out);
-        if (!(there > 0)) continue;
-        for (std::size_t at = 0; at < grid_size; ++at)
-            first[at] += static_cast<float>(missing / there) * part[at];
+/// Lifts samples below the horizon until lines are negative nowhere on it, nor at thirds between two
+/// thetas.
+void lift(std::vector<float>& values, std::size_t colours, const std::vector<float>& theta) {
+    constexpr int parts = 3;
+    for (std::size_t step = 0; step <= parts * (theta.size() - 1); ++step) {
+        const std::size_t t = std::min(step / parts, theta.size() - 2);
+        const double along = static_cast<double>(step) / parts - static_cast<double>(t);
+        const double mu_out = std::cos((1 - along) * static_cast<double>(theta[t]) +
+                                       along * static_cast<double>(theta[t + 1]));
+        const std::vector<Place> places = horizon(std::max(mu_out, grazing));
+        for (std::size_t c = 0; c < colours; ++c) {
+            const std::pair<float*, double> ends[] = {
+                {values.data() + (t * colours + c) * grid_size, 1 - along},
+                {values.data() + ((t + 1) * colours + c) * grid_size, along}};
+            for (const Place& place : places) {
+                double above = 0, below = 0;
+                for (const auto& [grid, share] : ends)
+                    for (std::size_t k = 0; k < 4; ++k) {
+                        const double part =
+                            share * place.shares[k] * static_cast<double>(grid[place.samples[k]]);
+                        (part > 0 ? above : below) += std::abs(part);
+                    }
+                if (below <= above) continue;
+                for (const auto& [grid, share] : ends)
+                    for (const std::size_t at : place.samples)
+                        if (share > 0 && grid[at] < 0)
+                            grid[at] *= static_cast<float>(above / below);
+            }
+        }
     }
 }
 
@@ -177,8 +254,13 @@ Grids make_grids(const Material& material, const std::vector<float>& theta,
     const auto mu_of = [&](int t) { return mu[static_cast<std::size_t>(angle_count - 1 - t)]; };
     parallel_for(angle_count, options.threads, [&](int t) { fill(grids, colours, mu_of(t), t); });
     balance(grids.values, colours.size(), theta);
-    parallel_for(angle_count, options.threads,
-                 [&](int t) { conserve(grids, solved, mu_of(t), t); });
+    parallel_for(angle_count, options.threads, [&](int t) {
+        for (std::size_t c = 0; c < colours.size(); ++c)
+            meet_horizon(grids.values.data() +
+                             (static_cast<std::size_t>(t) * colours.size() + c) * grid_size,
+                         colours[c], mu_of(t), angle_count - 1 - t);
+    });
+    lift(grids.values, colours.size(), theta);
     return grids;
 }
 

@@ -53,12 +53,12 @@ class TensorReader {
 
     std::map<std::string, Field> fields;
 
-    /// f of a band or colour. Cosines are above 0; azimuth between the directions, both away from
+    /// f of a band or colour; what is negative stays so, as in Mitsuba. Cosines are above 0; azimuth between the directions, both away from
     /// the surface.
     double operator()(double mu_o, double mu_i, double azimuth, std::size_t band = 0) const {
         const Half half(mu_o, mu_i, azimuth);
         const std::string name = fields.count("rgb") ? "rgb" : "spectra";
-        const double value = std::max(0.0, interpolated(fields.at(name), mu_o, half, band));
+        const double value = interpolated(fields.at(name), mu_o, half, band);
         return value * constant("ndf") / (4 * constant("sigma") * mu_i);
     }
 

@@ -41,14 +41,16 @@ Rgb mixed(const Rgb& a, const Rgb& b, double share) noexcept {
     return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
 }
 
-/// Bilinear; repeats.
-Rgb pixel_of(const Image& image, double u, double v) noexcept {
-    const double x = (u - std::floor(u)) * image.width - 0.5,
-                 y = (v - std::floor(v)) * image.height - 0.5;
+/// Bilinear; repeats, but for rows over a sphere, which end at its poles.
+Rgb pixel_of(const Image& image, const SurfacePoint& point) noexcept {
+    const double u = point.u - std::floor(point.u),
+                 v = point.on_sphere ? point.v : point.v - std::floor(point.v);
+    const double x = u * image.width - 0.5, y = v * image.height - 0.5;
     const int i = static_cast<int>(std::floor(x)), j = static_cast<int>(std::floor(y));
     auto at = [&](int column, int row) {
-        const float* const p =
-            image.pixel((column + image.width) % image.width, (row + image.height) % image.height);
+        const float* const p = image.pixel((column + image.width) % image.width,
+                                           point.on_sphere ? std::clamp(row, 0, image.height - 1)
+                                                           : (row + image.height) % image.height);
         return Rgb{p[0], p[1], p[2]};
     };
     return mixed(mixed(at(i, j), at(i + 1, j), x - i), mixed(at(i, j + 1), at(i + 1, j + 1), x - i),
@@ -68,11 +70,11 @@ double noise_level(double share) noexcept {
 
 SurfacePoint sphere_point(const Vector3& point) noexcept {
     return {point, 0.5 + std::atan2(point.y, point.x) / (2 * pi),
-            std::acos(std::clamp(point.z, -1.0, 1.0)) / pi};
+            std::acos(std::clamp(point.z, -1.0, 1.0)) / pi, true};
 }
 
 SurfacePoint plane_point(double x, double y, double extent) noexcept {
-    return {{x, y, 0}, x / extent, y / extent};
+    return {{x, y, 0}, x / extent, -y / extent};
 }
 
 double noise(const Vector3& point, unsigned seed) noexcept {
@@ -106,7 +108,7 @@ Rgb Texture::at(const SurfacePoint& point) const noexcept {
                                  0.25 * std::sin(2 * pi * 4.3 * scale * point.v + 2);
             return mixed(colour, other, std::clamp(0.5 + 0.3 * waves, 0.0, 1.0));
         }
-        case Pattern::image: return pixel_of(*image, point.u, point.v);
+        case Pattern::image: return pixel_of(*image, point);
     }
     return colour;
 }
@@ -125,7 +127,7 @@ double DepthMap::at(const SurfacePoint& point) const noexcept {
             return max * risen * risen * (3 - 2 * risen);
         }
         case Pattern::image: {
-            const Rgb bright = pixel_of(*image, point.u, point.v);
+            const Rgb bright = pixel_of(*image, point);
             return max * static_cast<double>((bright.r + bright.g + bright.b) / 3);
         }
     }

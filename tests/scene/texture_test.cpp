@@ -134,6 +134,33 @@ TEST(Texture, InterpolatesImages) {
     EXPECT_NEAR(map.at({{0, 0, 0}, 0.75, 0.75}), 4, 1e-6);
 }
 
+TEST(Texture, EndsImagesAtThePoles) {
+    auto image = std::make_shared<Image>(4, 2);
+    for (int x = 0; x < 4; ++x) image->pixel(x, 0)[0] = 1;  // the northern hemisphere
+    Texture texture;
+    texture.pattern = Texture::Pattern::image;
+    texture.image = image;
+    const auto at = [&](const Vector3& point) { return texture.at(sphere_point(point)).r; };
+    EXPECT_EQ(at({0, 0, 1}), 1);
+    EXPECT_EQ(at({0.1, 0, std::sqrt(0.99)}), 1);
+    EXPECT_EQ(at({-1, 0, 0}), 0.5f);
+    EXPECT_EQ(at({0.1, 0, -std::sqrt(0.99)}), 0);
+    EXPECT_EQ(at({0, 0, -1}), 0);
+}
+
+TEST(Texture, ShowsImagesOnAPlaneUprightFromAbove) {
+    auto image = std::make_shared<Image>(2, 2);
+    image->pixel(0, 0)[0] = 1;  // the upper left
+    Texture texture;
+    texture.pattern = Texture::Pattern::image;
+    texture.image = image;
+    const auto at = [&](double x, double y) { return texture.at(plane_point(x, y, 4)).r; };
+    EXPECT_EQ(at(1, 3), 1);
+    EXPECT_EQ(at(1, 1), 0);
+    EXPECT_EQ(at(3, 3), 0);
+    EXPECT_EQ(at(-3, 7), 1) << "repeated";
+}
+
 TEST(Texture, SquaresHaveOneColourEach) {
     Texture texture;
     texture.pattern = Texture::Pattern::squares;

@@ -11,16 +11,19 @@
 namespace stratus {
 
 /// A point of a surface: in space, for patterns, and on an image, (0, 0) the upper left corner and
-/// (1, 1) the lower right one; images repeat beyond.
+/// (1, 1) the lower right one; images repeat beyond, but end at the poles of a sphere.
 struct SurfacePoint {
     Vector3 position;
     double u, v;
+    bool on_sphere = false;
 };
 
-/// On a planet, from a point of the unit sphere: longitude and latitude.
+/// On a planet, from a point of the unit sphere: longitude, 0 in the image's middle and along x, and
+/// latitude.
 SurfacePoint sphere_point(const Vector3& point) noexcept;
 
-/// On a plane whose images are `extent` wide and high, starting at the origin.
+/// On a plane whose images are `extent` wide and high, their lower left corner in the origin and
+/// upright as seen from above.
 SurfacePoint plane_point(double x, double y, double extent) noexcept;
 
 /// Perlin's gradient noise (Improving noise, 2002), about -1 to 1: eight octaves, each twice as fine

@@ -66,7 +66,7 @@ void write_png(const Image& image, double white, const std::vector<Label>& label
     });
 }
 
-Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory) {
+Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory, PngEncoding encoding) {
     errno = 0;
     std::error_code absent;  // opening it says so better
     if (const auto status = std::filesystem::status(path, absent);
@@ -96,7 +96,8 @@ Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory) {
         status != CAIRO_STATUS_SUCCESS)
         fail(path, status);
     double light[256];
-    for (int n = 0; n < 256; ++n) light[n] = srgb_decoded(n / 255.0);
+    for (int n = 0; n < 256; ++n)
+        light[n] = encoding == PngEncoding::srgb ? srgb_decoded(n / 255.0) : n / 255.0;
     const unsigned char* const bytes = cairo_image_surface_get_data(plain.get());
     const int stride = cairo_image_surface_get_stride(plain.get());
     for (int y = 0; y < image.height; ++y)

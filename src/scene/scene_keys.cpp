@@ -6,6 +6,8 @@ Keys scene_keys() {
     constexpr const char* point = "[-1e12, 1e12]";
     constexpr const char* colour = "number or three numbers";
     constexpr const char* surface = "number, three numbers or a table";
+    constexpr const char* encodings = "\"srgb\" or \"data\"";
+    constexpr const char* encoded = "of a .png image: light as sRGB, or linear numbers";
     static constexpr Key keys[] = {
         {"", "title", "string", "-", "-", "\"\"",
          "kept with a picture; of a panel or a figure, drawn on it"},
@@ -55,6 +57,7 @@ Keys scene_keys() {
         {"background", "colour", colour, "radiance", "[0, 1e6]", "(or image)", "uniform"},
         {"background", "image", "string", "-", "a .png or .exr file", "(or colour)",
          "all around, by longitude and latitude"},
+        {"background", "encoding", "string", "-", encodings, "\"srgb\"", encoded},
 
         {"", "layer", "table", "-", "-", "(required in pictures)", "what scatters"},
         {"layer", "stack", "string", "-", "a stack file, without [below]", "(one layer)",
@@ -73,7 +76,8 @@ Keys scene_keys() {
         {"layer", "optical_depth", "number, three numbers or a table", "-", "[0, inf]",
          "(required without [rings])", "vertical; three are of red, green and blue"},
         {"layer.optical_depth", "image", "string", "-", "a .png or .exr file", "(or clouds)",
-         "whose brightness is multiplied by most"},
+         "whose brightness, the mean of red, green and blue, is multiplied by most"},
+        {"layer.optical_depth", "encoding", "string", "-", encodings, "\"data\"", encoded},
         {"layer.optical_depth", "clouds", "true or false", "-", "true", "(or image)",
          "broken clouds, by noise"},
         {"layer.optical_depth", "most", colour, "-", "[0, 1e4]", "(required)",
@@ -115,6 +119,7 @@ Keys scene_keys() {
          "a planet under the layer; lengths are its radii"},
         {"planet", "surface", surface, "-", "[0, 1]", "0.0", "albedo, by Lambert's law"},
         {"surface", "image", "string", "-", "a .png or .exr file", "(or pattern)", "of albedos"},
+        {"surface", "encoding", "string", "-", encodings, "\"srgb\"", encoded},
         {"surface", "pattern", "string", "-", "\"squares\", \"continents\" or \"bands\"",
          "(or image)", "between two colours"},
         {"surface", "colour", colour, "-", "[0, 1]", "[0.02, 0.05, 0.12]", "one of them"},

@@ -9,14 +9,21 @@
 
 namespace stratus::scene_file {
 
-std::shared_ptr<const Image> Source::image(const Section& section, const char* key) const {
+std::shared_ptr<const Image> Source::image(const Section& section) const {
+    constexpr const char* key = "image";
     const std::filesystem::path path = directory / section.text(key);
     const std::string ending = path.extension().string();
     require(ending == ".png" || ending == ".exr", caller, section.at(key), "a .png or .exr file",
             path.string());
+    const bool is_png = ending == ".png";
+    require(is_png || !section.has("encoding"), caller, section.at("encoding"),
+            "absent beside an .exr file, whose numbers are linear", "given");
+    const PngEncoding encoding = section.choice("encoding", {"srgb", "data"}) == "srgb"
+                                     ? PngEncoding::srgb
+                                     : PngEncoding::data;
     return section.placed(key, [&] {
-        return std::make_shared<const Image>(ending == ".png" ? read_png(path)
-                                                              : read_exr_image(path));
+        return std::make_shared<const Image>(is_png ? read_png(path, 0, encoding)
+                                                    : read_exr_image(path));
     });
 }
 
@@ -69,7 +76,7 @@ unsigned read_seed(const Section& section) { return static_cast<unsigned>(sectio
 Texture read_image(const Section& section, const Source& source) {
     Texture texture;
     texture.pattern = Texture::Pattern::image;
-    texture.image = source.image(section, "image");
+    texture.image = source.image(section);
     return texture;
 }
 

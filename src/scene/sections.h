@@ -21,7 +21,7 @@ struct Source {
     std::filesystem::path directory;
     std::vector<std::string>* notes;
 
-    std::shared_ptr<const Image> image(const Section& section, const char* key) const;
+    std::shared_ptr<const Image> image(const Section& section) const;
     PhaseFunction phase_function(const Section& section, const char* key) const;
     /// A list of `count`.
     std::vector<PhaseFunction> phase_functions(const Section& section, const char* key,

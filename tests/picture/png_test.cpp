@@ -43,6 +43,15 @@ TEST(Png, RoundTripsToEightBits) {
         }
 }
 
+TEST(Png, ReadsNumbersAsLightOrAsTheyAre) {
+    const test::TemporaryFolder folder;
+    Image image(1, 1);
+    for (float& channel : image.rgb) channel = static_cast<float>(srgb_decoded(128 / 255.0));
+    write_png(image, 1, {}, folder / "grey.png");
+    EXPECT_FLOAT_EQ(read_png(folder / "grey.png").rgb[0], image.rgb[0]);
+    EXPECT_FLOAT_EQ(read_png(folder / "grey.png", 0, PngEncoding::data).rgb[0], 128 / 255.0f);
+}
+
 TEST(Png, ShowsLabels) {
     const test::TemporaryFolder folder;
     const Image image(60, 30);

@@ -54,6 +54,7 @@ const test::KeyedFile planet({{"camera.position", "[4, 0, 0]"},
                               {"camera.orthographic_width", "2"},
                               {"sun.phase_angle_deg", "30"},
                               {"background.image", "'grey.png'"},
+                              {"background.encoding", "'data'"},
                               {"layer.phase_function",
                                "['mie:radius=0.2um,wavelength=0.6um', "
                                "'mie:radius=0.2um,wavelength=0.5um', 'mie:radius=0.2um,wavelength="
@@ -63,6 +64,7 @@ const test::KeyedFile planet({{"camera.position", "[4, 0, 0]"},
                               {"layer.density.radius", "3e-3"},
                               {"layer.extinction", "'phase_function'"},
                               {"layer.optical_depth.image", "'grey.png'"},
+                              {"layer.optical_depth.encoding", "'srgb'"},
                               {"layer.optical_depth.most", "4"},
                               {"layer.opposition.law", "'blinn'"},
                               {"layer.opposition.density", "0.1"},
@@ -72,8 +74,9 @@ const test::KeyedFile planet({{"camera.position", "[4, 0, 0]"},
                               {"planet.surface.scale", "4"},
                               {"planet.surface.seed", "2"}});
 
-const test::KeyedFile painted =
-    planet.with("planet.surface", "0.1").with("planet.surface.image", "'grey.png'");
+const test::KeyedFile painted = planet.with("planet.surface", "0.1")
+                                    .with("planet.surface.image", "'grey.png'")
+                                    .with("planet.surface.encoding", "'data'");
 
 const test::KeyedFile stacked({{"camera.position", "[4, 0, 0]"},
                                {"camera.orthographic_width", "2"},

@@ -376,6 +376,8 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     expect_place<std::runtime_error>("rings.surface.image = 'absent.png'", "rings.surface.image: ");
     expect_place("rings.surface.image = 'grey.jpg'",
                  "rings.surface.image must be a .png or .exr file, got " + at + "grey.jpg");
+    expect_place("rings.surface = { image = 'grey.exr', encoding = 'srgb' }",
+                 "rings.surface.encoding must be absent beside an .exr file");
     expect_place("layer.components = ['isotropic', 'round']", "layer.components: ");
     expect_place("layer.components = ['isotropic']", "layer.components must be a list of two");
     expect_place("layer.optical_depth = 1.0", "layer.optical_depth must be absent where there are");

@@ -30,10 +30,14 @@ double srgb_decoded(double encoded) noexcept;
 void write_png(const Image& image, double white, const std::vector<Label>& labels,
                const std::filesystem::path& path);
 
-/// Linear light, 1 where the file is white. Takes at most `max_memory` bytes; 0: half of the
-/// machine's.
+/// What a file's numbers are: light as sRGB, or linear in what they stand for.
+enum class PngEncoding { srgb, data };
+
+/// Linear light, 1 where the file is white, black where it is transparent; 8 bits a channel. Takes at
+/// most `max_memory` bytes; 0: half of the machine's.
 ///
 /// Errors   std::runtime_error naming the path and the reason.
-Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory = 0);
+Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory = 0,
+               PngEncoding encoding = PngEncoding::srgb);
 
 }  // namespace stratus

@@ -98,9 +98,7 @@ Rgb Texture::at(const SurfacePoint& point) const noexcept {
         case Pattern::continents: {
             // A coast is as wide as the finest detail.
             const double height = noise(scale * point.position, seed) - noise_level(0.6);
-            const Rgb ground = mixed(other, {0.75f * other.r, 1.1f * other.g, 0.8f * other.b},
-                                     std::clamp(3 * height, 0.0, 1.0));
-            return mixed(colour, ground, std::clamp(40 * height, 0.0, 1.0));
+            return mixed(colour, other, std::clamp(40 * height, 0.0, 1.0));
         }
         case Pattern::bands: {
             const double waves = std::sin(2 * pi * scale * point.v) +

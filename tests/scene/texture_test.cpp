@@ -161,6 +161,21 @@ TEST(Texture, ShowsImagesOnAPlaneUprightFromAbove) {
     EXPECT_EQ(at(-3, 7), 1) << "repeated";
 }
 
+TEST(Texture, ContinentsHaveTheirTwoColours) {
+    Texture texture;
+    texture.pattern = Texture::Pattern::continents;
+    texture.colour = {0.1f, 0.1f, 0.1f};
+    texture.other = {1, 1, 1};
+    int land = 0;
+    for (const Vector3& point : sphere(2000)) {
+        const Rgb met = texture.at(sphere_point(point));
+        ASSERT_EQ(met.g, met.r) << "grey as both";
+        ASSERT_LE(met.g, 1);
+        land += met.g == 1;
+    }
+    EXPECT_GT(land, 400);
+}
+
 TEST(Texture, SquaresHaveOneColourEach) {
     Texture texture;
     texture.pattern = Texture::Pattern::squares;

@@ -42,7 +42,8 @@ DepthMap read_depth(const Section& section_of_layer, const Source& source, Scene
         map.image = source.image(section);
         return map;
     }
-    require(section.flag("clouds"), caller, section.at("clouds"), "true or absent", "false");
+    require(section.flag("clouds"), caller, section.at("clouds"),
+            "true; a layer without clouds has a number as its optical_depth", "false");
     map.pattern = DepthMap::Pattern::clouds;
     map.scale = section.number("scale");
     map.coverage = section.number("coverage");
@@ -162,8 +163,10 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
     }
     SceneLayer layer;
     if (of_rings) {
-        for (const char* key : {"phase_function", "extinction", "optical_depth"})
-            require_absent(section, key, "where there are [rings], whose profile has it");
+        require_absent(section, "phase_function",
+                       "where there are [rings]: components has those of the profile's w1 and w2");
+        for (const char* key : {"extinction", "optical_depth"})
+            require_absent(section, key, "where there are [rings], whose profile has the depth");
         layer.components = source.phase_functions(section, "components", 2);
     } else {
         require_absent(section, "components", "where there are no [rings]");

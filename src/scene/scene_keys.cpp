@@ -78,7 +78,7 @@ Keys scene_keys() {
         {"layer.optical_depth", "image", "string", "-", "a .png or .exr file", "(or clouds)",
          "whose brightness, the mean of red, green and blue, is multiplied by most"},
         {"layer.optical_depth", "encoding", "string", "-", encodings, "\"data\"", encoded},
-        {"layer.optical_depth", "clouds", "true or false", "-", "true", "(or image)",
+        {"layer.optical_depth", "clouds", "true", "-", "-", "(or image)",
          "broken clouds, by noise"},
         {"layer.optical_depth", "most", colour, "-", "[0, 1e4]", "(required)",
          "largest optical depth"},

@@ -47,7 +47,7 @@ void require_exactly_one(const Section& section, const char* one, const char* ot
 }
 
 void require_absent(const Section& section, const char* key, const char* where) {
-    require(!section.has(key), caller, section.at(key), std::string("absent ") + where, "given");
+    require(!section.has(key), caller, section.at(key), std::string("absent ") + where, "one");
 }
 
 Vector3 read_vector(const Section& section, const char* key) {

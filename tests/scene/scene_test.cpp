@@ -167,6 +167,8 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"optical_depth", "optical_depth = -1.0", "layer.optical_depth", "[0, inf]", "got -1"},
         {"optical_depth", "optical_depth = { clouds = true, most = 1e5 }", "most", "[0, 1e4]"},
         {"optical_depth", "optical_depth = { most = 1.0 }", "layer.optical_depth", "neither"},
+        {"optical_depth", "optical_depth = { clouds = false, most = 1.0 }", "clouds must be true;",
+         "a number as its optical_depth", "got false"},
         {"density", "density = 1.0", "layer.density", "[0, 1)"},
         {"opposition", "opposition = { law = 'moon' }", "opposition.law", "hapke", "got moon"},
         {"opposition", "opposition = { law = 'blinn', density = 0.0 }", "(0, 1)", "got 0"},
@@ -381,6 +383,10 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     expect_place("layer.components = ['isotropic', 'round']", "layer.components: ");
     expect_place("layer.components = ['isotropic']", "layer.components must be a list of two");
     expect_place("layer.optical_depth = 1.0", "layer.optical_depth must be absent where there are");
+    expect_place(
+        "layer.phase_function = 'isotropic'",
+        "layer.phase_function must be absent where there are [rings]: components has those "
+        "of the profile's w1 and w2, got one");
     expect_place("effects = ['-shadow']", "effects: unknown effect 'shadow'");
     expect_place("background.colour = [1.0, 2.0]", "background.colour must be a number or three");
 }

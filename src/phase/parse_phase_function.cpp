@@ -3,6 +3,7 @@
 #include <stratus/phase/phase_function.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -48,6 +49,16 @@ const ReadableKind* kind_named(const std::string& wanted) {
     return nullptr;
 }
 
+/// The known name that was meant: by its initials, as in "HG", or the nearest.
+std::string meant_name(std::string met, const std::vector<std::string>& known) {
+    for (char& letter : met) letter = static_cast<char>(std::tolower(letter));
+    for (const std::string& name : known) {
+        const std::size_t gap = name.find('_');
+        if (gap != name.npos && met == std::string{name[0], name[gap + 1]}) return name;
+    }
+    return nearest_name(met, known);
+}
+
 const ReadableKind& read_kind(PhaseText& text) {
     const std::string met = text.name();
     if (met.empty()) text.refuse("a phase function must stand here, got '" + text.rest() + "'");
@@ -56,7 +67,7 @@ const ReadableKind& read_kind(PhaseText& text) {
     std::vector<std::string> known;
     for (const ReadableKind& kind : kinds()) known.emplace_back(kind.name);
     text.refuse("phase function must be one of " + joined(known) + ", got '" + met +
-                "'; did you mean '" + nearest_name(met, known) + "'?");
+                "'; did you mean '" + meant_name(met, known) + "'?");
 }
 
 /// Refuses a number without the name of its parameter, as in `henyey_greenstein:0.5`.

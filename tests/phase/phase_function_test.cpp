@@ -449,6 +449,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"Nothing", "", {"phase function must stand here"}},
         Refusal{
             "UnknownName", "raleigh", {"'raleigh'", "did you mean 'rayleigh'", "lambert_sphere"}},
+        Refusal{"Initials", "HG:g=0.7", {"'HG'", "did you mean 'henyey_greenstein'"}},
         Refusal{"UnknownKey", "henyey_greenstein:h=0.5", {"henyey_greenstein", "'h'", "'g'"}},
         Refusal{"NearestKey", "tabulated:fiel=x.csv", {"'fiel'", "did you mean 'file'"}},
         Refusal{"NoKey", "henyey_greenstein", {"henyey_greenstein needs g="}},
@@ -522,7 +523,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"WavelengthOfIce",
                 "mie:radius=1um,material=ice,wavelength=240nm",
                 {"wavelength", "[0.25, 4]", "got 0.24"}},
-        Refusal{"NegativeIndex", "mie:radius=1um,index=-1.33", {"index", "[0.01, 10]", "got -1.33"}},
+        Refusal{
+            "NegativeIndex", "mie:radius=1um,index=-1.33", {"index", "[0.01, 10]", "got -1.33"}},
         Refusal{"TinyIndex", "mie:radius=1um,index=1e-300", {"index", "[0.01, 10]", "got 1e-300"}},
         Refusal{"GainInIndex",
                 "mie:radius=1um,index=1.33-1e-6i",

@@ -4,6 +4,8 @@
 // std::invalid_argument (a value, a row of a query, a file name's ending). 1: all other failures (a
 // file, a library, a failed check). 128 + signal: a bake was interrupted and can be resumed. Errors
 // are one line on stderr.
+#include <stratus/base/argument.h>
+
 #include "commands.h"
 #include "say.h"
 #include "stop_on_signal.h"
@@ -20,6 +22,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -43,6 +46,18 @@ void flush_standard_output() {
     if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
     throw std::runtime_error(std::string("standard output: ") +
                              (errno != 0 ? std::strerror(errno) : "write error"));
+}
+
+/// Refuses a word that stands for no command, with the nearest that does.
+void refuse_unknown_command(const CLI::App& app) {
+    const std::vector<std::string> unread = app.remaining();
+    if (!app.get_subcommands().empty() || unread.empty() || unread[0].starts_with('-')) return;
+    std::vector<std::string> known;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+        known.push_back(command->get_name());
+    throw std::invalid_argument("COMMAND must be one of " + stratus::joined(known) + ", got '" +
+                                unread[0] + "'; did you mean '" +
+                                stratus::nearest_name(unread[0], known) + "'?");
 }
 
 int run(int argc, char** argv) {
@@ -71,6 +86,9 @@ int run(int argc, char** argv) {
 
     try {
         app.parse(argc, argv);
+    } catch (const CLI::ExtrasError&) {
+        refuse_unknown_command(app);
+        throw;
     } catch (const CLI::Success& help_or_version) {
         app.exit(help_or_version);
         flush_standard_output();

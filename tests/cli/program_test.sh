@@ -17,7 +17,8 @@ for command in solve bake eval info verify convert export cost render; do
 done
 
 expect_refused 2 COMMAND --
-expect_refused 2 nonsense -- nonsense
+expect_refused 2 COMMAND "got 'nonsense'" -- nonsense
+expect_refused 2 "got 'rendr'; did you mean 'render'?" -- rendr scene.toml
 expect_refused 2 --nonsense -- --nonsense
 expect_refused 2 TABLE -- eval
 expect_refused 2 TABLE -- info

@@ -106,6 +106,28 @@ void refuse_depth(std::string_view text, const TomlFile& file) {
     }
 }
 
+/// Refuses a file of another kind than `file`'s caller reads, known by keys that its own lacks.
+void refuse_other_kind(const toml::table& root, const TomlFile& file) {
+    struct Kind {
+        std::string_view name;
+        std::vector<std::string_view> keys;
+        const char* commands;
+    };
+    static const Kind kinds[] = {
+        {"scene",
+         {"camera", "sun", "planet", "rings", "slab", "lobes", "lambert"},
+         "`stratus render`"},
+        {"stack", {"layers"}, "`stratus bake`, `export` and `solve --layers`"},
+        {"recipe", {"phase_function", "family"}, "`stratus bake`"}};
+    const auto met = std::ranges::find_if(kinds, [&](const Kind& kind) {
+        return std::ranges::any_of(kind.keys, [&](auto key) { return root.contains(key); });
+    });
+    const std::string wanted = file.caller;
+    if (met == std::end(kinds) || (met->name == "stack" && wanted == "recipe")) return;
+    require(met->name == wanted, file.caller, file.name.empty() ? "the text" : file.name,
+            "a " + wanted, "a " + std::string(met->name) + ", which is for " + met->commands);
+}
+
 }  // namespace
 
 std::string text_of(const toml::node& node) {
@@ -279,7 +301,9 @@ PhaseFunction Section::phase_function(const char* key, const std::string& direct
 toml::table parse_toml(const std::string& text, const TomlFile& file) {
     refuse_depth(text, file);
     try {
-        return toml::parse(text);
+        toml::table root = toml::parse(text);
+        refuse_other_kind(root, file);
+        return root;
     } catch (const toml::parse_error& error) {
         std::ostringstream line;
         line << file.caller << ": " << (file.name.empty() ? "" : file.name + ", ") << "line "

@@ -113,7 +113,8 @@ struct PhaseSource {
 /// each, and its stack ends.
 constexpr int max_key_parts = 32, max_nesting = 32;
 
-/// The file's root table. Errors: std::invalid_argument naming the line.
+/// The file's root table. Errors: std::invalid_argument naming the line, or what the file is in place
+/// of the caller's kind.
 toml::table parse_toml(const std::string& text, const TomlFile& file);
 
 /// The table [below]: lambert_albedo, or phase_function and albedo.

@@ -73,6 +73,13 @@ TEST(StackFile, RefusesNoLayers) {
     expect_stack_refusal("[layers]\nalbedo = 1", {"stack: line 1: layers", "[[layers]]"});
 }
 
+TEST(StackFile, RefusesRecipesAndScenesByName) {
+    expect_stack_refusal("phase_function = 'isotropic'\nalbedo = { min = 0.1, max = 1 }",
+                         {"must be a stack, got a recipe, which is for `stratus bake`"});
+    expect_stack_refusal("[camera]\n[layer]",
+                         {"must be a stack, got a scene, which is for `stratus render`"});
+}
+
 TEST(StackFile, RefusesUnknownKeysWithTheNearestKnown) {
     expect_stack_refusal("layer = 3", {"line 1: unknown key 'layer'", "'layers'"});
     expect_stack_refusal(air + "opticaldepth = 1",

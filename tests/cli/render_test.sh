@@ -160,6 +160,9 @@ sed 's/= 1.0$/= 4.0/' slab.toml >other.toml
 expect_refused 2 table.optical_depth.max "at least the scene's, 4" "got 2" -- render other.toml -o a.png --table rayleigh.h5
 sed 's/^white/whit/; s/^width/widht/' slab.toml >other.toml
 expect_refused 2 "unknown key 'picture.widht'" "line 4" "'picture.width'" -- render other.toml -o a.png
+expect_refused 2 "rayleigh.toml must be a scene, got a recipe, which is for \`stratus bake\`" -- render rayleigh.toml -o a.png
+expect_refused 2 "must be a scene, got a recipe" -- plan rayleigh.toml
+expect_refused 2 "slab.toml must be a recipe, got a scene, which is for \`stratus render\`" -- bake slab.toml -o a.stratus
 head -c 3000 /bin/sh >other.toml
 expect_refused 2 scene "line 1" -- render other.toml -o a.png
 through "$size_limited" expect_refused 1 wide.exr -- render slab.toml -o wide.exr --quiet --width 200

@@ -166,10 +166,13 @@ void print_plan(const PlanReport& report) {
         "\ntolerance %.2g, of which what is left out may change half; planning took "
         "%.3f s.\n",
         report.plan.tolerance, report.plan_seconds);
-    for (const LeftOut& effect : report.plan.left_out)
-        std::cout << "without " << effect.name
-                  << text(": it changes no light by more than %.2g (found: %.2g, %s)\n",
-                          effect.change.bound, effect.change.found, effect.change.where.c_str());
+    for (const auto& [name, change] : report.plan.left_out)
+        std::cout << "without " << name << ": it changes no light"
+                  << (change.bound > 0 ? text(" by more than %.2g", change.bound) : "")
+                  << (change.found > 0
+                          ? text(" (found: %.2g, %s)", change.found, change.where.c_str())
+                          : "")
+                  << "\n";
     if (report.plan.left_out.empty()) std::cout << "nothing is left out.\n";
 }
 
@@ -203,8 +206,8 @@ std::vector<Recipe> planned_recipes(const SceneFile& file, const std::vector<Pla
             const std::optional<Recipe> wider = both ? common_recipe(*both, *own) : own;
             if (!wider)
                 throw std::invalid_argument(
-                    "plan: SCENE must have panels that can share a recipe; '" + scene.title +
-                    "' needs its own");
+                    "plan: SCENE must have panels that can share a recipe" +
+                    (scene.title.empty() ? "" : "; '" + scene.title + "' needs its own"));
             both = wider;
         }
         if (both) all.push_back(*both);
@@ -252,7 +255,7 @@ void run_plan(const PlanCommand& command) {
     const std::vector<PlanReport>& reports = report.scenes;
     for (std::size_t k = 0; k < reports.size(); ++k) {
         if (file.panels.size() > 1)
-            std::cout << (k > 0 ? "\n" : "") << "== " << file.panels[k].title << "\n";
+            std::cout << (k > 0 ? "\n" : "") << "== " << panel_name(file, k) << "\n";
         print_contents(file.panels[k]);
         print_plan(reports[k]);
     }

@@ -119,11 +119,11 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
 
 /// Switches off in every panel what its plan leaves out.
 void follow_plans(SceneFile& file, Progress& progress) {
-    for (Scene& panel : file.panels) {
-        const Plan plan = plan_scene(panel);
-        panel.effects = plan.effects;
+    for (std::size_t k = 0; k < file.panels.size(); ++k) {
+        const Plan plan = plan_scene(file.panels[k]);
+        file.panels[k].effects = plan.effects;
         for (const LeftOut& effect : plan.left_out)
-            progress.note("plan: " + panel.title + ": without " + effect.name +
+            progress.note("plan: " + panel_name(file, k) + ": without " + effect.name +
                           ", which changes no more than " + short_number(effect.change.bound) +
                           " of any light");
     }

@@ -1,5 +1,7 @@
 #include "scene_options.h"
 
+#include <stratus/base/argument.h>
+
 #include "allowed.h"
 
 #include <algorithm>
@@ -53,6 +55,12 @@ void set_width(int width, Scene& scene) {
     scene.height = std::max(
         1, static_cast<int>(std::lround(static_cast<double>(scene.height) * width / scene.width)));
     scene.width = width;
+}
+
+std::string panel_name(const SceneFile& file, std::size_t panel) {
+    const std::string& title = file.panels[panel].title;
+    if (!title.empty()) return shown(title);
+    return file.panels.size() == 1 ? "the picture" : "panel " + std::to_string(panel + 1);
 }
 
 std::optional<TableCache> open_cache(const CacheOptions& options) {

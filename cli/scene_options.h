@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -30,6 +31,9 @@ void drop_effects(const std::string& names, Scene& scene);
 
 /// Makes a picture so wide, in the same shape; 0: as it is.
 void set_width(int width, Scene& scene);
+
+/// As messages name it: by its title, or by its number.
+std::string panel_name(const SceneFile& file, std::size_t panel);
 
 /// None where it is switched off or no folder is known.
 std::optional<TableCache> open_cache(const CacheOptions& options);

@@ -54,6 +54,14 @@ effects=$(grep -ao 'all,-[a-z_,-]*lineOrder' dark.exr)
 expect_ok render dark.toml -o asked.exr --effects "${effects%lineOrder}" --quiet
 expect_same asked.exr dark.exr
 
+# without a title
+sed '/^title/d; s/rayleigh/isotropic/' slab.toml >untitled.toml
+expect_ok render untitled.toml -o untitled.exr
+expect_says "$err" "plan: the picture: without azimuth"
+expect_ok plan untitled.toml --quiet
+expect_says "$out" "without azimuth: it changes no light"
+grep -q "found: 0" "$out" && fail "nothing was found"
+
 # what a scene names is kept, unless it is dropped
 sed 's/^tolerance/effects = ["all", "multiple"]\n&/' dark.toml >named.toml
 expect_ok render named.toml -o named.exr

@@ -85,8 +85,8 @@ std::vector<Label> labels_of(const SceneFile& file) {
         const Scene& panel = file.panels[k];
         const int column = static_cast<int>(k) % file.columns,
                   row = static_cast<int>(k) / file.columns;
-        labels.push_back(
-            {column * panel.width + 10.0, (row + 1) * panel.height - 12.0, panel.title});
+        labels.push_back({column * panel.width + 10.0, (row + 1) * panel.height - 12.0,
+                          panel.width - 20.0, panel.title});
     }
     return labels;
 }

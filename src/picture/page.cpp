@@ -62,14 +62,20 @@ double Page::text_width(const std::string& text, double size) const {
     return extents.x_advance;
 }
 
-void Page::text(Point at, std::string text, double size, const Colour& colour, Align align,
-                double max_width) const {
+void Page::fit(std::string& text, double& size, double max_width) const {
+    std::ranges::replace_if(
+        text, [](char c) { return c >= 0 && c < ' '; }, ' ');
     while (size > 12 && text_width(text, size) > max_width) size -= 0.5;
     if (text_width(text, size) > max_width) {
         do remove_last_character(text);
         while (!text.empty() && text_width(text + "...", size) > max_width);
         text += "...";
     }
+}
+
+void Page::text(Point at, std::string text, double size, const Colour& colour, Align align,
+                double max_width) const {
+    fit(text, size, max_width);
     cairo_set_source_rgb(cairo_, colour.red, colour.green, colour.blue);
     cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
     cairo_show_text(cairo_, text.c_str());
@@ -84,8 +90,9 @@ void Page::vertical_text(Point at, const std::string& text, double size,
     cairo_restore(cairo_);
 }
 
-void Page::haloed_text(Point at, const std::string& text, double size, const Colour& colour,
-                       const Pen& halo, Align align) const {
+void Page::haloed_text(Point at, std::string text, double size, const Colour& colour,
+                       const Pen& halo, Align align, double max_width) const {
+    fit(text, size, max_width);
     cairo_new_path(cairo_);
     cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
     cairo_text_path(cairo_, text.c_str());

@@ -50,15 +50,15 @@ class Page {
 
     double text_width(const std::string& text, double size) const;
 
-    /// Text on a base line. Wider than `max_width`, it is set smaller, down to 12 units, and then
-    /// truncated.
+    /// Text on a base line, blanks in place of line breaks. Wider than `max_width`, it is set smaller,
+    /// down to 12 units, and then truncated.
     void text(Point at, std::string text, double size, const Colour& colour,
               Align align = Align::left, double max_width = infinity) const;
     /// Upwards, centred at a point of its base line.
     void vertical_text(Point at, const std::string& text, double size, const Colour& colour) const;
     /// With a rim, which keeps it legible on lines and images.
-    void haloed_text(Point at, const std::string& text, double size, const Colour& colour,
-                     const Pen& halo, Align align = Align::left) const;
+    void haloed_text(Point at, std::string text, double size, const Colour& colour, const Pen& halo,
+                     Align align = Align::left, double max_width = infinity) const;
 
     void line(Point from, Point to, const Pen& pen) const;
     void curve(const std::vector<Point>& points, const Pen& pen) const;
@@ -80,6 +80,7 @@ class Page {
     void translated(Point origin, const std::function<void()>& draw) const;
 
   private:
+    void fit(std::string& text, double& size, double max_width) const;
     void trace(const std::vector<Point>& points) const;
     void stroke(const Pen& pen) const;
 

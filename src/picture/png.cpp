@@ -62,7 +62,7 @@ void write_png(const Image& image, double white, const std::vector<Label>& label
         page.image({0, 0}, image, white);
         for (const Label& label : labels)
             page.haloed_text({label.x, label.y}, label.text, 15, {0.85, 0.85, 0.85},
-                             {3, black, 0.6});
+                             {3, black, 0.6}, Align::left, label.max_width);
     });
 }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -55,10 +56,23 @@ TEST(Png, ReadsNumbersAsLightOrAsTheyAre) {
 TEST(Png, ShowsLabels) {
     const test::TemporaryFolder folder;
     const Image image(60, 30);
-    write_png(image, 1, {{5, 20, "words"}}, folder / "a.png");
+    write_png(image, 1, {{5, 20, 50, "words"}}, folder / "a.png");
     double sum = 0;
     for (const float value : read_png(folder / "a.png").rgb) sum += double{value};
     EXPECT_GT(sum, 10);
+}
+
+TEST(Png, TruncatesLabelsAndShowsThemInOneLine) {
+    const test::TemporaryFolder folder;
+    const auto shown = [&](const std::string& text) {
+        write_png(Image(120, 30), 1, {{5, 20, 50, text}}, folder / "a.png");
+        return read_png(folder / "a.png").rgb;
+    };
+    const std::vector<float> wide = shown("words that are wider than 50 pixels");
+    for (int y = 0; y < 30; ++y)
+        for (int x = 58; x < 120; ++x)  // 3 of the rim
+            ASSERT_EQ(wide[static_cast<std::size_t>(3 * (120 * y + x))], 0) << x;
+    EXPECT_EQ(shown("a\nb"), shown("a b"));
 }
 
 TEST(Png, NamesAFileThatIsNotOne) {

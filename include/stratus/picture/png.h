@@ -13,9 +13,9 @@
 
 namespace stratus {
 
-/// Text in a picture; x and y in pixels, the start of the base line.
+/// Text in a picture; in pixels; x and y of the start of the base line. Wider text is truncated.
 struct Label {
-    double x, y;
+    double x, y, max_width;
     std::string text;
 };
 

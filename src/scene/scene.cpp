@@ -77,8 +77,8 @@ Scene read_panel(const Section& root, const Source& source) {
     read_sun(root, scene);
     if (root.has("background")) scene.background = read_background(root, source);
     scene.layer = read_layer(root, source, subject == "rings");
-    if (subject == "rings") scene.subject = read_rings(root, source);
-    if (subject == "planet") scene.subject = read_planet(root, source);
+    if (subject == "rings") scene.subject = read_rings(root, source, scene.camera);
+    if (subject == "planet") scene.subject = read_planet(root, source, scene.camera);
     if (subject == "slab") scene.subject = read_slab(root, source, scene.camera);
     if (!scene.layer.stack.empty()) check_stack(root, scene);
     if (scene.sun_diameter > 0) scene.named.push_back(&SceneEffects::sun_size);

@@ -55,8 +55,8 @@ Texture read_background(const Section& root, const Source& source);
 SceneLayer read_layer(const Section& root, const Source& source, bool of_rings);
 /// `parent`'s surface, of a planet or of the ground, as a Lambert albedo; black without the key.
 Texture read_surface(const Section& parent, const Source& source);
-Rings read_rings(const Section& root, const Source& source);
-Planet read_planet(const Section& root, const Source& source);
+Rings read_rings(const Section& root, const Source& source, const Camera& camera);
+Planet read_planet(const Section& root, const Source& source, const Camera& camera);
 Slab read_slab(const Section& root, const Source& source, const Camera& camera);
 LobeFigure read_lobes(const Section& root, const Source& source);
 LambertFigure read_lambert(const Section& root, const Source& source);

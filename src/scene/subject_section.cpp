@@ -1,5 +1,6 @@
 // [rings], [planet] and [slab].
 #include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>
 
 #include "sections.h"
@@ -64,9 +65,17 @@ RingProfile trimmed(const RingProfile& whole, double inner, double outer) {
     return part;
 }
 
+/// Refuses a camera in the globe, from which rays meet nothing.
+void require_outside(const Section& root, Vector3 camera, double flattening) {
+    camera.z /= 1 - flattening;
+    require(length(camera) > 1, caller, root.section("camera").at("position"),
+            "outside the planet, whose equatorial radius is 1",
+            short_number(length(camera)) + " of its radius from the middle");
+}
+
 }  // namespace
 
-Rings read_rings(const Section& root, const Source& source) {
+Rings read_rings(const Section& root, const Source& source, const Camera& camera) {
     const Section section = root.section("rings");
     Rings rings;
     const double unit = section.number("planet_radius");
@@ -81,10 +90,12 @@ Rings read_rings(const Section& root, const Source& source) {
     rings.profile = trimmed(whole, inner, outer);
     rings.surface = read_surface(section, source);
     rings.flattening = section.number("flattening");
+    require_outside(root, camera.position, rings.flattening);
     return rings;
 }
 
-Planet read_planet(const Section& root, const Source& source) {
+Planet read_planet(const Section& root, const Source& source, const Camera& camera) {
+    require_outside(root, camera.position, 0);
     return {read_surface(root.section("planet"), source)};
 }
 

@@ -412,6 +412,18 @@ TEST(SceneCamera, IsPlacedByAnglesAndPlacesTheSunByPhaseAngle) {
     EXPECT_GT(scene.camera.up().z, 0);
 }
 
+TEST(SceneCamera, IsOutsideThePlanet) {
+    const auto refuse = [](const std::string& position, const std::vector<const char*>& fragments) {
+        expect_scene_refusal(
+            "[camera]\n" + position +
+                "\nfield_of_view_deg = 30.0\n[sun]\nphase_angle_deg = 40.0\n[layer]\n"
+                "phase_function = 'isotropic'\nalbedo = 0.5\noptical_depth = 1.0\n[planet]\n",
+            fragments);
+    };
+    refuse("distance = 0.5", {"line 1: camera.position must be outside the planet", "got 0.5 of"});
+    refuse("position = [0, 0, 1]", {"line 2: camera.position must be outside", "got 1 of"});
+}
+
 TEST(SceneCamera, SpansItsFieldOfView) {
     Camera camera;
     camera.position = {0, 0, 4};

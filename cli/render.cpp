@@ -129,6 +129,29 @@ void follow_plans(SceneFile& file, Progress& progress) {
     }
 }
 
+/// Tells of a picture without light, and of a PNG that cannot show most of it.
+void note_exposure(const RenderCommand& command, const Image& image, double white,
+                   Progress& progress) {
+    std::size_t lit = 0, clipped = 0;
+    double brightest = 0;
+    for (auto pixel = image.rgb.begin(); pixel != image.rgb.end(); pixel += 3) {
+        const double light = double{*std::max_element(pixel, pixel + 3)};
+        brightest = std::max(brightest, light);
+        lit += light > 0;
+        clipped += light > white;
+    }
+    if (lit == 0) progress.note("note: all of the picture is black");
+    const bool has_png = std::ranges::any_of(command.outputs, [](const std::string& output) {
+        return std::filesystem::path(output).extension() == ".png";
+    });
+    if (has_png && 2 * clipped > lit)
+        progress.note(
+            "note: " +
+            short_number(100 * static_cast<double>(clipped) / static_cast<double>(lit), 3) +
+            " % of all lit pixels are brighter than picture.white, " + short_number(white, 3) +
+            ", and clipped; the brightest has " + short_number(brightest, 3));
+}
+
 void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progress) {
     for (Scene& scene : file.panels) {
         if (!command.effects.empty()) scene.effects = parse_scene_effects(split(command.effects));
@@ -153,6 +176,7 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
     }
     const Image image = side_by_side(pictures, file.columns);
     for (const std::string& output : command.outputs) write_picture(file, image, output);
+    note_exposure(command, image, file.panels[0].white, progress);
     char line[160];
     std::snprintf(line, sizeof line, "%d x %d pixels; tables %.2f s, all %.2f s", image.width,
                   image.height, baked, seconds_since(started));

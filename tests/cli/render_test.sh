@@ -134,6 +134,16 @@ expect_says "$err" "24 x 12 pixels"
 expect_ok render panels.toml -o panels.png
 expect_says "$err" "24 x 12 pixels"
 
+# what a PNG cannot show is told
+expect_ok render panels.toml -o panels.png
+grep -q clipped "$err" && fail "nothing is clipped"
+sed 's/^elevation_deg = 40.0/&\ncolour = 255/' slab.toml >bright.toml
+expect_ok render bright.toml -o bright.png
+expect_says "$err" "lit pixels are brighter than picture.white, 1, and clipped; the brightest has"
+sed '/background/,+1d; s/= 40.0/= -40.0/; s/^optical_depth.*/optical_depth = inf/' slab.toml >night.toml
+expect_ok render night.toml -o night.exr
+expect_says "$err" "all of the picture is black"
+
 expect_ok render lambert.toml -o lambert.svg
 expect_says "$out" "largest deviation from Lambert's law" "mu_in = 1"
 expect_says lambert.svg "<svg"

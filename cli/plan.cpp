@@ -158,9 +158,11 @@ void print_plan(const PlanReport& report) {
                   << (share.where.empty() ? "" : "; " + share.where) << '\n';
     }
     std::cout << "all effects                      " << total_text(costs.all)
-              << "\nthe plan                         " << total_text(costs.planned) << "\n";
+              << "\nthe plan                         " << total_text(costs.planned)
+              << "\nmeans, and maxima without <=, are those of a sparse picture of " << report.width
+              << " x " << report.height << " pixels, one ray each\n";
     if (!without_effect.empty())
-        std::cout << "No visible effect: " << joined(without_effect) << ".\n";
+        std::cout << "no visible effect there: " << joined(without_effect) << ".\n";
     print_orders(report);
     std::cout << text(
         "\ntolerance %.2g, of which what is left out may change half; planning took "

@@ -376,7 +376,8 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
             }
         report.shares = shares_of(scene, coarse[s], report.plan, bounds);
         const Scene few = sparse(scene, max_pixels);
-        report.pixels = few.width * few.height;
+        report.width = few.width;
+        report.height = few.height;
         if (bounds.multiple.place) {
             report.orders.emplace();
             report.orders->share = order_shares(*bounds.multiple.place, listed_orders);

@@ -85,7 +85,7 @@ struct PlanReport {
     double plan_seconds = 0;
     std::vector<EffectShare> shares;  // of the effects that are on in the scene
     std::optional<OrderReport> orders;
-    int pixels = 0;  // of the sparse picture
+    int width = 0, height = 0;  // of the sparse picture, a ray each
     PlanCosts costs;
 };
 

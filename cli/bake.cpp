@@ -298,7 +298,7 @@ void run_bake(const BakeCommand& command) {
 void add_bake(CLI::App& app) {
     auto command = std::make_shared<BakeCommand>();
     CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
-    bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
+    bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required()->check(file_name());
     const CLI::Option* const output = bake->add_option(
         "-o,--output", command->output,
         "Table to write: .stratus, packed, which lookups and renderers read, or .h5 with all "

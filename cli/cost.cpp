@@ -248,7 +248,7 @@ void add_cost(CLI::App& app) {
     auto command = std::make_shared<CostCommand>();
     CLI::App* cost =
         app.add_subcommand("cost", "Measure what accuracy costs a recipe in time and bytes");
-    cost->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
+    cost->add_option("RECIPE", command->recipe, "Recipe, .toml")->required()->check(file_name());
     cost->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
         ->check(file_name());
     cost->add_option("--svg", command->svg, "Figure of all points and both frontiers to draw, .svg")

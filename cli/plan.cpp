@@ -288,7 +288,7 @@ void run_plan(const PlanCommand& command) {
 void add_plan(CLI::App& app) {
     auto command = std::make_shared<PlanCommand>();
     CLI::App* plan = app.add_subcommand("plan", "Which effects a scene needs, and what they cost");
-    plan->add_option("SCENE", command->scene, "Scene, .toml")->required();
+    plan->add_option("SCENE", command->scene, "Scene, .toml")->required()->check(file_name());
     plan->add_option("--tolerance", command->tolerance,
                      "Relative change of a pixel that is tolerated, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));

@@ -237,7 +237,7 @@ void add_render(CLI::App& app) {
     auto command = std::make_shared<RenderCommand>();
     CLI::App* render =
         app.add_subcommand("render", "Render a scene: rings, a planet, clouds, or a figure");
-    render->add_option("SCENE", command->scene, "Scene, .toml")->required();
+    render->add_option("SCENE", command->scene, "Scene, .toml")->required()->check(file_name());
     render
         ->add_option("-o,--output", command->outputs,
                      "Picture to write, .png or .exr; may be repeated; for figures, .svg")

@@ -299,6 +299,8 @@ PhaseFunction Section::phase_function(const char* key, const std::string& direct
 }
 
 toml::table parse_toml(const std::string& text, const TomlFile& file) {
+    const std::string name = file.name.empty() ? "the text" : file.name;
+    require(text.find('\0') == text.npos, file.caller, name, "TOML text", "a binary file");
     refuse_depth(text, file);
     try {
         toml::table root = toml::parse(text);

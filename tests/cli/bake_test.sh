@@ -331,7 +331,7 @@ refuse_recipe 's/"classic"/"modern"/' discretisation.scheme harmonic classic "go
 refuse_recipe 's/g=0.3/g=1/' "g must be in (-1, 1)" "got 1"
 refuse_recipe 's/henyey_greenstein:g=0.3/henyey/' phase_function "got 'henyey'"
 head -c 3000 /bin/sh >recipes/bad.toml
-expect_refused 2 recipe "line 1" -- bake recipes/bad.toml -o older.h5
+expect_refused 2 "bad.toml must be TOML text, got a binary file" -- bake recipes/bad.toml -o older.h5
 sed 's/henyey_greenstein:g=0.3/tabulated:file=absent.csv/' recipes/chosen.toml >recipes/bad.toml
 expect_refused 1 recipes/absent.csv -- bake recipes/bad.toml -o older.h5
 sed 's/henyey_greenstein:g=0.3/tabulated:file=bad.csv/' recipes/chosen.toml >recipes/bad.toml

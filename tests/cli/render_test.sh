@@ -182,7 +182,9 @@ expect_refused 2 "rayleigh.toml must be a scene, got a recipe, which is for \`st
 expect_refused 2 "must be a scene, got a recipe" -- plan rayleigh.toml
 expect_refused 2 "slab.toml must be a recipe, got a scene, which is for \`stratus render\`" -- bake slab.toml -o a.stratus
 head -c 3000 /bin/sh >other.toml
-expect_refused 2 scene "line 1" -- render other.toml -o a.png
+expect_refused 2 "other.toml must be TOML text, got a binary file" -- render other.toml -o a.png
+expect_refused 2 SCENE "the name of a file, got nothing" -- render "" -o a.png
+expect_refused 2 RECIPE "the name of a file, got nothing" -- bake "" -o a.stratus
 through "$size_limited" expect_refused 1 wide.exr -- render slab.toml -o wide.exr --quiet --width 200
 if [ -n "$user_refused" ]; then
     through "$user_refused" expect_refused 1 shut/new.png "cannot be written" -- render slab.toml -o shut/new.png

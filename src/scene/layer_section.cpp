@@ -39,7 +39,7 @@ DepthMap read_depth(const Section& section_of_layer, const Source& source, Scene
     map.max = read_depths(section, "most", layer);
     if (section.has("image")) {
         map.pattern = DepthMap::Pattern::image;
-        map.image = source.image(section);
+        map.image = source.image(section, 1);
         return map;
     }
     require(section.flag("clouds"), caller, section.at("clouds"),

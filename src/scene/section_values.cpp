@@ -1,15 +1,17 @@
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/png.h>
 
 #include "sections.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace stratus::scene_file {
 
-std::shared_ptr<const Image> Source::image(const Section& section) const {
+std::shared_ptr<const Image> Source::image(const Section& section, double most) const {
     constexpr const char* key = "image";
     const std::filesystem::path path = directory / section.text(key);
     const std::string ending = path.extension().string();
@@ -21,10 +23,16 @@ std::shared_ptr<const Image> Source::image(const Section& section) const {
     const PngEncoding encoding = section.choice("encoding", {"srgb", "data"}) == "srgb"
                                      ? PngEncoding::srgb
                                      : PngEncoding::data;
-    return section.placed(key, [&] {
+    auto image = section.placed(key, [&] {
         return std::make_shared<const Image>(is_png ? read_png(path, 0, encoding)
                                                     : read_exr_image(path));
     });
+    const auto outside = std::ranges::find_if_not(
+        image->rgb, [&](float value) { return value >= 0 && double{value} <= most; });
+    const bool none = outside == image->rgb.end();
+    require(none, caller, section.at(key), "of numbers in [0, " + shortest_text(most) + "]",
+            none ? 0.0f : *outside);
+    return image;
 }
 
 PhaseFunction Source::phase_function(const Section& section, const char* key) const {
@@ -73,10 +81,10 @@ Rgb read_colour(const Section& section, const char* key) {
 
 unsigned read_seed(const Section& section) { return static_cast<unsigned>(section.count("seed")); }
 
-Texture read_image(const Section& section, const Source& source) {
+Texture read_image(const Section& section, const Source& source, double most) {
     Texture texture;
     texture.pattern = Texture::Pattern::image;
-    texture.image = source.image(section);
+    texture.image = source.image(section, most);
     return texture;
 }
 

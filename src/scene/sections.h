@@ -21,7 +21,8 @@ struct Source {
     std::filesystem::path directory;
     std::vector<std::string>* notes;
 
-    std::shared_ptr<const Image> image(const Section& section) const;
+    /// Of numbers in [0, most].
+    std::shared_ptr<const Image> image(const Section& section, double most) const;
     PhaseFunction phase_function(const Section& section, const char* key) const;
     /// A list of `count`.
     std::vector<PhaseFunction> phase_functions(const Section& section, const char* key,
@@ -42,7 +43,7 @@ double read_angle(const Section& section, const char* key);
 std::array<double, 3> read_three(const Section& section, const char* key);
 Rgb read_colour(const Section& section, const char* key);
 unsigned read_seed(const Section& section);
-Texture read_image(const Section& section, const Source& source);
+Texture read_image(const Section& section, const Source& source, double most);
 
 // ---- Sections
 

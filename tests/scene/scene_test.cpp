@@ -332,6 +332,9 @@ class RingsFile : public ::testing::Test {
         test::set_content(folder / "bent.csv",
                           "radius,optical_depth,w1,w2\n1.2,1,0,0\n1.1,1,0,0\n");
         test::set_content(folder / "text.csv", "radius,optical_depth,w1,w2\n1.2,thin,0,0\n");
+        Image bright(2, 1);
+        bright.rgb.back() = 2;
+        write_exr_image(bright, {}, folder / "bright.exr");
     }
 
     /// Refused with "scene: FILE, line LINE: " and then `text`, in the scene or in a panel.
@@ -378,6 +381,8 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     expect_place<std::runtime_error>("rings.surface.image = 'absent.png'", "rings.surface.image: ");
     expect_place("rings.surface.image = 'grey.jpg'",
                  "rings.surface.image must be a .png or .exr file, got " + at + "grey.jpg");
+    expect_place("rings.surface.image = 'bright.exr'",
+                 "rings.surface.image must be of numbers in [0, 1], got 2");
     expect_place("rings.surface = { image = 'grey.exr', encoding = 'srgb' }",
                  "rings.surface.encoding must be absent beside an .exr file");
     expect_place("layer.components = ['isotropic', 'round']", "layer.components: ");

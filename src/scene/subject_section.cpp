@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus::scene_file {
@@ -82,9 +83,11 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
     const std::filesystem::path path = source.directory / section.text("profile");
     const RingProfile whole = section.placed("profile", [&] { return read_profile(path, unit); });
     double inner = whole.inner(), outer = whole.outer();
-    if (section.has("inner")) inner = section.number("inner", inner, outer, "within the profile");
-    if (section.has("outer"))
-        outer = section.number("outer", inner, outer, "within the profile and above inner");
+    for (const auto& [key, radius] : {std::pair("inner", &inner), std::pair("outer", &outer)}) {
+        const std::string profile =
+            "within the profile, [" + short_number(inner) + ", " + short_number(outer) + "]";
+        if (section.has(key)) *radius = section.number(key, inner, outer, profile.c_str());
+    }
     require(inner >= 1, caller, section.at("inner"), "at least the planet's radius, 1", inner);
     require(inner < outer, caller, section.at("outer"), "above inner", outer);
     rings.profile = trimmed(whole, inner, outer);

@@ -370,7 +370,7 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     expect_place("rings.inward = 1.0", "unknown key 'rings.inward'; did you mean 'rings.inner'?");
     expect_place("rings.flattening = 1.0", "rings.flattening must be a number in [0, 0.9], got 1");
     expect_place("rings.flattening = 'much'", "rings.flattening must be a number in [0, 0.9], got");
-    expect_place("rings.inner = 3.0", "rings.inner must be within the profile, got 3");
+    expect_place("rings.inner = 3.0", "rings.inner must be within the profile, [1.2, 2], got 3");
     expect_place("rings.profile = 'bent.csv'", "rings.profile: " + at +
                                                    "bent.csv, line 3: radius must be above the one "
                                                    "before, got 1.1");

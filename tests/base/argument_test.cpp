@@ -20,6 +20,15 @@ TEST(Require, NamesFunctionArgumentRangeAndValue) {
     }
 }
 
+TEST(Require, SaysThatAnEmptyValueIsNothing) {
+    try {
+        require(false, "scene", "encoding", "\"srgb\" or \"data\"", std::string());
+        FAIL() << "nothing was thrown";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_STREQ(error.what(), "scene: encoding must be \"srgb\" or \"data\", got nothing");
+    }
+}
+
 TEST(Require, ShowsNoMoreOfAValueThanPeopleRead) {
     const std::string much(4'000'000, 'x');
     try {

@@ -37,7 +37,8 @@ void require(bool holds, const char* function, const std::string& argument,
     } else {
         std::ostringstream text;
         text << value;
-        line << shown(text.str());
+        const std::string met = text.str();
+        line << (met.empty() ? "nothing" : shown(met));
     }
     throw std::invalid_argument(line.str());
 }

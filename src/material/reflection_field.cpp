@@ -96,7 +96,9 @@ double ReflectionField::operator()(double mu_in, int out, double azimuth) const 
         }
         rest += over_mu.weight[static_cast<std::size_t>(i)] * sum;
     }
-    return rest + single_reflection(stack_, {mu, mu_[static_cast<std::size_t>(out)], azimuth});
+    // Polynomials swing below 0 beside the peaks of grazing directions.
+    return std::max(0.0, rest) +
+           single_reflection(stack_, {mu, mu_[static_cast<std::size_t>(out)], azimuth});
 }
 
 }  // namespace stratus

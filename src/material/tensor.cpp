@@ -211,10 +211,10 @@ void meet_horizon(float* values, const ReflectionField& field, double mu_out, in
     }
 }
 
-/// Lifts samples below the horizon until lines are negative nowhere on it, nor at thirds between two
-/// thetas.
+/// Lifts samples below the horizon until lines are negative nowhere on it, at thetas and eleven steps
+/// between each two.
 void lift(std::vector<float>& values, std::size_t colours, const std::vector<float>& theta) {
-    constexpr int parts = 3;
+    constexpr int parts = 12;
     for (std::size_t step = 0; step <= parts * (theta.size() - 1); ++step) {
         const std::size_t t = std::min(step / parts, theta.size() - 2);
         const double along = static_cast<double>(step) / parts - static_cast<double>(t);

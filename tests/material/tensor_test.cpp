@@ -117,13 +117,15 @@ TEST(TensorTable, IsCloseToTheSolverInGrazingLight) {
 }
 
 TEST(TensorTable, IsNegativeNowhereAboveTheHorizon) {
-    const TensorReader table =
-        table_of({{layer("henyey_greenstein:g=0.85", 1, 0.1)}, ""}, MaterialFormat::tensor_rgb);
-    for (const double mu_in : {1e-4, 1e-3, 5e-3, 0.02})
-        for (int out = 1; out < 400; ++out)
-            for (int k = 0; k <= 60; ++k)
-                ASSERT_GE(table(out / 400.0, mu_in, k * pi / 60), 0)
-                    << mu_in << ' ' << out / 400.0 << ' ' << k * 3;
+    for (const double depth : {0.1, 1.0}) {
+        const TensorReader table = table_of({{layer("henyey_greenstein:g=0.85", 1, depth)}, ""},
+                                            MaterialFormat::tensor_rgb);
+        for (const double mu_in : {1e-4, 1e-3, 5e-3, 0.02})
+            for (int out = 1; out < 400; ++out)
+                for (int k = 0; k <= 60; ++k)
+                    ASSERT_GE(table(out / 400.0, mu_in, k * pi / 60), 0)
+                        << depth << ' ' << mu_in << ' ' << out / 400.0 << ' ' << k * 3;
+    }
 }
 
 TEST(TensorTable, HoldsRedGreenAndBlueInEitherForm) {
@@ -145,6 +147,58 @@ TEST(TensorTable, HoldsRedGreenAndBlueInEitherForm) {
     const TensorReader grey = table_of({{material.colours[1]}, ""}, MaterialFormat::tensor_rgb);
     for (std::size_t colour = 0; colour < 3; ++colour)
         expect_close(grey, material.colours[1], colour, 100);
+}
+
+/// XYZ at a wavelength in nm: fits of CIE 1931 by Wyman, Sloan and Shirley, JCGT 2 (2013).
+std::array<double, 3> colour_matching(double wavelength) {
+    const auto lobe = [&](double height, double middle, double below, double above) {
+        const double t = (wavelength - middle) * (wavelength < middle ? below : above);
+        return height * std::exp(-t * t / 2);
+    };
+    return {lobe(1.056, 599.8, 0.0264, 0.0323) + lobe(0.362, 442, 0.0624, 0.0374) +
+                lobe(-0.065, 501.1, 0.049, 0.0382),
+            lobe(0.821, 568.8, 0.0213, 0.0247) + lobe(0.286, 530.9, 0.0613, 0.0322),
+            lobe(1.217, 437, 0.0845, 0.0278) + lobe(0.681, 459, 0.0385, 0.0725)};
+}
+
+// Under D65, in sRGB, scaled so that white is seen as white.
+TEST(TensorTable, IsSeenInTheColoursThatWereAskedFor) {
+    const Material material{
+        {layer("isotropic", 0.9, 1), layer("isotropic", 0.6, 1), layer("isotropic", 0.3, 1)}, ""};
+    const TensorReader table = table_of(material),
+                       rgb = table_of(material, MaterialFormat::tensor_rgb);
+    const std::vector<float>& bands = table.fields.at("wavelengths").values;
+    const double daylight[] = {50.0,  82.8,  93.4,  104.9, 117.8, 115.9, 109.4,
+                               104.8, 104.4, 100.0, 95.8,  90.0,  87.7,  83.7,
+                               80.2,  78.3,  71.6,  61.6,  75.1,  46.4,  63.4};
+    const double to_srgb[3][3] = {
+        {3.2405, -1.5371, -0.4985}, {-0.9693, 1.876, 0.0416}, {0.0556, -0.204, 1.0572}};
+    double asked[3] = {}, seen[3][3] = {};  // seen: over (primary, colour asked for)
+    for (std::size_t c = 0; c < 3; ++c) asked[c] = rgb(0.6, 0.4, 1, c);
+    for (int k = 0; k <= 400; ++k) {
+        const double wavelength = 380 + k, place = std::min(k / 20.0, 19.999);
+        const auto day = static_cast<std::size_t>(place);
+        const double light = std::lerp(daylight[day], daylight[day + 1], place - std::floor(place));
+        const auto xyz = colour_matching(wavelength);
+        std::size_t next = 0;
+        while (next < bands.size() && static_cast<double>(bands[next]) < wavelength) ++next;
+        const std::size_t ends[] = {next == 0 ? 0 : next - 1, std::min(next, bands.size() - 1)};
+        const double before = static_cast<double>(bands[ends[0]]),
+                     after = static_cast<double>(bands[ends[1]]);
+        const double share = after > before ? (wavelength - before) / (after - before) : 0;
+        for (std::size_t e = 0; e < 2; ++e)
+            for (std::size_t c = 0; c < 3; ++c) {
+                if (std::abs(table(0.6, 0.4, 1, ends[e]) / asked[c] - 1) > 1e-6) continue;
+                for (std::size_t p = 0; p < 3; ++p)
+                    for (std::size_t axis = 0; axis < 3; ++axis)
+                        seen[p][c] +=
+                            to_srgb[p][axis] * xyz[axis] * light * (e == 0 ? 1 - share : share);
+            }
+    }
+    for (std::size_t p = 0; p < 3; ++p)
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(seen[p][c] / (seen[p][0] + seen[p][1] + seen[p][2]), p == c, 0.042)
+                << p << ' ' << c;
 }
 
 TEST(TensorTable, HasTheShapesThatReadersExpect) {

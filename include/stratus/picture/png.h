@@ -13,7 +13,7 @@
 
 namespace stratus {
 
-/// Text in a picture; in pixels; x and y of the start of the base line. Wider text is truncated.
+/// Text in a picture, which starts at (x, y), in pixels, on its base line; wider text is cut.
 struct Label {
     double x, y, max_width;
     std::string text;

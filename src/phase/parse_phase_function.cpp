@@ -54,7 +54,8 @@ std::string meant_name(std::string met, const std::vector<std::string>& known) {
     for (char& letter : met) letter = static_cast<char>(std::tolower(letter));
     for (const std::string& name : known) {
         const std::size_t gap = name.find('_');
-        if (gap != name.npos && met == std::string{name[0], name[gap + 1]}) return name;
+        if (gap == name.npos) continue;
+        if (met == std::string{name[0], name[gap + 1]} || met == name.substr(0, gap)) return name;
     }
     return nearest_name(met, known);
 }

@@ -343,8 +343,7 @@ double brightest_ground(const Scene& scene) noexcept {
         for (const float value : ground->image->rgb) most = std::max(most, value);
         return double{most};
     }
-    // Continents tint `other` by up to 1.1.
-    return std::max(brightest(ground->colour), 1.1 * brightest(ground->other));
+    return std::max(brightest(ground->colour), brightest(ground->other));
 }
 
 }  // namespace stratus

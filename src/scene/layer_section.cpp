@@ -35,9 +35,9 @@ DepthMap read_depth(const Section& section_of_layer, const Source& source, Scene
         return map;
     }
     const Section section = section_of_layer.section(key);
-    require_exactly_one(section, "image", "clouds");
+    const bool is_image = has_image(section, "clouds");
     map.max = read_depths(section, "most", layer);
-    if (section.has("image")) {
+    if (is_image) {
         map.pattern = DepthMap::Pattern::image;
         map.image = source.image(section, 1);
         return map;

@@ -54,6 +54,12 @@ void require_exactly_one(const Section& section, const char* one, const char* ot
             section.has(one) ? "both" : "neither");
 }
 
+bool has_image(const Section& section, const char* instead) {
+    require_exactly_one(section, "image", instead);
+    if (!section.has("image")) require_absent(section, "encoding", "without an image");
+    return section.has("image");
+}
+
 void require_absent(const Section& section, const char* key, const char* where) {
     require(!section.has(key), caller, section.at(key), std::string("absent ") + where, "one");
 }

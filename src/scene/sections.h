@@ -33,6 +33,9 @@ struct Source {
 
 void require_exactly_one(const Section& section, const char* one, const char* other);
 
+/// Whether an image is given rather than what the key `instead` gives; refuses both and neither.
+bool has_image(const Section& section, const char* instead);
+
 /// Refuses keys that belong to other subjects: "absent `where`".
 void require_absent(const Section& section, const char* key, const char* where);
 

@@ -24,8 +24,7 @@ Texture read_surface(const Section& parent, const Source& source) {
         return texture;
     }
     const Section section = parent.section(key, "surface");
-    require_exactly_one(section, "image", "pattern");
-    if (section.has("image")) return read_image(section, source, 1);
+    if (has_image(section, "pattern")) return read_image(section, source, 1);
     texture.pattern = read_pattern(section);
     texture.colour = read_colour(section, "colour");
     texture.other = read_colour(section, "other");
@@ -36,8 +35,7 @@ Texture read_surface(const Section& parent, const Source& source) {
 
 Texture read_background(const Section& root, const Source& source) {
     const Section section = root.section("background");
-    require_exactly_one(section, "colour", "image");
-    if (section.has("image")) return read_image(section, source, 1e6);
+    if (has_image(section, "colour")) return read_image(section, source, 1e6);
     Texture texture;
     texture.colour = read_colour(section, "colour");
     return texture;

@@ -450,6 +450,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{
             "UnknownName", "raleigh", {"'raleigh'", "did you mean 'rayleigh'", "lambert_sphere"}},
         Refusal{"Initials", "HG:g=0.7", {"'HG'", "did you mean 'henyey_greenstein'"}},
+        Refusal{"FirstWord", "lambert", {"'lambert'", "did you mean 'lambert_sphere'"}},
         Refusal{"UnknownKey", "henyey_greenstein:h=0.5", {"henyey_greenstein", "'h'", "'g'"}},
         Refusal{"NearestKey", "tabulated:fiel=x.csv", {"'fiel'", "did you mean 'file'"}},
         Refusal{"NoKey", "henyey_greenstein", {"henyey_greenstein needs g="}},

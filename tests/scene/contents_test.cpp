@@ -70,6 +70,9 @@ TEST(SeenLight, OfPlanetsIsReflected) {
     std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
     EXPECT_TRUE(seen_light(planet).fluxes);
     EXPECT_EQ(brightest_ground(planet), 0.5);
+    std::get<Planet>(planet.subject).surface.pattern = Texture::Pattern::continents;
+    std::get<Planet>(planet.subject).surface.other = {0.7f, 0.7f, 0.7f};
+    EXPECT_NEAR(brightest_ground(planet), 0.7, 1e-6);
 }
 
 TEST(MatterSpans, LieBetweenKnots) {

@@ -385,6 +385,8 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
                  "rings.surface.image must be of numbers in [0, 1], got 2");
     expect_place("rings.surface = { image = 'grey.exr', encoding = 'srgb' }",
                  "rings.surface.encoding must be absent beside an .exr file");
+    expect_place("rings.surface = { pattern = 'bands', encoding = 'srgb' }",
+                 "rings.surface.encoding must be absent without an image");
     expect_place("layer.components = ['isotropic', 'round']", "layer.components: ");
     expect_place("layer.components = ['isotropic']", "layer.components must be a list of two");
     expect_place("layer.optical_depth = 1.0", "layer.optical_depth must be absent where there are");

@@ -2,6 +2,7 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/sample_files.h>
@@ -27,6 +28,9 @@ namespace {
 constexpr double first_strictness = 0.5;
 constexpr double stricter = 0.6;
 constexpr int max_attempts = 3;
+
+/// An attempt that misses by more than this share of what the one before it missed by is the last.
+constexpr double no_better = 0.9;
 
 /// The bake's own check must be met with this much to spare, so that other random points meet the
 /// tolerance too. Four times as many points tell twice as well: half of it is then enough.
@@ -63,8 +67,8 @@ const std::map<std::string, std::string>& conventions() {
 /// A resolved recipe's table and the result of the bake's own check.
 struct Attempt {
     Table table;
-    bool met = false;    // with a margin
-    bool missed = true;  // the tolerance itself
+    bool met = false;                 // with a margin
+    double met_tolerance = infinity;  // without
 };
 
 std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& at_cap) {
@@ -147,12 +151,13 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     }
     Verification verification = verify(table, check);
     int points = check.samples;
-    const auto meets = [&](double share) {
-        return shared(options.log, {verification.meets(share * recipe.tolerance)})[0] != 0;
+    const auto judge = [&](double share) {  // on all ranks what rank 0 finds
+        attempt.met_tolerance =
+            shared_numbers(options.log, std::vector{verification.met_tolerance()})[0];
+        attempt.met = attempt.met_tolerance <= share * recipe.tolerance;
     };
-    attempt.met = meets(margin);
-    attempt.missed = !meets(1);
-    if (!attempt.met && !attempt.missed) {
+    judge(margin);
+    if (!attempt.met && attempt.met_tolerance <= recipe.tolerance) {
         check.samples = (many - 1) * check_samples;
         check.seed = check_seed + 1;
         check.log = part_of(options.log, "further check");
@@ -161,8 +166,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         add(std::move(further.samples), verification.samples);
         add(std::move(further.forward), verification.forward);
         add(std::move(further.grazing), verification.grazing);
-        attempt.met = meets(margin_of_many);
-        attempt.missed = !meets(1);
+        judge(margin_of_many);
     }
     if (!is_first_rank(options.log)) return attempt;
     const std::string median = short_number(error_quantile(verification.samples, 0.5), 3);
@@ -216,7 +220,7 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
     Attempt attempt;
     std::vector<AxisAtCap> at_cap;
     std::string last;  // choices of the last attempt; the same again would give the same table
-    double strictness = first_strictness;
+    double strictness = first_strictness, met_before = infinity;
     for (int n = 0; n < max_attempts && !attempt.met; ++n, strictness *= stricter) {
         if (n > 0)
             note("the tolerance is not met with a margin: baking again with stricter choices");
@@ -235,12 +239,17 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
             note(sentence_of_cost(ahead));
         }
         attempt = attempt_bake(recipe, resolution.recipe, of_attempt);
+        if (attempt.met_tolerance > std::max(recipe.tolerance, no_better * met_before)) {
+            note("stricter choices do not help");
+            break;
+        }
+        met_before = attempt.met_tolerance;
         if (std::ranges::any_of(at_cap, [&](const AxisAtCap& axis) {
                 return axis.error > margin * recipe.tolerance;
             }))
             break;  // no attempt will meet it
     }
-    if (attempt.missed && is_first_rank(options.log)) {
+    if (attempt.met_tolerance > recipe.tolerance && is_first_rank(options.log)) {
         const std::string sentence = sentence_of_miss(attempt.table, at_cap);
         if (options.missed)
             options.missed(sentence);

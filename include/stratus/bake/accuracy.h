@@ -99,9 +99,10 @@ struct Verification {
     /// directions, or where fluxes are not asked for.
     double furnace_defect = -1;
 
-    /// 99.9 % within tolerance and all within largest_over_tolerance times it; 99 % of `forward`
-    /// within it, and 99 % of `grazing` where that is judged.
-    bool meets(double tolerance) const;
+    /// The least tolerance that is met: 99.9 % within it and all within largest_over_tolerance times
+    /// it; 99 % of `forward` within it, and 99 % of `grazing` where that is judged.
+    double met_tolerance() const;
+    bool meets(double tolerance) const { return met_tolerance() <= tolerance; }
 };
 
 /// What random points are drawn from, evenly over the cells of the axes.

@@ -104,13 +104,16 @@ bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0)
 
 int reference_nodes(int nodes) { return std::min(512, nodes + std::max(8, nodes / 2)); }
 
-double Verification::met_tolerance() const {
-    const auto within = [](const std::vector<ErrorSample>& sorted, double share) {
-        const double count = std::ceil(share * static_cast<double>(sorted.size()));
-        return sorted.empty() ? 0 : sorted[static_cast<std::size_t>(count) - 1].error;
+bool Verification::meets(double tolerance) const {
+    const auto within = [&](const std::vector<ErrorSample>& some, double share) {
+        const auto count = std::count_if(some.begin(), some.end(), [&](const ErrorSample& sample) {
+            return sample.error <= tolerance;
+        });
+        return static_cast<double>(count) >= share * static_cast<double>(some.size());
     };
-    return std::max({within(samples, 0.999), within(samples, 1) / largest_over_tolerance,
-                     within(forward, 0.99), judges_grazing ? within(grazing, 0.99) : 0});
+    return within(samples, 0.999) &&
+           (samples.empty() || samples.back().error <= largest_over_tolerance * tolerance) &&
+           within(forward, 0.99) && (!judges_grazing || within(grazing, 0.99));
 }
 
 namespace {

@@ -2,7 +2,6 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/sample_files.h>
@@ -29,13 +28,9 @@ constexpr double first_strictness = 0.5;
 constexpr double stricter = 0.6;
 constexpr int max_attempts = 3;
 
-/// An attempt that misses by more than this share of what the one before it missed by is the last.
-constexpr double no_better = 0.9;
-
 /// The bake's own check must be met with this much to spare, so that other random points meet the
-/// tolerance too. Four times as many points tell twice as well: half of it is then enough.
-constexpr double margin = 0.8, margin_of_many = 0.9;
-constexpr int many = 4;
+/// tolerance too.
+constexpr double margin = 0.8;
 
 /// The bake's own check looks at other points than `verify`.
 constexpr unsigned check_seed = 20260;
@@ -67,8 +62,8 @@ const std::map<std::string, std::string>& conventions() {
 /// A resolved recipe's table and the result of the bake's own check.
 struct Attempt {
     Table table;
-    bool met = false;                 // with a margin
-    double met_tolerance = infinity;  // without
+    bool met = false;    // with a margin
+    bool missed = true;  // the tolerance itself
 };
 
 std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& at_cap) {
@@ -88,11 +83,6 @@ std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& a
             sentence += "; " + axis.name + " is at its cap of " + short_number(axis.value) +
                         ", which alone misses " + short_number(axis.error);
     return sentence;
-}
-
-void add(std::vector<ErrorSample> more, std::vector<ErrorSample>& samples) {
-    samples.insert(samples.end(), more.begin(), more.end());
-    error_quantile(samples, 1);  // sorts
 }
 
 Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOptions& options) {
@@ -150,24 +140,11 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         if (is_first_rank(options.log)) check.packed = &packed.emplace(*options.packed);
     }
     Verification verification = verify(table, check);
-    int points = check.samples;
-    const auto judge = [&](double share) {  // on all ranks what rank 0 finds
-        attempt.met_tolerance =
-            shared_numbers(options.log, std::vector{verification.met_tolerance()})[0];
-        attempt.met = attempt.met_tolerance <= share * recipe.tolerance;
-    };
-    judge(margin);
-    if (!attempt.met && attempt.met_tolerance <= recipe.tolerance) {
-        check.samples = (many - 1) * check_samples;
-        check.seed = check_seed + 1;
-        check.log = part_of(options.log, "further check");
-        Verification further = verify(table, check);
-        points += check.samples;
-        add(std::move(further.samples), verification.samples);
-        add(std::move(further.forward), verification.forward);
-        add(std::move(further.grazing), verification.grazing);
-        judge(margin_of_many);
-    }
+    attempt.met = verification.meets(margin * recipe.tolerance);
+    attempt.missed = !verification.meets(recipe.tolerance);
+    const std::vector<char> verdict = shared(options.log, {attempt.met, attempt.missed});
+    attempt.met = verdict[0] != 0;
+    attempt.missed = verdict[1] != 0;
     if (!is_first_rank(options.log)) return attempt;
     const std::string median = short_number(error_quantile(verification.samples, 0.5), 3);
     const std::string most = short_number(error_quantile(verification.samples, 0.999), 3);
@@ -175,8 +152,8 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table.attributes["measured_error_median"] = median;
     table.attributes["measured_error_99.9_percent"] = most;
     if (options.note)
-        options.note("checked at " + std::to_string(points) + " random points: median " + median +
-                     ", 99.9 % within " + most + ", largest " +
+        options.note("checked at " + std::to_string(check_samples) + " random points: median " +
+                     median + ", 99.9 % within " + most + ", largest " +
                      short_number(table.measured_error, 3));
     if (!verification.forward.empty()) {
         const std::string forward = short_number(error_quantile(verification.forward, 0.99), 3);
@@ -220,7 +197,7 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
     Attempt attempt;
     std::vector<AxisAtCap> at_cap;
     std::string last;  // choices of the last attempt; the same again would give the same table
-    double strictness = first_strictness, met_before = infinity;
+    double strictness = first_strictness;
     for (int n = 0; n < max_attempts && !attempt.met; ++n, strictness *= stricter) {
         if (n > 0)
             note("the tolerance is not met with a margin: baking again with stricter choices");
@@ -239,17 +216,12 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
             note(sentence_of_cost(ahead));
         }
         attempt = attempt_bake(recipe, resolution.recipe, of_attempt);
-        if (attempt.met_tolerance > std::max(recipe.tolerance, no_better * met_before)) {
-            note("stricter choices do not help");
-            break;
-        }
-        met_before = attempt.met_tolerance;
         if (std::ranges::any_of(at_cap, [&](const AxisAtCap& axis) {
                 return axis.error > margin * recipe.tolerance;
             }))
             break;  // no attempt will meet it
     }
-    if (attempt.met_tolerance > recipe.tolerance && is_first_rank(options.log)) {
+    if (attempt.missed && is_first_rank(options.log)) {
         const std::string sentence = sentence_of_miss(attempt.table, at_cap);
         if (options.missed)
             options.missed(sentence);

@@ -57,15 +57,6 @@ bool is_first_rank(const WorkLog& log);
 /// What rank 0 has, on all ranks, which call this in the same order and outside of `solve_pieces`.
 std::vector<char> shared(const WorkLog& log, std::vector<char> bytes);
 
-template <class Number>
-std::vector<Number> shared_numbers(const WorkLog& log, const std::vector<Number>& numbers) {
-    const std::span<const char> bytes = bytes_of(numbers);
-    const std::vector<char> first = shared(log, {bytes.begin(), bytes.end()});
-    std::vector<Number> found(first.size() / sizeof(Number));
-    if (!found.empty()) std::memcpy(found.data(), first.data(), first.size());
-    return found;
-}
-
 /// The `count` numbers of a finished piece, on all ranks: as `shared`.
 ///
 /// Errors   std::runtime_error for another count.

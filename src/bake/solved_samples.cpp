@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -16,6 +17,19 @@ namespace stratus {
 namespace {
 
 constexpr std::array<Side, 2> both_sides{Side::reflection, Side::transmission};
+
+template <class Number>
+std::vector<char> as_chars(const std::vector<Number>& numbers) {
+    const std::span<const char> bytes = bytes_of(numbers);
+    return {bytes.begin(), bytes.end()};
+}
+
+template <class Number>
+std::vector<Number> as_numbers(const std::vector<char>& bytes) {
+    std::vector<Number> numbers(bytes.size() / sizeof(Number));
+    if (!numbers.empty()) std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    return numbers;
+}
 
 }  // namespace
 
@@ -46,7 +60,7 @@ void SolvedSamples::make_room() {
 bool SolvedSamples::is_first_rank() const { return stratus::is_first_rank(options_.log); }
 
 int SolvedSamples::in_full(std::vector<int> layers, const Use& use) {
-    layers = shared_numbers(options_.log, layers);
+    layers = as_numbers<int>(shared(options_.log, as_chars(layers)));
     if (layers.empty()) return 0;
     DirectionList all(numbers_.count());
     std::iota(all.begin(), all.end(), std::size_t{0});
@@ -59,7 +73,8 @@ int SolvedSamples::in_full(std::vector<int> layers, const Use& use) {
 
 void SolvedSamples::at(const std::array<DirectionList, 2>& directions, const Use& use) {
     std::array<DirectionList, 2> same;
-    for (std::size_t n = 0; n < 2; ++n) same[n] = shared_numbers(options_.log, directions[n]);
+    for (std::size_t n = 0; n < 2; ++n)
+        same[n] = as_numbers<std::size_t>(shared(options_.log, as_chars(directions[n])));
     if (same[0].empty() && same[1].empty()) return;
     solve("baking", units_.all(), same, use);
 }
@@ -119,8 +134,7 @@ std::vector<char> SolvedSamples::solve_unit(
         const std::vector<float> fluxes = fluxes_of(layer.solution);
         numbers.insert(numbers.end(), fluxes.begin(), fluxes.end());
     }
-    const std::span<const char> bytes = bytes_of(numbers);
-    return {bytes.begin(), bytes.end()};
+    return as_chars(numbers);
 }
 
 template <class Visit>

@@ -60,8 +60,6 @@ TEST(Verification, AllowsOneInAThousandUpToFiveTimesTheTolerance) {
     EXPECT_TRUE(verification(2, 4.9e-3).meets(1e-3));
     EXPECT_FALSE(verification(3, 4.9e-3).meets(1e-3));
     EXPECT_FALSE(verification(1, 5.1e-3).meets(1e-3));
-    EXPECT_DOUBLE_EQ(verification(1, 1e-2).met_tolerance(), 2e-3);
-    EXPECT_DOUBLE_EQ(verification(3, 4.9e-3).met_tolerance(), 4.9e-3);
 }
 
 TEST(Verification, AllowsOneInAHundredNearForwardAndAtGrazingPairs) {

@@ -99,10 +99,9 @@ struct Verification {
     /// directions, or where fluxes are not asked for.
     double furnace_defect = -1;
 
-    /// The least tolerance that is met: 99.9 % within it and all within largest_over_tolerance times
-    /// it; 99 % of `forward` within it, and 99 % of `grazing` where that is judged.
-    double met_tolerance() const;
-    bool meets(double tolerance) const { return met_tolerance() <= tolerance; }
+    /// 99.9 % within tolerance and all within largest_over_tolerance times it; 99 % of `forward`
+    /// within it, and 99 % of `grazing` where that is judged.
+    bool meets(double tolerance) const;
 };
 
 /// What random points are drawn from, evenly over the cells of the axes.

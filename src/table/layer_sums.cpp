@@ -22,13 +22,13 @@ constexpr int worst_directions = 8;            // that each function adds to it
 constexpr int apart = 25;                      // of the worst, one in so many: not neighbours
 constexpr int most_rounds = 2;                 // of looking for layers that the functions miss
 constexpr std::size_t most_missed = 64;        // layers seen in full in one round
+constexpr std::size_t few_missed = 10;         // after the first round: one to so many functions
 
-// Pilots at first; twice as many along each axis where more than this share of them give functions.
 constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
-constexpr double enough_pilots = 0.7;
 
-// Where it takes more functions than these, or too many for the directions of the sketch, layers are
-// too unlike each other for sums of few.
+// Where it takes more functions than these, to the pilots or in all, or too many for the directions
+// of the sketch, layers are too unlike each other for sums of few.
+constexpr double few_to_pilots = 0.58;
 constexpr std::size_t most_functions = 150, fewest_directions = 5;  // to a function
 constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
 
@@ -88,29 +88,28 @@ class SideSearch {
     /// Functions for all layers that were seen in full, and a sketch that shows them unless it is to
     /// stay as it is.
     void search(bool grows) {
+        if (settled_) full_.clear();
         if (full_.empty()) return;
         note_importance();
         if (sums_.sketch.empty()) begin_sketch();
-        const std::size_t before = sums_.function.size();
         for (Seen* worst = fitted(); worst != nullptr; worst = fitted())
             while (worst != nullptr) worst = subtracted(add_function(*worst, grows));
-        const auto found = static_cast<double>(sums_.function.size() - before);
-        if (grows) needs_pilots_ = found > enough_pilots * static_cast<double>(full_.size());
+        const double most = few_to_pilots * static_cast<double>(full_.size());
+        if (grows) are_unlike_ = static_cast<double>(sums_.function.size()) > most;
         full_.clear();
         if (grows) std::sort(sums_.sketch.begin(), sums_.sketch.end());
     }
 
-    /// Whether most layers of the last search gave functions: others may need more.
-    bool needs_pilots() const { return needs_pilots_; }
-
     /// Does without functions of all layers where there are too many, or layers that they miss: the
     /// sketch is then every pair of cosines at some azimuths.
     ///
-    /// Returns whether it does: all layers are then to be sketched again.
+    /// Returns whether it does from now on: all layers are then to be sketched again.
     bool settle() {
-        if (!needs_pilots_ && !misses_ && sums_.function.size() < most_functions &&
-            sums_.function.size() * fewest_directions <= sums_.sketch.size())
+        const std::size_t functions = sums_.function.size();
+        if (settled_ || (!are_unlike_ && !misses_ && functions < most_functions &&
+                         functions * fewest_directions <= sums_.sketch.size()))
             return false;
+        settled_ = true;
         sums_.function.clear();
         sums_.sketch.clear();
         const std::size_t azimuths = size(sums_.numbers().azimuths());
@@ -120,8 +119,9 @@ class SideSearch {
         return true;
     }
 
-    /// The layers, at most so many, whose functions all others need, by what the sketch shows.
-    std::vector<int> missed() {
+    /// The layers, at most so many, whose functions all others need, by what the sketch shows; none
+    /// where it is no use to look for them any more.
+    std::vector<int> missed(int round) {
         std::vector<int> missed;
         misses_ = false;
         if (!sums_.is_spanned()) return missed;
@@ -138,9 +138,11 @@ class SideSearch {
             if (*worst <= allowed_) break;
             const auto pivot = static_cast<std::size_t>(worst - error.begin());
             missed.push_back(static_cast<int>(pivot));
-            misses_ = true;
             remove_direction_of(left[pivot], left, error);
         }
+        misses_ = !missed.empty();
+        const bool are_few = missed.size() * few_missed <= sums_.function.size();
+        if (round > 0 && (!are_few || round == most_rounds)) missed.clear();
         return missed;
     }
 
@@ -302,20 +304,20 @@ class SideSearch {
     DirectionList everywhere_;
     std::mutex mutex_;
     std::map<int, Seen> full_;
-    bool needs_pilots_ = false, misses_ = false;
+    bool are_unlike_ = false, misses_ = false, settled_ = false;
     std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions
     SketchFit fit_;
 };
 
-/// Layers all over the table, `dense` times as many along each axis as at first.
-std::vector<int> pilots_of(const Table& table, int dense) {
+/// Layers all over the table.
+std::vector<int> pilots_of(const Table& table) {
     const auto count = [](const Axis& axis) { return static_cast<int>(axis.values.size()); };
     std::vector<int> layers;
-    for (const int member : spread(static_cast<int>(table.member_count()), dense * pilot_members))
-        for (const int albedo : spread(count(table.albedo), dense * pilot_albedos))
-            for (const int depth : spread(count(table.optical_depth), dense * pilot_depths))
+    for (const int member : spread(static_cast<int>(table.member_count()), pilot_members))
+        for (const int albedo : spread(count(table.albedo), pilot_albedos))
+            for (const int depth : spread(count(table.optical_depth), pilot_depths))
                 layers.push_back(
                     (member * count(table.albedo) + albedo) * count(table.optical_depth) + depth);
     return layers;
@@ -364,21 +366,12 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
         for (const Side side : {Side::reflection, Side::transmission})
             if (sides[side == Side::reflection ? 0 : 1]) use(search(side));
     };
-    std::set<int> seen;
-    const auto unseen = [&](const std::vector<int>& layers) {
-        std::vector<int> some;
-        for (const int layer : layers)
-            if (seen.insert(layer).second) some.push_back(layer);
-        return some;
-    };
     const auto search_both = [&](bool grows) {
         for_each_side([&](SideSearch& side) { side.search(grows); });
     };
-    samples.in_full(unseen(pilots_of(table, 1)), see_in_full);
+    samples.in_full(pilots_of(table), see_in_full);
     search_both(true);
-    std::vector<int> more;
-    if (lit.needs_pilots() || far.needs_pilots()) more = unseen(pilots_of(table, 2));
-    if (samples.in_full(more, see_in_full) > 0) search_both(true);
+    for_each_side([](SideSearch& side) { side.settle(); });
     const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {
         if (!values.empty()) search(side).see_in_sketch(layer, std::move(values));
     };
@@ -386,9 +379,8 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
     for (int round = 0;; ++round) {
         std::set<int> missed;
         for_each_side([&](SideSearch& side) {
-            for (const int layer : side.missed()) missed.insert(layer);
+            for (const int layer : side.missed(round)) missed.insert(layer);
         });
-        if (round == most_rounds) missed.clear();
         if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
         search_both(false);
     }

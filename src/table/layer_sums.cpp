@@ -22,14 +22,14 @@ constexpr int worst_directions = 8;            // that each function adds to it
 constexpr int apart = 25;                      // of the worst, one in so many: not neighbours
 constexpr int most_rounds = 2;                 // of looking for layers that the functions miss
 constexpr std::size_t most_missed = 64;        // layers seen in full in one round
-constexpr std::size_t few_missed = 10;         // after the first round: one to so many functions
+constexpr std::size_t few_missed = 10;         // functions to each that is still missed after a round
 
 constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
 
-// Where it takes more functions than these, to the pilots or in all, or too many for the directions
-// of the sketch, layers are too unlike each other for sums of few.
-constexpr double few_to_pilots = 0.58;
-constexpr std::size_t most_functions = 150, fewest_directions = 5;  // to a function
+// Layers are too unlike each other for sums of a few functions where there are more functions than
+// this share of the pilots, or than this in all, or where the sketch has fewer directions to each.
+constexpr double largest_share_of_pilots = 0.58;
+constexpr std::size_t most_functions = 150, fewest_directions = 5;
 constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
 
 /// Up to `most` of `count` places, evenly, the last among them.
@@ -94,7 +94,7 @@ class SideSearch {
         if (sums_.sketch.empty()) begin_sketch();
         for (Seen* worst = fitted(); worst != nullptr; worst = fitted())
             while (worst != nullptr) worst = subtracted(add_function(*worst, grows));
-        const double most = few_to_pilots * static_cast<double>(full_.size());
+        const double most = largest_share_of_pilots * static_cast<double>(full_.size());
         if (grows) are_unlike_ = static_cast<double>(sums_.function.size()) > most;
         full_.clear();
         if (grows) std::sort(sums_.sketch.begin(), sums_.sketch.end());

@@ -5,10 +5,9 @@
 namespace stratus::STRATUS_ISA {
 namespace {
 
-constexpr std::size_t registers = 4;  // side by side: an addition need not wait for the one before
+constexpr std::size_t registers = 4;  // so that an addition need not wait for the one before
 
-/// add(result, n) over the elements, by registers and then one by one; returns the lanes' results
-/// and that of the rest.
+/// Starts several results at 0, adds the elements to them by add(result, n), and joins them to one.
 template <class Add, class Join>
 float reduced(std::size_t count, const Add& add, const Join& join) {
     constexpr std::size_t width = lane_width;

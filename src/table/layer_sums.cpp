@@ -22,7 +22,7 @@ constexpr int worst_directions = 8;            // that each function adds to it
 constexpr int apart = 25;                      // of the worst, one in so many: not neighbours
 constexpr int most_rounds = 2;                 // of looking for layers that the functions miss
 constexpr std::size_t most_missed = 64;        // layers seen in full in one round
-constexpr std::size_t few_missed = 10;         // functions to each that is still missed after a round
+constexpr std::size_t few_missed = 10;  // functions to each that is still missed after a round
 
 constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
 

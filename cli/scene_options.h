@@ -32,7 +32,7 @@ void drop_effects(const std::string& names, Scene& scene);
 /// Makes a picture so wide, in the same shape; 0: as it is.
 void set_width(int width, Scene& scene);
 
-/// As messages name it: by its title, or by its number.
+/// Returns the name that messages give a panel: its title, or its number.
 std::string panel_name(const SceneFile& file, std::size_t panel);
 
 /// None where it is switched off or no folder is known.

@@ -106,8 +106,9 @@ void refuse_depth(std::string_view text, const TomlFile& file) {
     }
 }
 
-/// Refuses a file of another kind than `file`'s caller reads, known by keys that its own lacks.
-void refuse_other_kind(const toml::table& root, const TomlFile& file) {
+/// Refuses a file of another kind than `wanted`, known by keys that this lacks.
+void refuse_other_kind(const toml::table& root, const std::string& wanted,
+                       const std::string& name) {
     struct Kind {
         std::string_view name;
         std::vector<std::string_view> keys;
@@ -122,10 +123,9 @@ void refuse_other_kind(const toml::table& root, const TomlFile& file) {
     const auto met = std::ranges::find_if(kinds, [&](const Kind& kind) {
         return std::ranges::any_of(kind.keys, [&](auto key) { return root.contains(key); });
     });
-    const std::string wanted = file.caller;
     if (met == std::end(kinds) || (met->name == "stack" && wanted == "recipe")) return;
-    require(met->name == wanted, file.caller, file.name.empty() ? "the text" : file.name,
-            "a " + wanted, "a " + std::string(met->name) + ", which is for " + met->commands);
+    require(met->name == wanted, wanted.c_str(), name, "a " + wanted,
+            "a " + std::string(met->name) + ", which is for " + met->commands);
 }
 
 }  // namespace
@@ -304,7 +304,7 @@ toml::table parse_toml(const std::string& text, const TomlFile& file) {
     refuse_depth(text, file);
     try {
         toml::table root = toml::parse(text);
-        refuse_other_kind(root, file);
+        refuse_other_kind(root, file.caller, name);
         return root;
     } catch (const toml::parse_error& error) {
         std::ostringstream line;

@@ -113,8 +113,8 @@ struct PhaseSource {
 /// each, and its stack ends.
 constexpr int max_key_parts = 32, max_nesting = 32;
 
-/// The file's root table. Errors: std::invalid_argument naming the line, or what the file is in place
-/// of the caller's kind.
+/// Returns the file's root table. Errors: std::invalid_argument naming the line, or the kind of file
+/// that was given in place of the caller's.
 toml::table parse_toml(const std::string& text, const TomlFile& file);
 
 /// The table [below]: lambert_albedo, or phase_function and albedo.

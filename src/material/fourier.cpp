@@ -188,20 +188,18 @@ class FourierTable {
         channels_ = static_cast<int>(colours.size());
         const bool symmetric = std::all_of(colours.begin(), colours.end(),
                                            [](const auto& of) { return of.is_symmetric(); });
-        const auto side = [&](Values values, bool symmetric_side) {
-            for (const SolvedStack& colour : colours) {
-                double& error =
-                    values == &SolvedStack::transmission ? transmission_error_ : reflection_error_;
+        const auto side = [&](Values values, bool symmetric_side, double& error) {
+            for (const SolvedStack& colour : colours)
                 error = std::max(error, spline_error(colour, values, nodes, options.threads));
-            }
             return series_of(colours, values, nodes.size(), symmetric_side, options.threads);
         };
-        const SideSeries above = side(&SolvedStack::reflection, true);
+        const SideSeries above = side(&SolvedStack::reflection, true, reflection_error_);
         const bool same = std::all_of(colours.begin(), colours.end(), [](const auto& of) {
             return of.is_symmetric() && of.is_transparent();
         });
-        const SideSeries below = same ? above : side(&SolvedStack::reflection_below, true);
-        const SideSeries through = side(&SolvedStack::transmission, symmetric);
+        const SideSeries below =
+            same ? above : side(&SolvedStack::reflection_below, true, reflection_error_);
+        const SideSeries through = side(&SolvedStack::transmission, symmetric, transmission_error_);
         for (std::size_t o = 0; o < mu_.size(); ++o) {
             std::vector<double> means;
             for (std::size_t i = 0; i < mu_.size(); ++i) {
@@ -217,7 +215,8 @@ class FourierTable {
         }
     }
 
-    /// What readers' splines are off by midway between cosines from 0.15 on; empty within `tolerance`.
+    /// Returns how far readers' splines are off midway between cosines from 0.15 on, as text; empty
+    /// within `tolerance`.
     std::string error_beyond(double tolerance) const {
         std::string text;
         for (const auto& [name, error] :

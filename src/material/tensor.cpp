@@ -67,6 +67,12 @@ struct Grids {
 
 constexpr std::size_t grid_size = static_cast<std::size_t>(side) * side;
 
+/// Returns the first sample of a theta and colour.
+float* grid_of(std::vector<float>& values, std::size_t colours, std::size_t theta,
+               std::size_t colour) {
+    return values.data() + (theta * colours + colour) * grid_size;
+}
+
 /// A place in the unit square, and its share in each of the four samples around it.
 struct Place {
     std::array<std::size_t, 4> samples;
@@ -114,7 +120,7 @@ std::vector<Place> horizon(double mu_out) {
 /// The grids of one theta.
 void fill(Grids& grids, const std::vector<ReflectionField>& colours, double mu_out, int t) {
     const std::size_t count = colours.size();
-    float* const values = grids.values.data() + static_cast<std::size_t>(t) * count * grid_size;
+    float* const values = grid_of(grids.values, count, static_cast<std::size_t>(t), 0);
     float* const luminance = grids.luminance.data() + static_cast<std::size_t>(t) * grid_size;
     for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x) {
@@ -222,9 +228,8 @@ void lift(std::vector<float>& values, std::size_t colours, const std::vector<flo
                                        along * static_cast<double>(theta[t + 1]));
         const std::vector<Place> places = horizon(std::max(mu_out, grazing));
         for (std::size_t c = 0; c < colours; ++c) {
-            const std::pair<float*, double> ends[] = {
-                {values.data() + (t * colours + c) * grid_size, 1 - along},
-                {values.data() + ((t + 1) * colours + c) * grid_size, along}};
+            const std::pair<float*, double> ends[] = {{grid_of(values, colours, t, c), 1 - along},
+                                                      {grid_of(values, colours, t + 1, c), along}};
             for (const Place& place : places) {
                 double above = 0, below = 0;
                 for (const auto& [grid, share] : ends)
@@ -256,8 +261,7 @@ Grids make_grids(const Material& material, const std::vector<float>& theta,
     balance(grids.values, colours.size(), theta);
     parallel_for(angle_count, options.threads, [&](int t) {
         for (std::size_t c = 0; c < colours.size(); ++c)
-            meet_horizon(grids.values.data() +
-                             (static_cast<std::size_t>(t) * colours.size() + c) * grid_size,
+            meet_horizon(grid_of(grids.values, colours.size(), static_cast<std::size_t>(t), c),
                          colours[c], mu_of(t), angle_count - 1 - t);
     });
     lift(grids.values, colours.size(), theta);

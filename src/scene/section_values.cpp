@@ -29,9 +29,9 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
     });
     const auto outside = std::ranges::find_if_not(
         image->rgb, [&](float value) { return value >= 0 && double{value} <= most; });
-    const bool none = outside == image->rgb.end();
-    require(none, caller, section.at(key), "of numbers in [0, " + shortest_text(most) + "]",
-            none ? 0.0f : *outside);
+    if (outside != image->rgb.end())
+        require(false, caller, section.at(key), "of numbers in [0, " + shortest_text(most) + "]",
+                *outside);
     return image;
 }
 

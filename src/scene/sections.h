@@ -21,7 +21,7 @@ struct Source {
     std::filesystem::path directory;
     std::vector<std::string>* notes;
 
-    /// Of numbers in [0, most].
+    /// Returns the image that a section names; refuses numbers that are not in [0, most].
     std::shared_ptr<const Image> image(const Section& section, double most) const;
     PhaseFunction phase_function(const Section& section, const char* key) const;
     /// A list of `count`.

@@ -46,6 +46,12 @@ float LayerShapes::weight(int albedo, int depth) const {
     return weights[(size(member_) * albedos + size(albedo)) * depths + size(depth)];
 }
 
+float LayerShapes::weight(int albedo, int depth, const Pair& pair) const {
+    const std::size_t ins = table_.mu_in.values.size(), outs = table_.mu_out.values.size();
+    return weight(albedo, depth) * table_.mu_in_weight[size(depth) * ins + size(pair.in)] *
+           table_.mu_out_weight[size(depth) * outs + size(pair.out)];
+}
+
 template <class Use>
 void LayerShapes::for_each(const DirectionList& at, const Use& use) const {
     const std::size_t azimuths = size(numbers_.azimuths());
@@ -54,12 +60,8 @@ void LayerShapes::for_each(const DirectionList& at, const Use& use) const {
 
 void LayerShapes::divide(int albedo, int depth, const DirectionList& at,
                          std::vector<float>& samples) const {
-    const float* const in = &table_.mu_in_weight[size(depth) * table_.mu_in.values.size()];
-    const float* const out = &table_.mu_out_weight[size(depth) * table_.mu_out.values.size()];
-    const float share = weight(albedo, depth);
-    for_each(at, [&](std::size_t n, const Pair& pair) {
-        samples[n] *= share * in[pair.in] * out[pair.out];
-    });
+    for_each(at,
+             [&](std::size_t n, const Pair& pair) { samples[n] *= weight(albedo, depth, pair); });
 }
 
 /// Returns the weights of the first orders of the path law, which lookups add to the samples. Errors
@@ -81,9 +83,6 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
     const double w = table_.albedo.values[size(albedo)],
                  tau = table_.optical_depth.values[size(depth)];
     const LowerBoundary& below = table_.lower_boundary;
-    const float* const in = &table_.mu_in_weight[size(depth) * table_.mu_in.values.size()];
-    const float* const out = &table_.mu_out_weight[size(depth) * table_.mu_out.values.size()];
-    const float share = weight(albedo, depth);
     const Pair* before = nullptr;
     float factor = 1;
     double mu = 0, other = 0, order = 0;
@@ -94,7 +93,7 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
             before = &pair;
             mu = table_.mu_in.values[size(pair.in)];
             other = table_.mu_out.values[size(pair.out)];
-            factor = 1 / (share * in[pair.in] * out[pair.out]);
+            factor = 1 / weight(albedo, depth, pair);
             order = side_ == Side::reflection ? single_reflection(1, w, tau, mu, other)
                                               : single_transmission(1, w, tau, mu, other);
             has_weights = false;

@@ -40,6 +40,8 @@ class LayerShapes {
     };
 
     float weight(int albedo, int depth) const;
+    /// Returns what samples of a layer and a pair of cosines are multiplied by.
+    float weight(int albedo, int depth, const Pair& pair) const;
     bool is_forward(std::size_t direction) const;
     double lesser_cosine(std::size_t direction) const;
     float share_of_grazing(std::size_t direction) const;

@@ -46,6 +46,13 @@ void subtract_sum(const std::vector<std::vector<float>>& function,
     for (std::size_t k = 0; k < function.size(); ++k) subtract(coefficient[k], function[k], values);
 }
 
+std::vector<float> sum_of(const std::vector<std::vector<float>>& function,
+                          const std::vector<float>& coefficient) {
+    std::vector<float> sum(function[0].size(), 0.0f);
+    for (std::size_t k = 0; k < function.size(); ++k) subtract(-coefficient[k], function[k], sum);
+    return sum;
+}
+
 std::vector<float> picked(const std::vector<float>& values, const DirectionList& at) {
     std::vector<float> some;
     some.reserve(at.size());
@@ -156,10 +163,7 @@ class SideSearch {
         for (std::size_t layer = 0; layer < sketched_.size(); ++layer) {
             sums_.coefficient.push_back(
                 fit_.coefficients(sketched_[served_by(static_cast<int>(layer))]));
-            std::vector<float> negative(sums_.sketch.size(), 0.0f);
-            subtract_sum(at_sketch_, sums_.coefficient.back(), negative);
-            for (float& value : negative) value = -value;
-            sums_.values.push_back(std::move(negative));
+            sums_.values.push_back(sum_of(at_sketch_, sums_.coefficient.back()));
         }
         return std::move(sums_);
     }
@@ -344,13 +348,7 @@ void LayerSums::see_in_full(const std::vector<int>& layers, Side side, LayerSamp
 }
 
 std::vector<float> LayerSums::in_full(int layer) const {
-    if (!is_spanned()) return full.at(layer);
-    std::vector<float> sum(numbers().count(), 0.0f);
-    for (std::size_t k = 0; k < function.size(); ++k) {
-        const float share = coefficient[size(layer)][k];
-        for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += share * function[k][n];
-    }
-    return sum;
+    return is_spanned() ? sum_of(function, coefficient[size(layer)]) : full.at(layer);
 }
 
 std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bool, 2>& sides,

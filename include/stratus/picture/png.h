@@ -30,7 +30,7 @@ double srgb_decoded(double encoded) noexcept;
 void write_png(const Image& image, double white, const std::vector<Label>& labels,
                const std::filesystem::path& path);
 
-/// What a file's numbers are: light as sRGB, or linear in what they stand for.
+/// A file's numbers encode light as sRGB, or are linear in what they stand for.
 enum class PngEncoding { srgb, data };
 
 /// Linear light, 1 where the file is white, black where it is transparent; 8 bits a channel. Takes at

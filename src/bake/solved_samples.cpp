@@ -64,10 +64,10 @@ int SolvedSamples::in_full(std::vector<int> layers, const Use& use) {
     if (layers.empty()) return 0;
     DirectionList all(numbers_.count());
     std::iota(all.begin(), all.end(), std::size_t{0});
-    const auto asked_for = [&](int layer, Side side, std::vector<float> samples) {
-        if (std::ranges::find(layers, layer) != layers.end()) use(layer, side, std::move(samples));
+    const auto is_asked_for = [&](int layer) {
+        return std::ranges::find(layers, layer) != layers.end();
     };
-    solve("in full", units_.holding(layers), {all, all}, asked_for);
+    solve("in full", units_.holding(layers), is_asked_for, {all, all}, use);
     return static_cast<int>(layers.size());
 }
 
@@ -76,10 +76,12 @@ void SolvedSamples::at(const std::array<DirectionList, 2>& directions, const Use
     for (std::size_t n = 0; n < 2; ++n)
         same[n] = as_numbers<std::size_t>(shared(options_.log, as_chars(directions[n])));
     if (same[0].empty() && same[1].empty()) return;
-    solve("baking", units_.all(), same, use);
+    solve(
+        "baking", units_.all(), [](int) { return true; }, same, use);
 }
 
 void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& units,
+                          const Choice& is_asked_for,
                           const std::array<DirectionList, 2>& directions, const Use& use) {
     const std::array<std::vector<std::size_t>, 2> positions{numbers_.positions(directions[0]),
                                                             numbers_.positions(directions[1])};
@@ -90,9 +92,9 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
     Pieces pieces;
     pieces.count = static_cast<int>(units.size());
     pieces.name = [&](int piece) { return request + units_.name_of(unit(piece)); };
-    pieces.solve = [&](int piece) { return solve_unit(unit(piece), positions); };
+    pieces.solve = [&](int piece) { return solve_unit(unit(piece), is_asked_for, positions); };
     pieces.take = [&](int piece, std::span<const char> result) {
-        take(unit(piece), directions, result, use);
+        take(unit(piece), is_asked_for, directions, result, use);
     };
     if (options_.progress) pieces.progress = [&](double done) { options_.progress(done, stage); };
     solve_pieces(pieces, options_.log, options_.threads);
@@ -114,9 +116,11 @@ std::vector<float> SolvedSamples::fluxes_of(const LayerSolution& solution) const
 
 /// Layer by layer: the samples of either side, then its fluxes.
 std::vector<char> SolvedSamples::solve_unit(
-    const Unit& unit, const std::array<std::vector<std::size_t>, 2>& positions) const {
+    const Unit& unit, const Choice& is_asked_for,
+    const std::array<std::vector<std::size_t>, 2>& positions) const {
     std::vector<float> numbers;
     for (const SolvedLayer& layer : units_.solve(unit)) {
+        if (!is_asked_for(layer.number)) continue;
         for (std::size_t n = 0; n < 2; ++n) {
             if (!sides_[n]) continue;
             const DirectionGrid& grid = units_.grid(unit.member);
@@ -145,12 +149,14 @@ void SolvedSamples::for_each_flux(int layer, const Visit& visit) {
         if (!flux->empty()) visit(std::span(*flux).subspan(at * mus, mus));
 }
 
-void SolvedSamples::take(const Unit& unit, const std::array<DirectionList, 2>& directions,
+void SolvedSamples::take(const Unit& unit, const Choice& is_asked_for,
+                         const std::array<DirectionList, 2>& directions,
                          std::span<const char> result, const Use& use) {
-    const std::vector<int> layers = units_.layers_of(unit);
+    std::vector<int> layers = units_.layers_of(unit);
+    std::erase_if(layers, [&](int layer) { return !is_asked_for(layer); });
     std::size_t of_layer = table_.is_stack() ? 1 : 0;
     for (std::size_t n = 0; n < 2; ++n) of_layer += sides_[n] ? directions[n].size() : 0;
-    for_each_flux(layers[0], [&](std::span<float> flux) { of_layer += flux.size(); });
+    for_each_flux(0, [&](std::span<float> flux) { of_layer += flux.size(); });
     const std::vector<float> numbers =
         numbers_in<float>(result, units_.name_of(unit), of_layer * layers.size());
     auto next = numbers.begin();

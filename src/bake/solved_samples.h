@@ -8,6 +8,7 @@
 #include "table_units.h"
 
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -26,13 +27,17 @@ class SolvedSamples : public LayerSamples {
     void at(const std::array<DirectionList, 2>& directions, const Use& use) override;
 
   private:
+    /// Whether a layer of the units that are solved is asked for.
+    using Choice = std::function<bool(int layer)>;
+
     void make_room();
-    void solve(const std::string& stage, const std::vector<Unit>& units,
+    void solve(const std::string& stage, const std::vector<Unit>& units, const Choice& is_asked_for,
                const std::array<DirectionList, 2>& directions, const Use& use);
-    std::vector<char> solve_unit(const Unit& unit,
+    std::vector<char> solve_unit(const Unit& unit, const Choice& is_asked_for,
                                  const std::array<std::vector<std::size_t>, 2>& positions) const;
-    void take(const Unit& unit, const std::array<DirectionList, 2>& directions,
-              std::span<const char> result, const Use& use);
+    void take(const Unit& unit, const Choice& is_asked_for,
+              const std::array<DirectionList, 2>& directions, std::span<const char> result,
+              const Use& use);
     /// Calls visit(numbers) for the fluxes of a layer.
     template <class Visit>
     void for_each_flux(int layer, const Visit& visit);

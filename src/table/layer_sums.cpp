@@ -329,24 +329,6 @@ std::vector<int> pilots_of(const Table& table) {
 
 }  // namespace
 
-void LayerSums::see_in_full(const std::vector<int>& layers, Side side, LayerSamples& samples) {
-    std::map<int, std::vector<float>> seen;
-    for (const int layer : layers) seen[layer];
-    samples.in_full(is_spanned() ? std::vector<int>{} : layers,
-                    [&](int layer, Side of, std::vector<float> values) {
-                        if (of == side) seen.at(layer) = std::move(values);
-                    });
-    if (is_spanned()) return;
-    DirectionList everywhere(numbers().count());
-    std::iota(everywhere.begin(), everywhere.end(), std::size_t{0});
-    const auto depths = static_cast<int>(table().optical_depth.values.size()),
-               albedos = static_cast<int>(table().albedo.values.size());
-    for (auto& [layer, values] : seen)
-        shapes[size(layer / depths / albedos)].divide(layer / depths % albedos, layer % depths,
-                                                      everywhere, values);
-    full = std::move(seen);
-}
-
 std::vector<float> LayerSums::in_full(int layer) const {
     return is_spanned() ? sum_of(function, coefficient[size(layer)]) : full.at(layer);
 }
@@ -392,6 +374,32 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
     if (sides[0]) sums[0] = lit.take();
     if (sides[1]) sums[1] = far.take();
     return sums;
+}
+
+void see_in_full(const std::array<std::vector<int>, 2>& layers, std::array<LayerSums, 2>& sums,
+                 LayerSamples& samples) {
+    std::set<int> asked_for;
+    for (std::size_t n = 0; n < 2; ++n) {
+        if (layers[n].empty() || sums[n].is_spanned()) continue;
+        for (const int layer : layers[n]) sums[n].full[layer];
+        asked_for.insert(layers[n].begin(), layers[n].end());
+    }
+    samples.in_full({asked_for.begin(), asked_for.end()},
+                    [&](int layer, Side side, std::vector<float> values) {
+                        auto& full = sums[side == Side::reflection ? 0 : 1].full;
+                        const auto place = full.find(layer);
+                        if (place != full.end()) place->second = std::move(values);
+                    });
+    for (LayerSums& side : sums) {
+        if (side.full.empty()) continue;
+        DirectionList everywhere(side.numbers().count());
+        std::iota(everywhere.begin(), everywhere.end(), std::size_t{0});
+        const auto depths = static_cast<int>(side.table().optical_depth.values.size()),
+                   albedos = static_cast<int>(side.table().albedo.values.size());
+        for (auto& [layer, values] : side.full)
+            side.shapes[size(layer / depths / albedos)].divide(layer / depths % albedos,
+                                                               layer % depths, everywhere, values);
+    }
 }
 
 }  // namespace stratus

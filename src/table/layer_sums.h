@@ -37,9 +37,6 @@ struct LayerSums {
     /// False where there are no functions of all layers: values are then the layers themselves.
     bool is_spanned() const { return !function.empty(); }
 
-    /// Asks for layers that are no sums, at all directions; on ranks all call it, once.
-    void see_in_full(const std::vector<int>& layers, Side side, LayerSamples& samples);
-
     /// A layer at all directions: its sum, or the layer itself if it was seen.
     std::vector<float> in_full(int layer) const;
     std::map<int, std::vector<float>> full;  // shapes of layers that were seen
@@ -51,5 +48,10 @@ struct LayerSums {
 /// Threads   the same bits however many hand over samples.
 std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bool, 2>& sides,
                                          double allowed, LayerSamples& samples);
+
+/// Asks for some layers of each side at all directions, where layers are no sums; on ranks all call
+/// it, once.
+void see_in_full(const std::array<std::vector<int>, 2>& layers, std::array<LayerSums, 2>& sums,
+                 LayerSamples& samples);
 
 }  // namespace stratus

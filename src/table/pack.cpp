@@ -135,14 +135,13 @@ void add_functions(TensorWriter& file, const std::string& name, const TableView&
 }
 
 /// One side of all members, or of the only one.
-void add_side(TensorWriter& file, LayerSums& sums, Side which, LayerSamples& samples) {
+void add_side(TensorWriter& file, const LayerSums& sums, const std::vector<FoundBlocks>& groups,
+              Side which) {
     const Table& table = sums.table();
     const auto name_of = [&](int member) {
         return member_prefix(table, size(member)) + side_name(which);
     };
     const int members = static_cast<int>(table.member_count());
-    const std::vector<FoundBlocks> groups = grouped_blocks(sums, {0, members});
-    sums.see_in_full(pivots_of(groups), which, samples);
     for (const FoundBlocks& group : groups) {
         const PackedBlocks blocks = BlockBuilder(sums, group).take();
         const std::int32_t owner = blocks.members.first;
@@ -229,11 +228,15 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
                                     view.has_transmission() && view.optical_depth.count > 0};
     std::array<LayerSums, 2> sums =
         find_layer_sums(table, sides, sums_share * kept_tolerance(view), samples);
-    if (!samples.is_first_rank()) {  // pivots of either side, for the first
-        for (const bool side : sides)
-            if (side) samples.in_full({}, {});
-        return {};
+    const int members = static_cast<int>(table.member_count());
+    std::array<std::vector<FoundBlocks>, 2> groups;
+    std::array<std::vector<int>, 2> pivots;
+    for (std::size_t n = 0; n < 2 && samples.is_first_rank(); ++n) {
+        if (sides[n]) groups[n] = grouped_blocks(sums[n], {0, members});
+        pivots[n] = pivots_of(groups[n]);
     }
+    see_in_full(pivots, sums, samples);
+    if (!samples.is_first_rank()) return {};
     TensorWriter file;
     add_header(file, table);
     add_path_law(file, table);
@@ -241,10 +244,11 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         for (std::size_t m = 0; m < table.member_count(); ++m)
             add_curve(file, member_prefix(table, m) + phase_name,
                       PhaseCurve(phase_function_of_member(table, m)));
-    if (sides[0]) add_side(file, sums[0], Side::reflection, samples);
-    sums[0] = {};
-    if (sides[1]) add_side(file, sums[1], Side::transmission, samples);
-    sums[1] = {};
+    for (std::size_t n = 0; n < 2; ++n) {
+        if (sides[n])
+            add_side(file, sums[n], groups[n], n == 0 ? Side::reflection : Side::transmission);
+        sums[n] = {};
+    }
     return file.finish();
 }
 

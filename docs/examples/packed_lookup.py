@@ -47,5 +47,7 @@ class PackedTable:
         fall = np.sinh(k * q) / np.sinh(k * (tau + q)) if k else q / (tau + q)
         d = np.expm1(2 * k * q) / np.expm1(2 * k * (tau + q)) if k else fall
         scale = fall if side == "transmission" else 1 / (1 + d + d**2)
+        thinnest = self.array["optical_depth"][0]
+        scale *= np.log1p(2.51629 / min(tau, thinnest)) / np.log1p(2.51629 / thinnest)  # 1 from there on
         return albedo * scale * np.expm1(-tau / mu_in) * np.expm1(-tau / mu_out) * np.einsum(
             "f,i,j,k,ijkf", coefficients, ci, cj, ck, functions)

@@ -102,6 +102,7 @@ Sheet summed(const TableView& table, const ChannelOrders& orders) {
     }
     const LayerBlend& blend = orders.blend;
     const int columns = table.azimuth.count;
+    const auto growth = static_cast<float>(blend.growth);
     for (int n = 0; n < blend.count; ++n) {
         const BlendTerm& term = blend.term[n];
         const float* const in = table.mu_in_weight + term.depth * table.mu_in.count;
@@ -110,7 +111,7 @@ Sheet summed(const TableView& table, const ChannelOrders& orders) {
         float* to = sum.value.data();
         for (int i = 0; i < table.mu_in.count; ++i)
             for (int j = 0; j < table.mu_out.count; ++j) {
-                const float share = term.share * in[i] * out[j];
+                const float share = growth * term.share * in[i] * out[j];
                 for (int k = 0; k < columns; ++k) *to++ += share * *from++;
             }
     }

@@ -1,5 +1,6 @@
 #include <stratus/layer/diffusion.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace stratus {
@@ -33,6 +34,11 @@ double reflection_scale(double optical_depth, double diffusion_exponent,
                         double extrapolation_length) noexcept {
     const double d = reflection_deficit(optical_depth, diffusion_exponent, extrapolation_length);
     return 1 / (1 + d + d * d);
+}
+
+double thin_growth(double optical_depth) noexcept {
+    constexpr double numerator = 2.51629;  // exp(3/2 - gamma)
+    return std::log1p(numerator / std::max(optical_depth, 1e-30));
 }
 
 }  // namespace stratus

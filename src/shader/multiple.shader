@@ -98,6 +98,13 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
 
 // ---- orders n >= 2 that a table holds
 
+// How the orders n >= 2 of layers thinner than all samples outgrow tau^2.
+float stratus_thin_growth(float depth, float thinnest) {
+    if (depth >= thinnest) return 1.0f;
+    return stratus_log2(2.51629f / max(depth, 1e-30f) + 1.0f) /
+           stratus_log2(2.51629f / thinnest + 1.0f);
+}
+
 // What functions and coefficients were divided by.
 float stratus_reflection_factor(float albedo, float depth, float exponent, StratusPath path) {
     vec4 range = stratus_field(STRATUS_REFLECTION, 9);
@@ -118,7 +125,8 @@ float stratus_reflection_factor(float albedo, float depth, float exponent, Strat
             into = stratus_extinguished(clamped / path.mu_in);
             back = stratus_extinguished(clamped / path.mu_out);
         }
-        return into * back * scale * stratus_clamp(albedo, range.x, range.y);
+        return into * back * scale * stratus_thin_growth(depth, range.z) *
+               stratus_clamp(albedo, range.x, range.y);
     }
     if (kind.z == 0.0f) return 1.0f;
     float thinnest = stratus_extinguished(range.z / path.mu_in) +
@@ -137,7 +145,7 @@ float stratus_transmission_factor(float albedo, float depth, float exponent, Str
     float twice = deep.extinguished * (deep.transmitted + 1.0f);
     return into * out_of * deep.transmitted * edge.extinguished /
            (edge.extinguished + twice - edge.extinguished * twice) *
-           stratus_clamp(albedo, range.x, range.y);
+           stratus_thin_growth(depth, range.z) * stratus_clamp(albedo, range.x, range.y);
 }
 
 // Reflection between the deepest finite sample and infinity, as diffusion has it: the share of the

@@ -83,10 +83,12 @@ class BlendBuilder {
             add(queries[m]);
         }
         blend_.optical_depth = queries[0].optical_depth;
-        blend_.fades = table_.has_lower_boundary() &&
-                       table_.lower_boundary->kind == LowerBoundary::Kind::surface &&
-                       table_.optical_depth.count > 0 &&
-                       blend_.optical_depth < table_.optical_depth.lowest;
+        const AxisView& depths = table_.optical_depth;
+        if (depths.count == 0 || !(blend_.optical_depth < depths.lowest)) return;
+        if (!table_.has_lower_boundary())
+            blend_.growth = thin_growth(blend_.optical_depth) / thin_growth(depths.lowest);
+        else
+            blend_.fades = table_.lower_boundary->kind == LowerBoundary::Kind::surface;
     }
 
     /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
@@ -210,7 +212,7 @@ double directional_factor(const TableView& table, const LayerBlend& blend, doubl
     const double in = std::clamp(mu_in, table.mu_in.lowest, table.mu_in.highest);
     const double out = std::clamp(mu_out, table.mu_out.lowest, table.mu_out.highest);
     if (!table.has_lower_boundary())
-        return intercepted_share(blend.optical_depth, in) *
+        return blend.growth * intercepted_share(blend.optical_depth, in) *
                intercepted_share(blend.optical_depth, out);
     if (!blend.fades) return 1;
     // A surface alone scatters once; a thin layer adds in proportion to what it extinguishes.

@@ -33,7 +33,9 @@ struct LayerBlend {
     BlendTerm term[FamilyStencil::max_count * stencil_size * stencil_size];
     int count = 0;
     double optical_depth = 0;  // clamped to the table
-    bool fades = false;        // see `directional_factor`
+    double growth =
+        1;  // of the orders n >= 2 in layers thinner than the table's (thin_growth, diffusion.h)
+    bool fades = false;  // see `directional_factor`
 };
 
 /// What follows the deepest sample of a table that has none at infinity.

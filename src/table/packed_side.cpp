@@ -49,7 +49,8 @@ void set_axes(const TableView& table, const double* exponents, double length, Si
     // Samples of a stack are divided by no albedo.
     view.min_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.lowest);
     view.max_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.highest);
-    view.min_depth = static_cast<float>(depth.lowest);
+    view.min_depth = depth.count > 0 ? static_cast<float>(depth.lowest) : 0;
+    view.inverse_growth = 1 / thin_growth(depth.lowest);
     view.ends_at_infinity = which == Side::reflection && depth.ends_at_infinity;
     view.max_finite_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
     view.max_depth = depth.ends_at_infinity ? 1e30f : view.max_finite_depth;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -55,6 +56,24 @@ TEST(Diffusion, EndsAtInfinity) {
         EXPECT_EQ(reflection_deficit(infinity, k, q), 0);
         EXPECT_EQ(reflection_scale(infinity, k, q), 1);
     }
+}
+
+TEST(Diffusion, GrowsInThinLayersAsTheMeanOfE1OverPairsOfDepths) {
+    constexpr double euler = 0.57721566490153286;
+    for (const auto& [tau, accuracy] : {std::pair{1e-9, 1e-6},
+                                        {1e-3, 1e-4},
+                                        {0.1, 2e-3},
+                                        {0.3, 1e-2},
+                                        {1.0, 0.032},
+                                        {5.0, 0.14}}) {
+        double mean = 1.5 - euler - std::log(tau), power = 1;  // by the series of E1, term by term
+        for (int k = 1; k < 60; ++k) {
+            power *= -tau / k;
+            mean -= 2 * power / (k * (k + 1.0) * (k + 2.0));
+        }
+        EXPECT_NEAR(thin_growth(tau) / mean, 1, accuracy) << tau;
+    }
+    EXPECT_TRUE(std::isfinite(thin_growth(0)));
 }
 
 TEST(Diffusion, OverflowsNowhere) {

@@ -31,11 +31,11 @@ def recipe(phase_function, albedo, depth, more=""):
     return f'phase_function = "{phase_function}"\n{ranges}{top}[discretisation]{choices}{more}'
 
 
-# Many blocks of layers; one albedo and no azimuth; few samples of albedo and depth; azimuths in their square root.
+# Many blocks of layers; one albedo and no azimuth, thinner layers too; few samples of albedo and depth; azimuths in their square root.
 TABLES = {
     "usual": (RECIPE, (0.75, 1.0), (0.5, 2.0)),
     "blocks": (recipe("rayleigh", (0.0, 1.0), (0.01, "inf"), "deepest_optical_depth = 64.0"), (0.0, 1.0), (0.01, 60.0)),
-    "isotropic": (recipe("isotropic", (0.9, 0.9), (0.1, 8.0)), (0.9, 0.9), (0.1, 8.0)),
+    "isotropic": (recipe("isotropic", (0.9, 0.9), (0.1, 8.0)), (0.9, 0.9), (0.001, 8.0)),
     "few": (recipe("rayleigh", (0.9, 1.0), (0.5, 2.0), "albedo_samples = 2\noptical_depth_samples_per_octave = 1"),
             (0.9, 1.0), (0.5, 2.0)),
     "peaked": (recipe("henyey_greenstein:g=0.5", (0.8, 1.0), (1.0, 4.0),

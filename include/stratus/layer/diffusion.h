@@ -1,5 +1,5 @@
-// How deep layers approach their limits: the scales by which tables are divided before they are
-// interpolated.
+// How deep and thin layers approach their limits: the scales by which tables are divided before they
+// are interpolated, and the law by which they are continued below their thinnest sample.
 //
 // Deep inside any layer the light field decays as exp(-k tau), k the diffusion exponent [vdH80]; at
 // w = 1, k = 0 and transmission falls as 1/(tau + q), q the extrapolation length. Near w = 1 and in
@@ -24,5 +24,11 @@ double reflection_deficit(double optical_depth, double diffusion_exponent,
 /// layers to 1 at infinity; in deep layers 1 - d, to the second order.
 double reflection_scale(double optical_depth, double diffusion_exponent,
                         double extrapolation_length) noexcept;
+
+/// How the orders n >= 2 of thin layers outgrow tau^2: the mean of E1(|t - t'|) over pairs of depths
+/// t, t' in the layer, which light joins along the horizontal (derived here).
+///
+/// Accuracy 3 % of the mean up to tau = 1, 14 % at 5; its limit 3/2 - gamma - ln(tau) in thin layers.
+double thin_growth(double optical_depth) noexcept;
 
 }  // namespace stratus

@@ -53,6 +53,7 @@ struct PackedSide {
     PackedAxis optical_depth;  // over log2(tau), finite samples
     float min_albedo, max_albedo;
     float min_depth;         // finite samples; a surface is seen as it is through less
+    double inverse_growth;   // 1 / thin_growth(min_depth), diffusion.h
     float max_finite_depth;  // finite samples; beyond it reflection follows the law of diffusion
     float max_depth;         // depths are clamped to it
     bool ends_at_infinity;   // reflection alone

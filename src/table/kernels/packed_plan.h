@@ -2,6 +2,8 @@
 // known in closed form.
 #pragma once
 
+#include <stratus/layer/diffusion.h>
+
 #include "base/interpolation.h"
 #include "layer/kernels/closed_form.h"
 #include "layer/kernels/diffusion_scales.h"
@@ -274,6 +276,9 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
         else if (side.divided && point.optical_depth > side.max_depth)  // clamped, as in lookup.h
             plan.factor[n] *= shares_at(side.max_depth, point.mu_in, point.mu_out) /
                               shares_at(point.optical_depth, point.mu_in, point.mu_out);
+    } else if (side.divided && point.optical_depth < side.min_depth) {
+        plan.factor[n] *=
+            static_cast<float>(thin_growth(double{point.optical_depth}) * side.inverse_growth);
     }
     const int rows = rows_of<azimuthal>(side);
     const int row = side.symmetric ? half_of(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;

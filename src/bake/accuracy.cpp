@@ -45,7 +45,7 @@ double floor_of(const LayerSolution& solution, Values values) {
     return std::max(0.01 * max, min_value);
 }
 
-/// Of a view of the table.
+/// Returns the ranges of a view of the table.
 PointRange range_of(const Table& table, const TableView& view) {
     return {view.albedo,
             view.optical_depth,
@@ -145,7 +145,7 @@ double energy_defect(const Table& table) {
     return worst;
 }
 
-/// Of a table that is packed, or whose samples may be in files.
+/// Views a table that is packed, or whose samples may be in files.
 TableView view_of(const Table& table, const VerifyOptions& options) {
     if (options.packed) return options.packed->view();
     TableView view = table.view();

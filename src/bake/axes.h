@@ -14,7 +14,7 @@ namespace stratus {
 /// The solver that a recipe asks for, as far as it is resolved.
 SolverOptions solver_options(const Recipe& recipe);
 
-/// What tables of the recipe leave to lookups (path_law.h); null where the phase function has no
+/// Returns the path law that tables of the recipe leave to lookups (path_law.h); null where the phase function has no
 /// narrow peak, over a lower boundary, in mixtures and of stacks.
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 
@@ -41,7 +41,7 @@ constexpr bool is_narrow(Range range, Range all) {
 /// spacing or a little less, four at least, or one where min = max.
 Axis mu_axis(Range range, int samples);
 
-/// The same for azimuths, whose range is in degrees and whose samples are in radians; one sample
+/// Returns an axis of azimuths, whose range is in degrees and whose samples are in radians; one sample
 /// at 0, linear, where nothing depends on azimuth: `samples` = 1.
 Axis azimuth_axis(Range range, AxisScale scale, int samples);
 
@@ -66,7 +66,7 @@ FamilyAxis ranging_axis(const FamilyRange& range, int samples);
 /// Where all axes of a recipe's family end, the most peaked first; a point of no axes without one.
 std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe);
 
-/// The same for a range; or just its values.
+/// Returns an axis over a range; or just its values.
 FamilyAxis family_axis(const FamilyRange& range, int samples);
 
 /// The axes of a resolved recipe's family; none without one.

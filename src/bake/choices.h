@@ -50,7 +50,7 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
 void note_choice(const Probes& probes, const std::string& what, double error,
                  const std::string& of);
 
-/// What would bring an error down to `allowed`, by the power law through the errors of the last two
+/// Extrapolates the choice that brings an error down to `allowed`, by the power law through the errors of the last two
 /// candidates; 0 where they fall more slowly than in proportion.
 double extrapolated(double before, double error_before, double last, double error_last,
                     double allowed);

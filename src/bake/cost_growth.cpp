@@ -65,7 +65,7 @@ Measured time_depths(const Recipe& recipe, const CostBudget& budget) {
     return measured;
 }
 
-/// Of a bake on ranks of one thread each, as `stratus bake --dry-run --ranks` predicts it.
+/// Predicts a bake on ranks of one thread each, as `stratus bake --dry-run --ranks` predicts it.
 Measured predict_ranks(const Recipe& recipe, const CostBudget& budget) {
     if (!budget.is_time_left(share_of_orders)) return {};
     BakeOptions options;

@@ -1,4 +1,4 @@
-// What errors of the solver cost in time: nodes x modes x scheme x start against a converged
+// The cost in time of the solver's errors: nodes x modes x scheme x start against a converged
 // solution.
 #pragma once
 
@@ -26,8 +26,8 @@ class SolverSweep {
     /// Adds the solvers that tolerances chose for their tables.
     void measure_chosen(const std::vector<CostPoint>& tables);
 
-    /// As many nodes as the recipe's tolerance chose, with ever more orders until those left out
-    /// are lost in what the nodes leave.
+    /// Takes the nodes that the recipe's tolerance chose, with ever more orders until those left out
+    /// are lost in the error of the nodes.
     std::vector<CostPoint> measure_orders(int nodes) const;
 
     /// Nodes that solve random points well enough for every tolerance.

@@ -1,4 +1,4 @@
-// What the sweeps of `measure_cost` share: the seconds they may take, and how errors are summed up.
+// The state that sweeps of `measure_cost` share: the seconds they may take, and how errors are summed up.
 #pragma once
 
 #include <stratus/bake/clock.h>
@@ -35,7 +35,7 @@ class CostBudget {
     const Clock::time_point started_ = Clock::now();
 };
 
-/// What the recipe says of its solver.
+/// Returns the recipe's options of the solver.
 SolverOptions solver_of(const Recipe& recipe);
 
 void set_errors(CostPoint& point, std::vector<double> errors);

@@ -1,4 +1,4 @@
-// What errors of lookups cost in bytes: how finely each axis of a table is sampled.
+// The cost in bytes of the errors of lookups: how finely each axis of a table is sampled.
 #pragma once
 
 #include <stratus/bake/accuracy.h>
@@ -12,7 +12,7 @@
 
 namespace stratus {
 
-/// As Verification::meets.
+/// Judges as Verification::meets does.
 bool keeps_tolerance(double tolerance, const CostPoint& table);
 
 /// An axis whose sampling is swept.

@@ -38,7 +38,7 @@ double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers
         });
 }
 
-/// What all modes from `kept` on add at most.
+/// Bounds the sum of all modes from `kept` on.
 double tail_of_modes(Probes& probes, int kept) {
     const ProbedLayers& layers = probed_layers(probes);
     const DirectionGrid& directions = probes.directions;

@@ -142,7 +142,7 @@ Keys stack_keys() {
              "finite where anything lies below"},
             {"", "below", "table", "-", "-", "(nothing)", "what the lowest layer lies on"},
         };
-        // What a bake of the stack as one material asks for, as in recipes.
+        // Keys for baking the stack as one material, as in recipes.
         const auto is_shared = [](const Key& key) {
             const std::string section = key.section, name = key.name;
             const std::set<std::string> top{"title",       "tolerance", "mu_in",         "mu_out",

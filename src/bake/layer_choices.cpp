@@ -24,7 +24,7 @@ ProbedLayers solve_between(const Probes& probes) {
     return solve_layers(probes, probes.albedos, between, probes.directions);
 }
 
-/// Of the worst depth beyond the finite depth `last`: at most depths nothing is left to miss.
+/// Returns the error at the worst depth beyond the finite depth `last`: most depths are at the limit.
 double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t last) {
     const ProbedLayers& layers = probed_layers(probes);
     const double length = probes.extrapolation_length;

@@ -60,7 +60,7 @@ class Team {
 
     Team(Loop& outermost, int threads) : outermost_(outermost), working_(threads) {}
 
-    /// What each of its threads does: the outermost loop, then whatever others have open. A single
+    /// Body of each thread: works on the outermost loop, then on whatever others have open. A single
     /// call stays on the thread that began the loop.
     void work(bool began_it) {
         of_this_thread = this;

@@ -19,7 +19,7 @@ inline void stop_if_asked(const WorkLog& log) {
     if (log.stop && log.stop()) throw WorkStopped();
 }
 
-/// The same log for part of the work: its pieces are named after it.
+/// Returns the log for part of the work: its pieces are named after the part.
 WorkLog part_of(const WorkLog& log, const std::string& part);
 
 template <class Number>
@@ -54,7 +54,7 @@ std::vector<Number> numbers_in(std::span<const char> result, const std::string& 
 /// Whether this process has the table: rank 0, or one that works alone.
 bool is_first_rank(const WorkLog& log);
 
-/// What rank 0 has, on all ranks, which call this in the same order and outside of `solve_pieces`.
+/// Broadcasts the bytes of rank 0 to all ranks, which call this in the same order and outside of `solve_pieces`.
 std::vector<char> shared(const WorkLog& log, std::vector<char> bytes);
 
 /// The `count` numbers of a finished piece, on all ranks: as `shared`.

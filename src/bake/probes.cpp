@@ -87,7 +87,7 @@ ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& 
     return probed;
 }
 
-/// Of chunks of albedos: every so many, from one on.
+/// A share of the chunks of albedos: every so many, from one on.
 struct Share {
     int index = 0, count = 1;
 };

@@ -1,4 +1,4 @@
-// What every choice of a discretisation is measured on, at one mixture: layers solved once, at
+// The probes on which every choice of a discretisation is measured, at one mixture: layers solved once, at
 // directions between grazing and normal, a few azimuths, albedos over the range and every octave of
 // depth (and infinity). Errors are relative as in accuracy.h; a choice stands when 99.9 % of the
 // probed values are within its share of the tolerance.
@@ -85,12 +85,13 @@ ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albed
                           const DepthLadder& ladder, const DirectionGrid& directions,
                           int most_modes = 0);
 
-/// The same for several ladders: [ladder][albedo][depth].
+/// Solves several ladders: [ladder][albedo][depth].
 std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<double>& albedos,
                                         const std::vector<DepthLadder>& ladders,
                                         const DirectionGrid& directions, int most_modes = 0);
 
-/// As solve_layers, on all ranks, each albedo by one of them: of solutions albedo and depth alone.
+/// Solves as solve_layers on all ranks, each albedo on one of them; solutions keep albedo and depth
+/// alone.
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes);
@@ -125,7 +126,7 @@ Errors errors_of_layers(
 std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists, double share);
 double quantile_of_all(const Probes& probes, Errors errors, double share);
 
-/// What 99.9 % of the errors of all shares are within.
+/// Returns the quantile of 99.9 % of the errors of all shares.
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);

@@ -280,7 +280,7 @@ class LadderPoints {
 
     std::size_t value_count() const { return count_; }
 
-    /// Of each layer a floor for each side, then the totals, point by point.
+    /// Returns a floor for each side of each layer, then the totals, point by point.
     std::vector<double> values(const SolverOptions& solver) const {
         const PhaseFunction member = phase_function_at(
             phase_function_, range_.second_phase_function, range_.family, ladder_.member);

@@ -1,4 +1,4 @@
-// What ranks tell one another (ranks.cpp): a head, and bytes after it.
+// Messages between ranks (ranks.cpp): a head, and bytes after it.
 #pragma once
 
 #include <algorithm>

@@ -139,7 +139,7 @@ Recipe read_layer(const Section& section, const PhaseSource& source) {
     return recipe;
 }
 
-/// What only a single layer has.
+/// Reads the keys that only a single layer has.
 void read_layer_choices(const Section& section, const PhaseSource& source, Recipe& recipe) {
     const Section discretisation = section.section("discretisation");
     recipe.discretisation = read_discretisation(discretisation);

@@ -7,7 +7,7 @@
 
 namespace stratus {
 
-/// As parse_recipe, but for the recipe's text, which stays empty.
+/// Parses as parse_recipe does, and leaves the recipe's text empty.
 Recipe recipe_of(const toml::table& parsed, const TomlFile& file, const PhaseSource& source);
 
 }  // namespace stratus

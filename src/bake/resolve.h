@@ -22,7 +22,7 @@ struct Resolution {
     double max_error = 0;  // that every choice was allowed
 };
 
-/// As `resolve`, every choice measured against `strictness` times the tolerance.
+/// Resolves with every choice measured against `strictness` times the tolerance.
 Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options);
 
 /// The choices of a bake's first attempt.

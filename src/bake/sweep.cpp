@@ -67,8 +67,8 @@ struct Row {
     toml::table cells;  // by column
 };
 
-/// What a cell of a CSV would be in the recipe; a text where it is nothing else, which is refused
-/// by the key's own rule.
+/// Adds a cell of a CSV as the recipe would have it; anything else becomes a text, which the key's own
+/// rule refuses.
 void add_cell(Row& row, const std::string& column, const Key& key, const std::string& cell) {
     double number;
     if (key.form == std::string_view("string") && !cell.starts_with('"') &&

@@ -1,4 +1,4 @@
-// What the TOML files that users write have in common: keys, ranges and defaults by the rows of
+// Shared reading of the TOML files that users write: keys, ranges and defaults by the rows of
 // keys.h; refusals that name the line.
 #pragma once
 
@@ -67,10 +67,10 @@ class Section {
     /// "FILE, line 7: section.key", of the key, or of its section where it is absent: the subject
     /// of refusals.
     std::string at(const char* key) const;
-    /// The same of the section itself.
+    /// Names the place of the section itself.
     std::string here() const;
 
-    /// What `read` returns; its refusals are told with the place of the key.
+    /// Returns read(); its refusals are told with the place of the key.
     template <class Read>
     auto placed(const char* key, const Read& read) const {
         try {

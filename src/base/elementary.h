@@ -35,7 +35,7 @@ STRATUS_INLINE Attenuation<F> attenuation(F x) {
     return {at_least(0, (power - nothing) + correction), (1.0f - power) - correction};
 }
 
-/// Of two arguments.
+/// Attenuations of two arguments.
 template <class F>
 struct Attenuations {
     Pair<F> transmitted, extinguished;
@@ -52,7 +52,7 @@ STRATUS_INLINE Attenuations<F> attenuations(const Pair<F>& x) {
     }
 }
 
-/// Of `n` arguments at once.
+/// Evaluates `n` arguments at once.
 template <int n, class F>
 STRATUS_INLINE void attenuate(const F (&x)[n], Attenuation<F> (&result)[n]) {
     if constexpr (std::is_same_v<F, float>) {

@@ -58,7 +58,7 @@ STRATUS_INLINE std::int32_t truncated(float x) { return static_cast<std::int32_t
 
 STRATUS_INLINE float as_float(std::int32_t n) { return static_cast<float>(n); }
 
-/// Of a number that is not negative.
+/// Halves a number that is not negative.
 STRATUS_INLINE std::int32_t half_of(std::int32_t n) { return n >> 1; }
 
 /// Added to a small number and subtracted again, it rounds to an integer: 1.5 * 2^23.
@@ -82,7 +82,7 @@ struct BinaryParts {
 };
 constexpr std::int32_t bits_of_root_half = 0x3f3504f3;
 
-/// Of x > 0, normal.
+/// Takes x > 0, normal.
 STRATUS_INLINE BinaryParts<float> binary_parts(float x) {
     std::int32_t bits;
     __builtin_memcpy(&bits, &x, sizeof bits);
@@ -101,7 +101,7 @@ struct OctavePlace {
     F octave, octave_inverse;  // 2^exponent, 2^-exponent
 };
 
-/// Of x > 0, normal.
+/// Takes x > 0, normal.
 template <int bits>
 STRATUS_INLINE OctavePlace<float, std::int32_t> octave_place(float x) {
     constexpr int shift = 23 - bits;
@@ -136,7 +136,7 @@ struct SimdRegister {
     typedef std::int32_t Ints __attribute__((vector_size(4 * width)));
 };
 
-// Of two registers. Compilers make a comparison and a blend of a ternary operator.
+// Operations on two registers. Compilers make a comparison and a blend of a ternary operator.
 template <class Floats>
 STRATUS_INLINE Floats maximum_of(Floats a, Floats b) {
     return a > b ? a : b;
@@ -224,7 +224,7 @@ STRATUS_INLINE SimdRegister<4>::Floats rounded_root(SimdRegister<4>::Floats x) {
 #endif
 }
 
-/// What lies side by side.
+/// The kind of numbers that lie side by side.
 enum class LaneContent { lookups, channels, quantities };
 
 template <int width, LaneContent content>
@@ -313,8 +313,8 @@ struct FloatLanes {
                 FloatLanes(reinterpret_cast<Floats>(0x7f000000 - exponent))};
     }
 
-    // Of lookups and channels 12 bits or more from the processor and one step of Newton: 2e-7, at a
-    // fraction of the time of a division or an exact root. Of quantities, as of a float.
+    // For lookups and channels, 12 bits or more from the processor and one step of Newton: 2e-7, at a
+    // fraction of the time of a division or an exact root. For quantities, as for a float.
     STRATUS_FRIEND FloatLanes reciprocal(FloatLanes x) {
         if constexpr (content == LaneContent::quantities) return FloatLanes(1.0f / x.v);
         const Floats y = estimated_reciprocal(x.v);
@@ -329,7 +329,7 @@ struct FloatLanes {
         const Floats y = estimated_reciprocal_root(x.v), half = y * 0.5f;
         return FloatLanes(y + half * (1.0f - x.v * y * y));
     }
-    /// Of numbers that are 0 or not below 1e-30.
+    /// Takes numbers that are 0 or not below 1e-30.
     STRATUS_FRIEND FloatLanes square_root(FloatLanes x) {
         if constexpr (content == LaneContent::quantities)
             return FloatLanes(rounded_root(x.v));
@@ -353,7 +353,7 @@ STRATUS_INLINE auto octave_place(FloatLanes<width, content> x) {
 using LookupLanes = FloatLanes<lane_width, LaneContent::lookups>;
 /// Three channels of one lookup, and a fourth that is ignored.
 using ChannelLanes = FloatLanes<4, LaneContent::channels>;
-/// What one lookup needs more than once: up to four numbers for the time of one.
+/// Up to four numbers that one lookup needs, for the time of one.
 using QuantityLanes = FloatLanes<4, LaneContent::quantities>;
 
 // ---- any of them
@@ -368,8 +368,8 @@ STRATUS_INLINE FloatLanes<width, content> clamped(FloatLanes<width, content> x, 
     return maximum(minimum(x, high), low);
 }
 
-// The same where not-a-number stays that, while above it becomes an end, which may be an index: of
-// two numbers one of which is none, maxima and minima are the second.
+// Bounds that keep not-a-number; those above turn it into an end, which may be an index: where one
+// of two numbers is not-a-number, maxima and minima are the second.
 template <class F>
 STRATUS_INLINE F at_least(float low, F x) {
     return maximum(F(low), x);
@@ -419,7 +419,7 @@ STRATUS_INLINE unsigned lanes_less(LookupLanes a, LookupLanes b) {
 template <int channels, class F>
 constexpr int channel_steps = std::is_same_v<F, ChannelLanes> ? 1 : channels;
 
-/// What a step of that loop reads of numbers that differ by channel.
+/// The numbers, one a channel, that a step of that loop reads.
 template <class F>
 STRATUS_INLINE auto channel_value(const float* number, int channel) {
     if constexpr (std::is_same_v<F, ChannelLanes>)

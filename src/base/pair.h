@@ -1,5 +1,5 @@
 // Two numbers that the same is done to: of the ways in and out, or 1 - cos Theta and 1 + cos Theta.
-// Those of one lookup lie side by side in a register and take the time of one.
+// The two of one lookup lie side by side in a register and take the time of one.
 #pragma once
 
 #include "quantities.h"

@@ -1,4 +1,4 @@
-// What one lookup needs more than once, side by side in a register: putting numbers there, moving
+// Numbers that one lookup needs more than once, side by side in a register: putting them there, moving
 // them about and adding them up.
 #pragma once
 

@@ -70,7 +70,7 @@ DirectionDensity::Peaks peaks_of(const DirectionDensity::Light& light, Side side
 }  // namespace
 
 // Samples of the density: incident cosines; outgoing ones in each quarter of the sphere; azimuths.
-// Those of peaks hold a rainbow too.
+// The samples of peaks hold a rainbow too.
 struct DirectionDensity::LobeGrid : LobeCoordinates {
     static constexpr int rows = 25, quarter_lines = 12, azimuths = 12, lines = 4 * quarter_lines;
 };

@@ -297,7 +297,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         if (path_.sample_count() == 0)
             path_ = PathSheet(*table.path_law, medium_.albedo, channels, table.highest_order);
         side.view.path = path_.view();
-        // What lookups know in closed form: the kernel itself, of no samples.
+        // The kernel itself, without samples, gives the closed forms that lookups add.
         side.sample.assign(no_samples * channels + 1, 0.0f);
         side.view.sample = side.sample.data();
         side.view.symmetric = true;

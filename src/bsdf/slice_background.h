@@ -14,8 +14,8 @@ namespace stratus {
 /// Diffuse transmittance of a layer over cosines, divided by the share of light intercepted.
 class SliceBackground {
   public:
-    /// Of all orders of a table that has them, or, without table, of order 1 alone; order 1 of the
-    /// layer or, given `layers`, of a stack's. Keeps pointers to both.
+    /// Takes all orders of a table that has them or, without a table, order 1 alone: that of the layer
+    /// or, given `layers`, of a stack's. Keeps pointers to both.
     SliceBackground(const TableView* table, bool with_order_1, const PhaseFunction& phase_function,
                     const std::vector<StackLayer>* layers);
 
@@ -30,7 +30,7 @@ class SliceBackground {
     const TableView* table_;
     const std::vector<StackLayer>* layers_;
     AxisView cosines_;
-    // Of the layer, or of each: added, or taken out of the table's.
+    // Order 1 of the layer, or of each of the stack's: added, or taken out of the table's.
     std::vector<SingleDiffuseTransmittance> order_1_;
 };
 

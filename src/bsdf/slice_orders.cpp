@@ -10,7 +10,7 @@
 namespace stratus {
 namespace {
 
-/// What a layer deeper than the deepest sample scatters, over what one as deep does.
+/// Ratio of the light of a layer deeper than the deepest sample to that of the deepest.
 double beyond_deepest(const TableView& table, Side which, double albedo, double optical_depth) {
     const Stencil around = table.albedo.stencil(albedo);
     double exponent = 0;

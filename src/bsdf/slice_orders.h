@@ -5,7 +5,8 @@
 
 namespace stratus {
 
-/// Of one side; beyond the deepest sample as the law of diffusion has it (lookup.h).
+/// Finds the orders n >= 2 of one side; beyond the deepest sample they are extrapolated by diffusion
+/// (lookup.h).
 ChannelOrders orders_of(const TableView& table, Side which, double albedo, double optical_depth);
 
 }  // namespace stratus

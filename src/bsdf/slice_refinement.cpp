@@ -202,7 +202,7 @@ class RelativeErrors {
     void reserve(int count) { errors_.reserve(size(count)); }
     void add(double error, double total) { errors_.push_back({std::abs(error), total}); }
 
-    /// What 99.9 % of them stay below; totals below `floor` count as that.
+    /// Returns what 99.9 % of the errors stay below, relative to totals of at least `floor`.
     double quantile(double floor) const {
         constexpr int bins = 64, bins_an_octave = 2;  // downwards from `highest`
         constexpr double highest = 16, rare = 1e-3;
@@ -246,7 +246,7 @@ class Refinement {
                         table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
     }
 
-    /// What straight lines between `probed` + 1 samples are off by along mu_in, mu_out and azimuth,
+    /// Errors of straight lines between `probed` + 1 samples along mu_in, mu_out and azimuth,
     /// relative to R or T: an eighth of the second differences.
     std::array<double, 3> errors_of_straight_lines() const {
         RelativeErrors of_in, of_out, of_azimuth;
@@ -290,7 +290,8 @@ class Refinement {
     }
 
   private:
-    /// Of a sheet whose first axis is `along`; returns the largest total away from the horizon.
+    /// Adds the errors of a sheet whose first axis is `along`; returns the largest total away from the
+    /// horizon.
     double add_errors_along_mu(const Sheet& sheet, const AxisView& along, const AxisView& across,
                                RelativeErrors& errors) const {
         const MuPlaces places(along, probed);
@@ -349,7 +350,7 @@ class Refinement {
 
     double least_cosine() const { return table_.path_law != nullptr ? least_path_cosine : 0; }
 
-    /// What samples are multiplied by along one of the directions.
+    /// Returns the factor of samples along one of the directions.
     double divided_by(double mu) const {
         return table_.has_lower_boundary() ? 1 : intercepted_share(blend_.optical_depth, mu);
     }

@@ -9,7 +9,7 @@
 namespace stratus::io::hdf5 {
 namespace {
 
-/// What netCDF-4 writes about itself.
+/// The attribute that netCDF-4 writes about itself.
 constexpr const char* netcdf_properties = "_NCProperties";
 
 void write_attribute(hid_t object, const std::string& name, hid_t stored_type, hid_t memory_type,
@@ -55,7 +55,7 @@ void write_entry(hid_t object, const std::string& name, const std::string& text)
     }
 }
 
-/// As many numbers as an attribute may have without being larger than its file.
+/// Returns the size of an attribute, which must not exceed its file.
 std::size_t checked_size(hid_t attribute, std::size_t element_size, const std::string& name) {
     const std::string task = "read attribute " + name;
     const Handle space(H5Aget_space(attribute), H5Sclose, task);

@@ -36,7 +36,7 @@ struct Output {
     std::exception_ptr failure;
 };
 
-/// What HDF5 holds of an open file, and gives to the functions below.
+/// An open file as HDF5 holds it and gives it to the functions below.
 struct OpenFile : H5FD_t {
     explicit OpenFile(std::shared_ptr<Output> output_) : H5FD_t{}, output(std::move(output_)) {}
 
@@ -69,7 +69,7 @@ herr_t forget_output(void* output) {
     return 0;
 }
 
-/// As HDF5's memory driver, so that the bytes are the same.
+/// Same features as HDF5's memory driver, so that the bytes are the same.
 herr_t features(const H5FD_t*, unsigned long* flags) {
     if (flags)
         *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA |

@@ -75,7 +75,7 @@ std::vector<double> moments_to_store(const Table& table) {
     return table.phase_function.moments(std::max(stored_moments, static_cast<int>(all.size())));
 }
 
-/// What smooths the moments that the path law leaves out: b(l) is 1 up to the first, 0 from the
+/// Smoothing of the moments that the path law leaves out: b(l) is 1 up to the first, 0 from the
 /// second on.
 const std::vector<double> path_law_moments{PathLaw::first_smoothed, PathLaw::smooth_moments};
 
@@ -85,7 +85,7 @@ void read_path_law(const Metadata& metadata, Table& table) {
     if (to_numbers("path_law", text) != path_law_moments)
         throw std::runtime_error("attribute path_law must be " + to_text(path_law_moments) +
                                  ", got " + shown_text(text));
-    // Of a family lookups work it out at the very parameters.
+    // Lookups of a family evaluate it at the chosen parameters.
     table.path_law = table.has_family() ? PathOrders::of_any(table.phase_function)
                                         : PathOrders::of(table.phase_function);
     if (!table.path_law)

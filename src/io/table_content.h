@@ -1,4 +1,4 @@
-// What a table file holds, independent of its format: datasets, metadata, checksums and limits.
+// The content of a table file, independent of its format: datasets, metadata, checksums and limits.
 //
 // Datasets run over the first axes of the table in order: reflection and transmission over all
 // five, plane albedo and diffuse transmittance over three, spherical albedo over two, the diffusion
@@ -63,16 +63,16 @@ std::string checksum(std::span<const char> bytes);
 std::string checksum(std::span<const float> values);
 std::string checksum(std::span<const double> values);
 
-/// The same of values that need not be in memory at once: calls read() after every few.
+/// Checksum of values that need not be in memory at once: calls read() after every few.
 std::string checksum(std::span<const float> values, const std::function<void()>& read);
 
-/// The same of names and texts, each followed by a zero byte, in the order of the names.
+/// Checksum of names and texts, each followed by a zero byte, in the order of the names.
 std::string checksum(const Metadata& metadata);
 
 /// Removes the entry `name` and returns its text; nothing if there is none.
 std::optional<std::string> take(Metadata& metadata, const std::string& name);
 
-/// What a table is refused with that is not as it was when its checksums were written.
+/// Thrown for a table that is not as it was when its checksums were written.
 class NotAsSealed : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };

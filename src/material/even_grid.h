@@ -27,7 +27,7 @@ struct LitSide {
 /// Reflection; transmission, where light passes; reflection_below, where it is another.
 std::vector<LitSide> lit_sides(const Material& material, const std::vector<SolvedStack>& colours);
 
-/// What the beam passes, for each colour; infinity where nothing does.
+/// Optical depth that the beam passes, for each colour; infinity where nothing does.
 std::vector<double> beam_depths(const Material& material);
 
 }  // namespace stratus

@@ -20,7 +20,7 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
 std::vector<SolvedStack> solve_colours(const Material& material, const std::vector<double>& mu,
                                        const MaterialOptions& options);
 
-/// What a file's text says of a material: its title, layers and what is under them.
+/// Describes a material for a file's text: its title, layers and the ground under them.
 std::string describe(const Material& material);
 
 /// The note on the beam; none where nothing passes.

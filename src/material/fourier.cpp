@@ -246,7 +246,7 @@ class FourierTable {
   private:
     bool is_up(std::size_t k) const { return k > positive_.size(); }
 
-    /// Of a node among the cosines solved.
+    /// Returns the place of a node among the cosines solved.
     std::size_t place(std::size_t k) const {
         return is_up(k) ? k - positive_.size() - 1 : positive_.size() - k;
     }

@@ -17,7 +17,7 @@ class ReflectionField {
     /// this is made of. The first stands for the limit 0.
     static std::vector<double> cosines(int count);
 
-    /// Of a solution at `cosines(count)`.
+    /// Takes a solution at `cosines(count)`.
     ReflectionField(const Stack& stack, const SolvedStack& solved, const std::vector<double>& mu,
                     int threads);
 

@@ -21,7 +21,7 @@ constexpr int slice_cosines = 64, slice_azimuths = 65;
 constexpr auto cosines = static_cast<std::size_t>(slice_cosines),
                azimuths = static_cast<std::size_t>(slice_azimuths);
 
-/// Of one side over (colour, mu_in, mu_out, azimuth), times mu_in + mu_out.
+/// Samples of one side over (colour, mu_in, mu_out, azimuth), times mu_in + mu_out.
 struct Samples {
     std::vector<float> all_orders, multiple;
 };

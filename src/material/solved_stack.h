@@ -14,7 +14,7 @@ constexpr double grazing = 1e-9;  // cosine that is solved for the limit at 0
 /// True where light passes through.
 bool is_transparent(const Stack& stack);
 
-/// Of all layers.
+/// Returns the optical depth of all layers.
 double optical_depth(const Stack& stack);
 
 class SolvedStack {

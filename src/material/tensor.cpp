@@ -1,7 +1,7 @@
 // "tensor_file" materials: reflection over the half vector, for renderers that read measured ones.
 //
 // The formats' own warp by visible microfacets is made the identity: ndf = 1, sigma = 1/4, vndf = 1.
-// What remains is a table of f cos(theta_i) over theta_o and the half vector m,
+// This leaves a table of f cos(theta_i) over theta_o and the half vector m,
 //
 //     theta_m = pi/2 x^2,  phi_m - phi_o = (2 y - 1) pi,  wi = 2 (wo . m) m - wo,
 //

@@ -80,7 +80,7 @@ SectionLanes sections_of(const std::vector<CoefficientLanes>& series) {
     return sum;
 }
 
-/// Of several spheres: a row of the real and one of the imaginary parts of (2n+1) / (n(n+1))
+/// Coefficients of several spheres: a row of the real and one of the imaginary parts of (2n+1) / (n(n+1))
 /// (a_n + b_n), and as many with a_n - b_n, times the root of how many spheres there are. See
 /// sphere_sums.h.
 struct SphereRows {

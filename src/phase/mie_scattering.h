@@ -47,7 +47,7 @@ struct SphereSize {
     double number;  // how many, in any unit
 };
 
-/// What many spheres do together.
+/// The summed scattering of many spheres.
 struct SphereScattering {
     CrossSections total;
     std::vector<double> moments;  // chi_l of the phase function, to the last one, l = 2 n_max

@@ -15,7 +15,7 @@ using Term = PhaseFunction::Term;
 struct ReadableKind : PhaseKind {
     Term (*read)(PhaseText&, const std::string& parameter);
 
-    /// What may stand after the name.
+    /// Lists what may stand after the name.
     std::vector<std::string> allowed() const {
         std::vector<std::string> names = parameter_names();
         if (may_be_a_file) names.insert(names.begin(), "file");

@@ -31,7 +31,7 @@ struct Style {
     Colour colour;
 };
 
-/// Of measured series in their order: dark and light alternate, for print without colour.
+/// Styles of measured series in their order: dark and light alternate, for print without colour.
 constexpr Style styles[] = {
     {Marker::circle, {0.10, 0.30, 0.65}}, {Marker::square, {0.88, 0.55, 0.10}},
     {Marker::cross, {0.05, 0.45, 0.35}},  {Marker::triangle, {0.80, 0.35, 0.60}},

@@ -14,7 +14,7 @@ struct PointLabel {
     bool is_required;  // drawn where it covers other things too, if need be
 };
 
-/// What labels should not cover.
+/// Areas that labels should not cover.
 struct Obstacles {
     std::vector<Box> marks, lines;
 };

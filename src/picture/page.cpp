@@ -23,7 +23,7 @@ double left_share(Align align) {
     return align == Align::left ? 0 : align == Align::centre ? 0.5 : 1;
 }
 
-/// Of UTF-8: the bytes of a character after its first begin with the bits 10.
+/// Handles UTF-8: the bytes of a character after its first begin with the bits 10.
 void remove_last_character(std::string& text) {
     while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0) == 0x80)
         text.pop_back();

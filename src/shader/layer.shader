@@ -9,7 +9,7 @@
 //   stratus_layer_pdf(wi, wo)              the density that it is drawn with, per steradian
 #ifdef STRATUS_LAYER
 
-// Of a colour, in .x to .z: optical depth, albedo, diffusion exponent.
+// Returns for a colour in .x to .z: optical depth, albedo, diffusion exponent.
 vec4 stratus_layer_colour(int colour) { return stratus_layer_texel(colour); }
 
 struct StratusColours {
@@ -115,7 +115,7 @@ float stratus_root_place(vec4 root, float distance) {
 
 bool stratus_is_peaked() { return stratus_y(stratus_layer_texel(4)) > 0.0f; }
 
-// Of the side, .x at the same cosine, .y at the horizon: widths of peaks; .z slope.
+// Returns for a side .x at the same cosine, .y at the horizon: widths of peaks; .z slope.
 vec4 stratus_peaks(int side) { return stratus_layer_texel(6 + side); }
 
 vec4 stratus_cosine_root(int side, vec4 into, float reach) {
@@ -123,7 +123,7 @@ vec4 stratus_cosine_root(int side, vec4 into, float reach) {
     return stratus_fourth_root(blur / (abs(reach) + blur));
 }
 
-// Of lobes: tan(azimuth / 2) = .x q / (.y (1 - q)). Of sharp peaks: the fourth root along
+// Lobes: tan(azimuth / 2) = .x q / (.y (1 - q)). Sharp peaks: the fourth root along
 // tan(azimuth / 4).
 vec4 stratus_azimuth_scale(int side, vec4 into, vec4 away) {
     if (stratus_is_peaked()) {
@@ -142,7 +142,7 @@ vec4 stratus_azimuth_scale(int side, vec4 into, vec4 away) {
     return vec4(nearer, farther, 0.0f, 0.0f);
 }
 
-// Of a quarter of the sphere, from mu_in to the normal or, to_horizon 1, to the horizon, at s in
+// Returns, for a quarter of the sphere, from mu_in to the normal or, to_horizon 1, to the horizon, at s in
 // [0, 1]: the cosine, and |d mu / d s| in .w.
 vec4 stratus_outgoing(int side, float to_horizon, vec4 into, float s) {
     float reach = to_horizon - into.x;

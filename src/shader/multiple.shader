@@ -105,7 +105,7 @@ float stratus_thin_growth(float depth, float thinnest) {
            stratus_log2(2.51629f / thinnest + 1.0f);
 }
 
-// What functions and coefficients were divided by.
+// The divisor of functions and coefficients.
 float stratus_reflection_factor(float albedo, float depth, float exponent, StratusPath path) {
     vec4 range = stratus_field(STRATUS_REFLECTION, 9);
     vec4 kind = stratus_field(STRATUS_REFLECTION, 10);

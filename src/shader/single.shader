@@ -100,7 +100,7 @@ float stratus_w(vec4 v) { return v.w; }
 
 vec4 stratus_field(int side, int k) { return stratus_number(side * 16 + k); }
 
-// Of sample k of the albedo: diffusion exponent, 1 / deficit and scale of the deepest finite sample.
+// Texel of sample k of the albedo: diffusion exponent, 1 / deficit and scale of the deepest finite sample.
 vec4 stratus_of_albedo(int side, int k) {
     return stratus_number(int(stratus_x(stratus_field(side, 13))) + k);
 }
@@ -219,8 +219,8 @@ float stratus_once_transmitted(float phase, float albedo, float depth, StratusPa
            albedo * 0.25f;
 }
 
-// Of the layers of a stack: each one's own, through those above it and, where light leaves below,
-// those beneath it.
+// Sums over the layers of a stack: each one's own light, through those above it and, where light leaves
+// below, those beneath it.
 float stratus_single_of_layers(int side, StratusPath path) {
     vec4 stack = stratus_field(side, 15);
     float above = 0.0f;

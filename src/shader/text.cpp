@@ -8,7 +8,7 @@
 namespace stratus {
 namespace {
 
-// What is each language's own: types, how a texel is fetched, 2^n and the exponent of a float.
+// Differences between the languages: types, how a texel is fetched, 2^n and the exponent of a float.
 
 constexpr const char* glsl = R"(#ifdef GL_ES
 precision highp float;

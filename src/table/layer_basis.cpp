@@ -53,7 +53,7 @@ class GreedySearch {
         return double{largest_product(remainder_[size(l)], *layers_.importance[size(l)])};
     }
 
-    /// What is left of a layer, normalised.
+    /// Adds the normalised remainder of a layer to the functions.
     void add_function(int pivot) {
         const std::vector<float>& left = remainder_[size(pivot)];
         double square = 0;

@@ -10,7 +10,7 @@
 namespace stratus {
 namespace {
 
-/// What is asked of the multiply scattered part.
+/// The layer at which the multiply scattered part is asked for.
 struct LayerQuery {
     Stencil albedo_stencil;
     double albedo;  // clamped to the axis; 1 where samples are not divided by anything
@@ -41,7 +41,7 @@ LayerQuery query_of(const TableView& table, double albedo, double optical_depth,
     return query;
 }
 
-/// What transmitted light is to be multiplied by to get from a member to the chosen point. Light of
+/// Factor that takes transmitted light from a member to the chosen point. Light of
 /// n orders is a polynomial of degree n in a mixture and divided by nothing; but in deep layers many
 /// orders make it exponential.
 double fall_from_member(const TableView& table, const LayerQuery& query) noexcept {

@@ -38,7 +38,7 @@ struct LayerBlend {
     bool fades = false;  // see `directional_factor`
 };
 
-/// What follows the deepest sample of a table that has none at infinity.
+/// The law beyond the deepest sample of a table that has none at infinity.
 enum class BeyondDeepest { is_clamped, follows_diffusion };
 
 /// Needs a table that has this side.
@@ -47,7 +47,7 @@ LayerBlend reflection_blend(const TableView& table, double albedo, double optica
 LayerBlend transmission_blend(const TableView& table, double albedo, double optical_depth,
                               BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
 
-/// What the sum is to be multiplied by along both directions: what the samples were divided by.
+/// Factor of the sum along both directions: the divisor of the samples.
 double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
                           double mu_out) noexcept;
 

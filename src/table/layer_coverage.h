@@ -19,7 +19,7 @@ bool is_scattered_once(const TableView& table, double albedo, double optical_dep
 /// of diffusion.
 bool is_depth_known(const TableView& table, Side side, double albedo, double optical_depth);
 
-// What is allowed, for messages: the table, and what its laws add to it.
+// Ranges covered by the table and by the laws that extend it, for messages.
 std::string allowed_albedo(const TableView& table);
 std::string allowed_depth(const TableView& table);
 

@@ -65,7 +65,7 @@ struct RowOf {
 };
 
 #if defined(__GNUC__)
-// The same four floats as the compiler's own vector: with optimisation on, g++ 12 leaves the struct
+// Four floats as the compiler's own vector: with optimisation on, g++ 12 leaves the struct
 // scalar and takes three times as long.
 template <>
 struct RowOf<4> {
@@ -183,7 +183,7 @@ Scattered transmitted(const TableView& table, const TablePoint& point) noexcept 
     return scattered;
 }
 
-/// What look_up(table, point) has at arguments in range.
+/// Calls look_up(table, point) with arguments in range.
 template <class LookUp>
 Scattered looked_up(const TableView& table, const TablePoint& point,
                     const LookUp& look_up) noexcept {

@@ -47,7 +47,7 @@ Number cosine_in_range(const char* argument, Number mu) noexcept {
     return std::max(in_range(argument, Number{0}, Number{1}, mu), Number{min_cosine});
 }
 
-/// What remains of an azimuth in [0, pi]; of infinity not-a-number.
+/// Reduces an azimuth to [0, pi]; infinity gives not-a-number.
 inline double azimuth_in_range(double azimuth) noexcept {
     if (azimuth >= 0 && azimuth <= pi) return azimuth;
     if constexpr (lookups_are_checked) {
@@ -96,7 +96,7 @@ Value all_channels(float x) noexcept {
         return {x, x, x};
 }
 
-/// Of a side that nothing comes from.
+/// Returns the light of a dark side: 0, or not-a-number where an argument is.
 inline float dark_at(float mu_in, float mu_out, float azimuth) noexcept {
     return is_unknown(mu_in, mu_out, azimuth * 0) ? not_a_number : 0;
 }

@@ -161,7 +161,7 @@ void add_side(TensorWriter& file, const LayerSums& sums, const std::vector<Found
 }
 
 void add_path_law(TensorWriter& file, const Table& table) {
-    // Of families lookups work it out at the very parameters.
+    // Lookups of families evaluate it at the chosen parameters.
     if (!table.path_law || table.has_family()) return;
     const PathOrders& law = *table.path_law;
     const std::size_t orders = size(law.order_count() - 2), angles = size(2 * law.angle_count());

@@ -22,7 +22,7 @@ struct Resampling {
 
     explicit Resampling(int count) : from(count), to(std::max(stencil_size, count)) {}
 
-    /// Of cosines, where one sample alone stands for four.
+    /// Resampling along cosines, where a single sample stands for four.
     static Resampling of_directions(int count) {
         Resampling sampling(count);
         if (count == 1) sampling.to = 1;
@@ -53,7 +53,7 @@ struct FunctionLayout {
     int column_step() const { return mu_out.to > 1 ? azimuth_rows : 0; }
     /// mu' in row i over mu.
     int columns(int i) const { return symmetric ? i + stencil_size : mu_out.to; }
-    /// Of a whole block.
+    /// Returns how many rows a whole block has.
     std::size_t rows() const;
 };
 

@@ -1,4 +1,4 @@
-// What a packed table's file holds, by name (docs/packed.md): strings, axes, fluxes, and for each
+// Names of the tensors and strings in a packed table's file (docs/packed.md): strings, axes, fluxes, and for each
 // side (and member of the family, if there is one) the blocks of functions.
 #pragma once
 

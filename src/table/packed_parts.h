@@ -1,4 +1,4 @@
-// What a packed table's file is read into (packed_names.h says what it holds): the table without its
+// A packed table's file as it is read (packed_names.h lists its contents): the table without its
 // samples, and both sides for each member of a family.
 #pragma once
 

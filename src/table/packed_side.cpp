@@ -303,7 +303,7 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     PackedMember sample{};
     sample.extrapolation_length = table.extrapolation_lengths[m];
     const TableView view = table.view();
-    // Of members that vary in parameters no closed form is asked for: none lies at the point itself.
+    // Members that vary in parameters need no closed form: none lies at the point itself.
     const PhaseFunction phase = table.varies_parameters()
                                     ? PhaseFunction()
                                     : view.at(member_at(table.family, m)).chosen_phase_function();

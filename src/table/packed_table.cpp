@@ -119,7 +119,7 @@ struct PackedTable::Contents {
                 add(members[size(around.member[k])], double{around.weight[k]});
     }
 
-    /// The same around a mixture; of other families not-a-number.
+    /// Adds up the members around a mixture; other families give not-a-number.
     template <class Add>
     void each_member(double share, const Add& add) const {
         if (!header.has_family()) return add(members[0], 1.0);
@@ -320,7 +320,7 @@ const float* summed_row(const FunctionLayout& layout, const std::vector<float>& 
     return &rows[size(at)];
 }
 
-/// What thin layers over a surface add, over what the thinnest sampled does (lookup.h).
+/// Ratio of the light of a thin layer over a surface to that of the thinnest sampled (lookup.h).
 float share_of_thinnest(const PackedSide& side, double optical_depth, double mu_in, double mu_out) {
     const auto extinguished = [&](double depth) {
         return intercepted_share(depth, mu_in) + intercepted_share(depth, mu_out);

@@ -21,7 +21,7 @@ struct Lines {
     Side side;
     double tau, slant_in, slant_out;  // tau / mu0, tau / mu
 
-    /// Of orders n >= 2.
+    /// Returns the sum of the orders n >= 2.
     double operator()(double b) const {
         const double k = std::sqrt((1 - b) * (1 + b)), r = b / (1 + k), q = r * r;
         const double in = k * slant_in, out = k * slant_out;

@@ -164,7 +164,7 @@ void DoublingLadder<Number>::allocate(const std::vector<double>& moments,
     phase.legendre = memory.rows(2 * moment_count, layer_.stride);
 }
 
-/// What a group needs beside the layer as a whole, whose memory serves its thin start.
+/// Memory of a group beside the layer as a whole, whose own serves its thin start.
 template <class Number>
 void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     const auto prepare = [this](const DirectionGroups::Group& from, SimdLayer<Number>& layer) {

@@ -168,7 +168,7 @@ DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBou
 
 namespace {
 
-/// As `evaluate`; `closed_form` is empty unless asked for.
+/// Evaluates as `evaluate` does; `closed_form` is empty unless asked for.
 GridValues evaluate_parts(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                           bool asks_closed_form) {
     const auto n = static_cast<Eigen::Index>(grid.mu().size());

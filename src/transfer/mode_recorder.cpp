@@ -95,7 +95,7 @@ void ModeRecorder::record_boundary(const LayerMode& above, bool is_conservative,
 
 VectorXd ModeRecorder::flux_over_surface(const LayerMode& above, bool is_conservative,
                                          double albedo) const {
-    // What falls on the surface is t + A R* t + (A R*)^2 t + ... = t / (1 - A R*), for it sends back
+    // The light that falls on the surface is t + A R* t + (A R*)^2 t + ... = t / (1 - A R*), for it sends back
     // uniform light. Without absorption R* = 1 - T, where 1 - R* would lose T of deep layers.
     const int N = directions_.nodes;
     const VectorXd s = directions_.s.head(N);

@@ -27,7 +27,7 @@ double reflection_floor(const LayerSolution& solution);
 double transmission_floor(const LayerSolution& solution);
 const std::vector<double>& floor_cosines();
 
-/// What a point was drawn for. Evenly drawn ones are judged together; the others, which would be
+/// The purpose of a point. Evenly drawn ones are judged together; the others, which would be
 /// rare among them, apart, and for peaked phase functions alone.
 enum class PointKind {
     even,
@@ -104,7 +104,7 @@ struct Verification {
     bool meets(double tolerance) const;
 };
 
-/// What random points are drawn from, evenly over the cells of the axes.
+/// The ranges that random points are drawn from, evenly over the cells of the axes.
 struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;

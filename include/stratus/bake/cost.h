@@ -1,4 +1,4 @@
-// What accuracy costs: time of the solver, bytes and lookup time of a table, over the error that is
+// The cost of accuracy: time of the solver, bytes and lookup time of a table, over the error that is
 // left.
 //
 // Points of several kinds are measured for a recipe, errors relative as in accuracy.h. What
@@ -13,8 +13,8 @@
 //   table      how finely each axis is sampled, lookups at random points
 //   packed     what `pack` makes of the tables that tolerances chose
 //
-// Of a family of phase functions, solvers, orders and references are those of the most peaked member at
-// an end of its axes, which the others ask no more nodes than; tables, lookups and packed files are of
+// For a family of phase functions, solvers, orders and references take the most peaked member at an end
+// of its axes, which needs the most nodes; tables, lookups and packed files are of
 // the whole family, whose own axes are swept like the rest.
 //
 // The frontier of a kind are the points that no other undercuts in error and in cost: seconds of
@@ -59,7 +59,7 @@ struct CostPoint {
     bool on_frontier = false;
     double times_frontier = 1;  // cost over that of the cheapest point that is as accurate
 
-    /// What the frontier counts: solve_seconds or bytes.
+    /// Returns the cost that the frontier compares: solve_seconds or bytes.
     double cost() const {
         return kind == Kind::table || kind == Kind::packed ? bytes : solve_seconds;
     }
@@ -72,7 +72,7 @@ struct PowerLaw {
     double from, to;  // x of the points
 };
 
-/// What grows as a power of what.
+/// One quantity as a power of another.
 struct GrowthLaw {
     std::string what, of;
     PowerLaw law;

@@ -1,4 +1,4 @@
-// What a table will be and take, before it is solved.
+// The size and the cost of a table, before it is solved.
 #pragma once
 
 #include <stratus/bake/bake.h>
@@ -19,7 +19,7 @@ struct Shortfall {
     double times_as_long;  // solving it takes; 1 but for nodes
 };
 
-/// What threads and ranks can share of a bake, in seconds of one thread.
+/// The work of a bake that threads and ranks can share, in seconds of one thread.
 struct ShareableWork {
     double choosing_seconds = 0;
     int probed_albedos = 1;            // that choosing is shared by

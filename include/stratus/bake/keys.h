@@ -21,10 +21,10 @@ struct Key {
 
 using Keys = std::span<const Key>;
 
-/// Of recipes, in the order of reading.
+/// Returns the keys of recipes, in the order of reading.
 Keys recipe_keys();
 
-/// Of stack files (stack_file.h): the layers, and what bakes them as one material.
+/// Returns the keys of stack files (stack_file.h): the layers, and those that bake them as one material.
 Keys stack_keys();
 
 /// "section.name", or the name of a key at the top.

@@ -15,7 +15,7 @@ int thread_count(int requested);
 void parallel_for(int count, int threads, const std::function<void(int)>& body,
                   const std::function<void(int)>& finished = nullptr);
 
-/// The same for bodies that call parallel_for themselves: each i has a thread of its own, and where
+/// Counterpart for bodies that call parallel_for themselves: each i has a thread of its own, and where
 /// no i is left all threads help with the loops within. A single call stays on the calling thread.
 ///
 /// Threads  loops within that ask for one thread keep to their own.

@@ -1,4 +1,4 @@
-// What ranks need of a library that passes messages; src/ranks has it from MPI, as a plugin that is
+// The operations that ranks need of a library that passes messages; src/ranks has it from MPI, as a plugin that is
 // loaded when the program was started by mpirun or srun.
 #pragma once
 

@@ -22,12 +22,12 @@ struct RanksOptions {
     double time_limit = 120;
     /// Asked by rank 0 all the time: the signal that ends all ranks; 0: none.
     std::function<int()> stop;
-    /// What is said of the work after a rank was lost; called on rank 0, which tells the others, so
+    /// Returns the sentence about the work that is left after a rank was lost; called on rank 0, which tells the others, so
     /// that they can say it when rank 0 is lost.
     std::function<std::string()> kept;
 };
 
-/// What one rank did.
+/// The work that one rank did.
 struct RankTally {
     int pieces = 0;
     double seconds = 0;  // that processors worked for it

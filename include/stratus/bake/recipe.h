@@ -67,7 +67,7 @@ struct Recipe {
     Range azimuth{0, 180};            // degrees, [0, 180], max above 0
     int orders = 0;                   // light scattered more often is left out, [2, 100]; 0: all
     LowerBoundary lower_boundary;     // what the layer lies on; then there is reflection alone
-    // Of a stack, top first; empty: one layer. phase_function, optical_depth and albedo are then
+    // The layers of a stack, top first; empty: one layer. phase_function, optical_depth and albedo are then
     // those of mean_layer, with min = max.
     std::vector<StackLayer> layers;
     bool reflection = true;
@@ -85,7 +85,7 @@ struct Recipe {
 Recipe parse_recipe(const std::string& text, const std::string& directory = "",
                     std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
-/// The same from a file. Errors: std::runtime_error when it cannot be read.
+/// Reads a recipe from a file. Errors: std::runtime_error when it cannot be read.
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
 /// The recipe of a stack as one material, for the tolerance, sides and all else that are left as

@@ -9,8 +9,7 @@
 
 namespace stratus {
 
-/// What `write_table` writes to a .h5, samples as there, called by rank 0 while all others are in
-/// `help_write`; each rank deflates on so many threads. Besides the table, rank 0 holds the parts
+/// Writes a .h5 as `write_table` does, called by rank 0 while all others are in `help_write`; each rank deflates on so many threads. Besides the table, rank 0 holds the parts
 /// that are deflated.
 ///
 /// Errors   those of `write_table`.

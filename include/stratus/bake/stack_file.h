@@ -36,7 +36,7 @@ struct Stack {
 Stack parse_stack(const std::string& text, const std::string& directory = "",
                   std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
-/// The same from a file. Errors: std::runtime_error when it cannot be read.
+/// Reads a stack from a file. Errors: std::runtime_error when it cannot be read.
 Stack read_stack(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
 }  // namespace stratus

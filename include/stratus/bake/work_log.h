@@ -24,7 +24,7 @@ struct WorkLog {
     /// Called before every piece: true ends the work with WorkStopped once all running pieces are
     /// kept.
     std::function<bool()> stop;
-    /// Those that share the work (ranks.h); null: this process does it alone. With ranks, `find`
+    /// The ranks that share the work (ranks.h); null: this process works alone. With ranks, `find`
     /// and `keep` are called on rank 0 alone.
     Ranks* ranks = nullptr;
 };

@@ -62,7 +62,7 @@ struct AxisView {
     /// Cubic weights at a value (clamped to the finite range).
     Stencil stencil(double value) const noexcept;
 
-    /// The same for an axis of azimuths, mirrored where it reaches 0 or pi: light is even in it
+    /// Weights along an axis of azimuths, mirrored where it reaches 0 or pi: light is even in it
     /// about both. In its square root it is so about 0; about pi, where peaked light varies slowly,
     /// the mirrored cubic measures no worse than one that ends there.
     Stencil mirrored_stencil(double value) const noexcept;

@@ -18,7 +18,7 @@ struct Geometry {
 /// -mu mu0 + s s0 cos(azimuth).
 double cos_scattering_angle_reflected(const Geometry& geometry) noexcept;
 
-/// The same for light that leaves on the far side: +mu mu0 + s s0 cos(azimuth).
+/// Cosine of the scattering angle of light that leaves on the far side: +mu mu0 + s s0 cos(azimuth).
 double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept;
 
 /// A direction in the local frame of a surface, z along its normal; of unit length, to which no

@@ -6,7 +6,7 @@
 
 namespace stratus {
 
-/// Of 8 nodes on [-1, 1], the positive half.
+/// The positive half of the 8-point rule on [-1, 1].
 inline constexpr double gauss_8_node[4] = {0.18343464249564980494, 0.52553240991632898582,
                                            0.79666647741362673959, 0.96028985649753623168};
 inline constexpr double gauss_8_weight[4] = {0.36268378337836198297, 0.31370664587788728734,

@@ -27,7 +27,7 @@ class InstructionSetLimit {
     InstructionSetLimit& operator=(const InstructionSetLimit&) = delete;
 };
 
-/// The same functions for each instruction set; null for one that this build lacks.
+/// One table of functions for each instruction set; null for one that this build lacks.
 template <class Functions>
 struct PerInstructionSet {
     const Functions* generic;

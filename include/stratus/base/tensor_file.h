@@ -144,7 +144,7 @@ class TensorWriter {
         add(name, tensor_type<Number>(), shape, data);
     }
 
-    /// The same; also refuses a shape that is not of as many numbers.
+    /// Adds a tensor; also refuses a shape that is not of as many numbers.
     template <class Number>
     void add(const std::string& name, const std::vector<std::size_t>& shape,
              const std::vector<Number>& numbers) {

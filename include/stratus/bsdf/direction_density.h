@@ -38,7 +38,7 @@ class DirectionDensity {
         float pdf;  // per steradian; 0: nothing is scattered
     };
 
-    /// Of several channels the density follows the brightest, for each incident cosine, and others
+    /// With several channels the density follows the brightest, for each incident cosine, and others
     /// where it would fall so far below them that a weight, light / density, exceeded 4 times its
     /// mean in the channel.
     DirectionDensity(int channels, const Light& light);

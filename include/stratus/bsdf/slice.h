@@ -12,7 +12,7 @@
 // reflection is within the table's tolerance of its limit (diffusion.h). Any other is refused, or
 // clamped on request.
 //
-// Of a stack (stack_layers.h) a table knows the stack alone: its depth, its albedo, no density and
+// A table of a stack (stack_layers.h) knows the stack alone: its depth, its albedo, no density and
 // no opposition. Light comes from above alone; it may leave below.
 //
 // Numbers are single precision. R and T are normalised as everywhere (single_scattering.h): a white
@@ -47,7 +47,7 @@ struct Medium {
     double albedo[channels];         // [0, 1]
 };
 
-/// What binding does with a layer that the table does not know.
+/// How binding treats a layer that the table does not know.
 enum class OutsideTable {
     refuse,
     clamp,  // orders n >= 2 of the nearest layer that it knows; see `clamped`
@@ -72,7 +72,7 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
             const Effects& effects = {});
 
-    /// The same of a stack (stack_layers.h), alike in all channels.
+    /// Binds the single scattering of a stack (stack_layers.h), alike in all channels.
     SliceOf(const std::vector<StackLayer>& layers, const Effects& effects);
 
     SliceOf(SliceOf&&) noexcept;
@@ -111,8 +111,8 @@ class SliceOf {
     /// alone; without Effects::background the beam alone. At most 1.
     Value background(float mu) const noexcept;
 
-    /// Of a small bright source straight behind the layer: the beam, and the radiance scattered
-    /// once towards the viewer for each steradian of the source. No share: it may exceed 1.
+    /// A small bright source straight behind the layer: the beam, and the radiance scattered once
+    /// towards the viewer for each steradian of the source. It is no share: it may exceed 1.
     /// [Blinn82] 2.5
     Value source_behind(float mu) const noexcept;
 
@@ -173,7 +173,7 @@ extern template class SliceOf<3>;
 /// The layer of one optical depth and albedo: two milliseconds where it takes less than a megabyte.
 Slice bind(const TableView& table, double optical_depth, double albedo, const Effects& effects = {},
            OutsideTable outside = OutsideTable::refuse);
-/// The same at a point of a table's family, TableView::at(parameters): bind(table, tau, w, {10}).
+/// Binds at a point of a table's family, TableView::at(parameters): bind(table, tau, w, {10}).
 Slice bind(const TableView& table, double optical_depth, double albedo,
            std::initializer_list<double> parameters, const Effects& effects = {},
            OutsideTable outside = OutsideTable::refuse);

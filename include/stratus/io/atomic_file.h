@@ -28,7 +28,7 @@ void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write,
                       Flush flush = Flush::at_once);
 
-/// The same for content in memory.
+/// Writes content from memory, all of it or nothing.
 void write_content_atomically(const std::filesystem::path& path, std::string_view content,
                               Flush flush = Flush::at_once);
 inline void write_content_atomically(const std::filesystem::path& path,

@@ -23,7 +23,7 @@ struct CsvTable {
     bool has_column(const std::string& wanted) const;
 };
 
-/// The same with fields as they stand in the file, of files that hold more than numbers.
+/// A CSV file whose fields are texts, for files that hold more than numbers.
 struct CsvTexts {
     std::string name;
     std::vector<std::string> columns;
@@ -45,7 +45,7 @@ struct CsvWords {
 ///          column's words), and for a missing header.
 CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words = {});
 
-/// The same from a stream, of at most 64 MiB; `name` stands for the file in messages.
+/// Reads from a stream of at most 64 MiB; `name` stands for the file in messages.
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words = {});
 

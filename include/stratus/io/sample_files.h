@@ -27,7 +27,7 @@ class SampleFiles {
     /// Errors   std::system_error.
     void write(Side side, std::size_t first, std::span<const float> samples);
 
-    /// As they lie in the file.
+    /// Returns the samples as they lie in the file.
     std::span<const float> samples(Side side) const noexcept;
 
     /// Lets go of what `samples` has brought into memory.

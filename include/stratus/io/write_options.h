@@ -27,21 +27,21 @@ struct PartsToDeflate {
 /// Bytes of samples of a part, at most.
 constexpr std::size_t most_bytes_of_part = std::size_t{1} << 22;
 
-/// What a part is in the file.
+/// Returns a part as it is stored in the file.
 ///
 /// Errors   std::runtime_error for bytes that `give` did not give.
 std::vector<char> deflate_part(std::span<const char> given);
 
 struct WriteOptions {
     int threads = 0;  // that compress; 0: as many as the machine has
-    /// Of .h5: has all parts deflated and taken, each once, and returns then; empty: threads do it.
+    /// For .h5: has all parts deflated and taken, each once, and returns then; empty: threads do it.
     std::function<void(const PartsToDeflate& parts)> share;
-    /// Of .h5: where both sides' samples are; null: in the table. Those of a bake, they are not
-    /// checked again.
+    /// For .h5: where both sides' samples are; null: in the table. A bake has checked them, and they
+    /// are not checked again.
     const SampleFiles* samples = nullptr;
 };
 
-/// As write_table of table_file.h, to the same bytes.
+/// Writes the same bytes as write_table of table_file.h.
 void write_table(const Table& table, const std::filesystem::path& path,
                  const WriteOptions& options);
 

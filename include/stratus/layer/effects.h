@@ -29,7 +29,7 @@ double volume_fraction(double number_density, double radius);
 /// Range    optical_depth [0, inf], density [0, 1).
 double effective_optical_depth(double optical_depth, double density) noexcept;
 
-/// What is asked of a layer. A lookup does nothing for what is not.
+/// The effects asked of a layer. A lookup does nothing for the others.
 struct Effects {
     bool single = true;
     bool multiple = true;  // all orders n >= 2 that the table holds; needs a table

@@ -32,7 +32,7 @@ struct LowerBoundary {
 double single_reflection_of_boundary(const LowerBoundary& boundary, double optical_depth,
                                      const Geometry& geometry) noexcept;
 
-/// The same for a value of its phase function; a surface has none, and asks for 1.
+/// Takes a value of the boundary's phase function; pass 1 for a surface, which has none.
 double single_reflection_of_boundary(const LowerBoundary& boundary, double phase_value,
                                      double optical_depth, double mu_in, double mu_out) noexcept;
 

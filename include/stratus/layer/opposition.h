@@ -61,8 +61,8 @@ struct Opposition {
     static double width_of_density(double density);
 };
 
-/// As it is seen in a layer of particles that fill the share `density`: a width not given is the
-/// density's, and Blinn's number density is n / (1 - D), as in effective_optical_depth.
+/// Returns the opposition effect in a layer whose particles fill the share `density`: a width not
+/// given follows from the density, and Blinn's number density is n / (1 - D), as in effective_optical_depth.
 /// [Blinn82] 5.1
 ///
 /// Range    density [0, 1), above 0 where the width is not given.
@@ -81,7 +81,7 @@ void check_opposition(const Opposition& opposition, double density, const char* 
 double opposition_factor(const Opposition& opposition, double cos_scattering_angle,
                          double optical_depth, double mu_in, double mu_out) noexcept;
 
-/// What a fast lookup of Blinn's law reads; trivially copyable.
+/// The samples read by fast lookups of Blinn's law; trivially copyable.
 struct OppositionTableView {
     static constexpr int angles = 33, depths = 25, etas = 17;  // samples
 
@@ -98,7 +98,7 @@ struct OppositionTableView {
 /// Threads  lookups are safe; they allocate nothing.
 class OppositionTable {
   public:
-    /// Of no opposition.
+    /// Makes a table without opposition.
     OppositionTable() = default;
 
     /// Any law, with its width.

@@ -1,5 +1,5 @@
-// What a fast lookup of single scattering on the lit side reads: the layer's phase function with its
-// opposition, and that of a layer that is its lower boundary.
+// The curve read by fast lookups of single scattering on the lit side: the layer's phase function
+// with its opposition, and that of a layer that is its lower boundary.
 #pragma once
 
 #include <stratus/layer/lower_boundary.h>

@@ -15,7 +15,7 @@
 
 namespace stratus {
 
-/// What is written: all light alike, or red, green and blue.
+/// A material to be written: all light alike, or red, green and blue.
 struct Material {
     std::vector<Stack> colours;  // one or three
     std::string title;           // kept in files that have room for text
@@ -37,7 +37,7 @@ enum class MaterialFormat {
                  // orders and orders n >= 2
 };
 
-/// What formats are called on the command line, in the order of MaterialFormat.
+/// Names of the formats on the command line, in the order of MaterialFormat.
 const std::vector<std::string>& material_format_names();
 
 struct MaterialOptions {

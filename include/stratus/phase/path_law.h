@@ -30,7 +30,7 @@
 
 namespace stratus {
 
-/// What f_n is multiplied by, n = 0 .. count - 1; 0 for n = 0. Orders from `count` on add nothing.
+/// Factors of f_n, n = 0 .. count - 1; 0 for n = 0. Orders from `count` on add nothing.
 struct PathWeights {
     static constexpr int max_count = 1025;
     int count = 0;
@@ -113,7 +113,7 @@ class PathOrders {
 
     /// Null for a phase function without a narrow peak, or with one too narrow for 8192 moments.
     static std::shared_ptr<const PathOrders> of(const PhaseFunction& phase_function);
-    /// Of members of a family of narrow peaks, however wide they are themselves.
+    /// Same, without the narrow-peak test.
     static std::shared_ptr<const PathOrders> of_any(const PhaseFunction& phase_function);
 
     /// The sum of weights times f_n, n >= 2, at 1 - cos Theta and 1 + cos Theta, each accurate
@@ -141,7 +141,7 @@ class PathOrders {
     std::vector<float> samples_;
 };
 
-/// What a bound lookup reads of the path law; trivially copyable.
+/// The samples of the path law that a bound lookup reads; trivially copyable.
 struct PathSheetView {
     const float* sample = nullptr;  // null: no path law
     float offset = 1;               // as in PathOrders

@@ -19,7 +19,7 @@ struct PhaseLobe {
     float scale, offset, forward, backward;
 };
 
-/// What a fast lookup reads; trivially copyable.
+/// The samples that a fast lookup reads; trivially copyable.
 struct PhaseCurveView {
     float polynomial[3] = {0, 0, 0};  // in y
     PhaseLobe lobe[2] = {{0, 1, 0, 0}, {0, 1, 0, 0}};

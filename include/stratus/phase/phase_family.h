@@ -106,8 +106,7 @@ struct FamilyStencil {
 PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter parameter,
                              double value);
 
-/// The same for all parameters of some axes (FamilyAxis, or anything with a `parameter`) but
-/// `mixture`.
+/// Sets all parameters of some axes (FamilyAxis, or anything with a `parameter`) but `mixture`.
 template <class Axes>
 PhaseFunction with_parameters(const PhaseFunction& phase_function, const Axes& axes,
                               const FamilyPoint& at) {
@@ -147,7 +146,7 @@ bool mixes_two(const std::vector<FamilyAxis>& axes) noexcept;
 /// True where a lookup may ask for the value: within the range, or one of the discrete values.
 bool holds(const FamilyAxis& axis, double value) noexcept;
 
-/// What `holds` asks for, for messages.
+/// Describes the values that `holds` accepts, for messages.
 std::string allowed_text(const FamilyAxis& axis);
 
 /// Checks the axes of a table.

@@ -46,7 +46,7 @@ class PhaseFunction {
     PhaseFunction& operator=(PhaseFunction&&) noexcept;
     ~PhaseFunction();
 
-    // The same by name; std::invalid_argument naming the allowed range, given with each kind.
+    // Each kind by name; std::invalid_argument names the allowed range, given with each kind.
     static PhaseFunction isotropic();
     static PhaseFunction rayleigh();
     static PhaseFunction anisotropic(double x);
@@ -89,7 +89,7 @@ class PhaseFunction {
     /// a geometric albedo (tabulated.h) do.
     std::optional<double> albedo() const;
 
-    /// What pictures call it: "0.6 Lambert sphere  +  0.4 Henyey-Greenstein g = 0.5".
+    /// Returns its name in pictures: "0.6 Lambert sphere  +  0.4 Henyey-Greenstein g = 0.5".
     std::string caption() const;
 
     const std::vector<std::pair<double, Term>>& terms() const noexcept { return terms_; }
@@ -113,8 +113,8 @@ PhaseFunction parse_phase_function(const std::string& text,
                                    std::vector<std::string>* notes = nullptr,
                                    const PhaseFileReader& read_file = {});
 
-/// What a phase function may be, for the help of an option: a line a kind, an example and what it
-/// is, then sums.
+/// Lists the kinds of phase function for the help of an option: a line for each kind with an
+/// example, then sums.
 std::string phase_function_help();
 
 }  // namespace stratus

@@ -30,7 +30,7 @@ struct LobePlot {
     std::vector<std::string> names;       // of curves
     std::vector<std::string> row_titles;  // as many as rows
     std::vector<LobeBlock> blocks;        // side by side
-    /// Of all rows of a block; else each row has its own. A circle shows it.
+    /// One scale for all rows of a block; else each row has its own. A circle shows it.
     bool common_scale = false;
     double error = 0;  // relative, of the values, estimated; not drawn
 };

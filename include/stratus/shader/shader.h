@@ -15,7 +15,7 @@ namespace stratus {
 
 enum class ShaderLanguage { glsl, hlsl, osl };
 
-/// What languages are called on the command line, and how names of their files end; in the order of
+/// Names of the languages on the command line, and the endings of their files; in the order of
 /// ShaderLanguage.
 const std::vector<std::string>& shader_language_names();
 

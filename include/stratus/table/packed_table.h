@@ -5,8 +5,8 @@
 //   Slice (slice.h)                       one layer, many directions: the fastest by far
 //   PackedTable                           everything varies
 //
-// What lookup.h interpolates, samples divided by albedo, shares intercepted and diffusion scales,
-// hardly differs in shape from one layer to the next. Within a block of neighbouring albedos and
+// Samples divided by albedo, shares intercepted and diffusion scales, as lookup.h interpolates them,
+// hardly differ in shape from one layer to the next. Within a block of neighbouring albedos and
 // optical depths sixteen functions of the directions suffice for all layers: a basis chosen
 // greedily from the layers themselves, as in reduced-basis methods, until the largest error is
 // small enough. A lookup is the product of sixteen coefficients, cubic in albedo and optical depth,
@@ -62,8 +62,8 @@ std::vector<char> pack(const Table& table);
 /// Returns nothing on ranks but the first.
 std::vector<char> pack(const Table& table, LayerSamples& samples);
 
-/// The same file, stating the measured error and the attributes of `table`: those that are known
-/// once the packed samples have been looked up.
+/// Rewrites a file with the measured error and the attributes of `table`, which are known once the
+/// packed samples have been looked up.
 std::vector<char> restated(std::vector<char> file, const Table& table);
 
 class PackedTable {
@@ -91,7 +91,7 @@ class PackedTable {
     /// For lookups, slices and BSDFs, valid while this lives and is not moved.
     TableView view() const noexcept;
 
-    /// As the functions of the same names in lookup.h. Mixture [0, 1]: the share of the first phase
+    /// Counterparts of the functions of these names in lookup.h. Mixture [0, 1]: the share of the first phase
     /// function, which tables without a family ignore. Families of other parameters answer with
     /// not-a-number: look them up through view().at(point), here and below.
     Scattered reflection(double albedo, double optical_depth, const Geometry& geometry,
@@ -124,7 +124,7 @@ class PackedTable {
     /// The table with its samples as lookups give them, which its attribute `samples` says.
     Table unpacked() const;
 
-    /// What lookups of a side read, of the first member of a family.
+    /// Returns the numbers that lookups of a side read; for a family, those of its first member.
     const PackedSide& side(Side side) const noexcept;
 
     /// Whether the file is as it was written, by its checksum. Opening one does not ask.

@@ -34,15 +34,15 @@ namespace stratus {
 
 class PackedTable;  // packed_table.h
 
-/// What a lookup reads: plain pointers into memory that the caller owns and keeps alive (a Table,
-/// or a renderer's own).
+/// A table as lookups read it: plain pointers into memory that the caller owns and keeps alive (a
+/// Table, or a renderer's own).
 struct TableView {
     const PhaseFunction* phase_function;
     const PhaseCurve* phase_curve;        // the same, for slices
     const LowerBoundary* lower_boundary;  // null: none
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
-    // Of a family. Until a point is chosen the weights of its members are not-a-number.
+    // The family. Until a point is chosen the weights of its members are not-a-number.
     const std::vector<FamilyAxis>* family = nullptr;       // null: none
     const PhaseFunction* second_phase_function = nullptr;  // of one with a mixture axis
     FamilyPoint chosen;
@@ -56,7 +56,7 @@ struct TableView {
     const float* reflection_multiple = nullptr;  // null when the table has no such side
     const float* transmission_multiple = nullptr;
 
-    // What samples are multiplied by before they are interpolated (lookup.h): over (member,
+    // Factors of the samples before they are interpolated (lookup.h): over (member,
     // albedo, optical_depth) for either side, and over (optical_depth, mu); 1 over a boundary.
     const float* reflection_weight;
     const float* transmission_weight;
@@ -76,7 +76,7 @@ struct TableView {
     const double* extrapolation_lengths;  // over members
     double tolerance;                     // that the samples were baked for; 0: unknown
 
-    // Of a packed table, in place of samples and weights; null: none.
+    // The packed table that takes the place of samples and weights; null: none.
     const PackedTable* packed = nullptr;
     bool packed_reflection = false, packed_transmission = false;
 
@@ -105,7 +105,7 @@ struct TableView {
     /// True where nothing narrows the directions: cosines from 0.01 or less to 1, all azimuths.
     bool has_all_directions() const noexcept;
 
-    /// The same table, seen at one point of its family: for any number of lookups, slices, BSDFs.
+    /// Views the table at one point of its family: for any number of lookups, slices, BSDFs.
     /// Beyond their samples the orders n >= 2 are those of the axes' ends. Until a point is chosen
     /// a table of a family answers lookups by not-a-number and refuses to be bound.
     ///
@@ -116,7 +116,7 @@ struct TableView {
     ///          a path law.
     TableView at(const FamilyPoint& point) const;
 
-    /// The same for a family of one axis, `mixture`; allocates nothing.
+    /// Views a family of one axis, `mixture`, at a value of it; allocates nothing.
     ///
     /// Range    [0, 1], the share of the first phase function. Tables without a family ignore it.
     TableView at_mixture(double share_of_first) const noexcept;
@@ -129,7 +129,7 @@ struct TableView {
                (1 - chosen_mixture) * (*second_phase_function)(cos_scattering_angle);
     }
 
-    /// The same as a function of its own.
+    /// Returns the phase function at the chosen point as a function of its own.
     ///
     /// Errors   std::invalid_argument when the table has a family and no point of it was chosen, or
     ///          a mixture that is not in [0, 1].
@@ -177,7 +177,7 @@ struct Table {
     // program_version, ...
     std::map<std::string, std::string> attributes;
 
-    // What the samples leave to lookups; null: nothing. Files say whether there is one; it follows
+    // The path law that the samples leave to lookups; null: none. Files say whether there is one; it follows
     // from the phase function.
     std::shared_ptr<const PathOrders> path_law;
 
@@ -202,8 +202,8 @@ struct Table {
     TableView view() const noexcept;
 };
 
-/// What of a table lies once for each member of its family, one after the other: calls
-/// use(table.*member, others.*member...) for each of its numbers.
+/// Calls use(table.*member, others.*member...) for each field of a table that holds one entry for
+/// each member of its family, one after the other.
 template <class Use, class... Tables>
 void for_each_of_members(const Use& use, Tables&... tables) {
     use(tables.reflection_multiple...);
@@ -226,7 +226,7 @@ void prepare(Table& table);
 /// Errors   those of `prepare`.
 void check(const Table& table);
 
-/// The same without samples, whatever there are, and without the phase curve.
+/// Prepares a table without its samples and its phase curve.
 void prepare_header(Table& table);
 
 /// True where the family is the mixtures of two phase functions and nothing else.

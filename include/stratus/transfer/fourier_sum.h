@@ -43,7 +43,7 @@ class DirectionGrid {
                   std::vector<double> mu, std::vector<double> azimuth, int max_modes,
                   std::shared_ptr<const PathOrders> path_law = {}, CosinePairs pairs = {});
 
-    /// Those of solutions.
+    /// Returns the cosines of the solutions.
     const std::vector<double>& mu() const { return mu_; }
     const CosinePairs& pairs() const { return pairs_; }
     const std::vector<double>& azimuth() const { return azimuth_; }
@@ -103,7 +103,7 @@ struct GridValues {
 /// Errors   std::invalid_argument when the cosines differ in number or the solution has more modes.
 GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid);
 
-/// What `evaluate` leaves to tables, without the closed form.
+/// Returns the part of `evaluate` that tables store, without the closed form.
 std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
                                        const DirectionGrid& grid);
 

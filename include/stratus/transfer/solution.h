@@ -94,10 +94,10 @@ class LayerSolution : public ModeSolution {
     PeakCorrection reflection_correction(int in, int out) const;
     PeakCorrection transmission_correction(int in, int out) const;
 
-    /// What the path law's orders are multiplied by, here and in its rest; needs `path`.
+    /// Returns the factors of the path law's orders, here and in its rest; needs `path`.
     PathWeights path_weights(Side side, int in, int out) const;
 
-    /// The same for light scattered once by the lower boundary, per unit of its phase function.
+    /// The correction for light scattered once by the lower boundary, per unit of its phase function.
     double boundary_correction(int in, int out) const;
 
     PhaseFunction phase_function;
@@ -105,8 +105,7 @@ class LayerSolution : public ModeSolution {
     std::shared_ptr<const TruncatedPath> path;          // null unless the peak is narrow
     std::shared_ptr<const BackwardPath> backward_path;  // null unless truncation.backward
 
-    /// What R, T and evaluate() (fourier_sum.h) are of in place of the layer; null: the layer
-    /// itself. See as_one_layer (stack.h).
+    /// The stack that R, T and evaluate() (fourier_sum.h) describe; null: the layer itself. See as_one_layer (stack.h).
     std::shared_ptr<const StackSolution> stack;
 };
 

@@ -52,7 +52,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
 double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
                                   const SolverOptions& options = {});
 
-/// The same for several albedos: the phase kernels are computed once.
+/// Returns the exponents of several albedos: the phase kernels are computed once.
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options = {});

@@ -1,4 +1,4 @@
-// What truncation leaves out along a path, and what it keeps.
+// The path law of a truncated layer, and of the part that truncation leaves out.
 //
 // Truncation treats the share f of the light as unscattered; the truncated layer scatters
 // c_l = (1 - f) chi*_l. Light that keeps to its path (path_law.h) is known in closed form in the
@@ -28,7 +28,7 @@
 
 namespace stratus {
 
-/// Of one phase function and truncation, for all albedos, depths and directions.
+/// The law of one phase function and truncation, for all albedos, depths and directions.
 class TruncatedPath {
   public:
     TruncatedPath(PathLaw law, const Truncation& truncation);

@@ -11,7 +11,7 @@
 namespace stratus::STRATUS_ISA {
 namespace {
 
-/// What all channels share.
+/// Returns the path that all channels share.
 STRATUS_INLINE LightPath path_of_first(const LightPathOf<ChannelLanes>& path) {
     return {{path.mu_in().v[0], path.mu_out().v[0]},
             {path.forward().v[0], path.backward().v[0]},
@@ -51,7 +51,7 @@ STRATUS_INLINE auto slice_place(const SliceSide<channels>& side, const LightPath
     const QuantityLanes scale = load<QuantityLanes>(side.places.scale),
                         offset = load<QuantityLanes>(side.places.offset),
                         last = load<QuantityLanes>(side.places.last);
-    // As mu_coordinate, the azimuth third.
+    // Coordinates as in mu_coordinate, the azimuth third.
     const QuantityLanes rest = 1.0f - mu, roots = square_root(low_and_low(mu, rest));
     const QuantityLanes of_mu = 1.0f - square_root(roots) * 0.5f;
     const float of_azimuth = azimuthal ? square_root(path.half_azimuth) : 0;
@@ -76,7 +76,7 @@ STRATUS_INLINE auto slice_place(const SliceSide<channels>& side,
                                        {at.azimuth.sample, F(at.azimuth.fraction)}};
 }
 
-/// As they are stored, bilinear or trilinear.
+/// Reads stored samples, bilinear or trilinear.
 template <Orders orders, int channels, class F>
 STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                 F* value) {

@@ -67,7 +67,7 @@ struct Kernels {
                                int count, LightPaths& paths);  // over Side
     void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], int count,
                              bool one_sided, PartedPaths& paths);
-    /// What either side is at its own paths, in the order of all, times their factors.
+    /// Joins the values of either side at its own paths, in the order of all, times their factors.
     void (*joined)(const PartedPaths& paths, const float* reflected, const float* transmitted,
                    int count, float* value);
 };

@@ -1,4 +1,4 @@
-// What the lookups of a bound slice read (slice.h): filled in when it is bound, evaluated by
+// The data that lookups of a bound slice read (slice.h): filled in when it is bound, evaluated by
 // kernels.cpp.
 #pragma once
 
@@ -58,9 +58,10 @@ struct SliceSide {
     int layers, columns, azimuths;
     bool symmetric;
     SlicePlaces places;  // of mu_in and mu_out the same where it is symmetric; of sin(azimuth / 2)
-    // What samples were divided by: level + slope * (shares intercepted along both directions).
+    // The divisor of the samples: level + slope * (shares intercepted along both directions).
     float level, slope;
-    // What lookups give at least: 0, or -infinity while samples are made of what closed forms lack.
+    // The least value of a lookup: 0, or -infinity while samples are made from differences to closed
+    // forms.
     float least;
 
     PathSheetView path;  // with_azimuth_and_path

@@ -9,7 +9,7 @@
 namespace stratus {
 namespace {
 
-/// What reflection lacks towards infinite depth: remaining / whole.
+/// The reflection that is missing towards infinite depth: remaining / whole.
 template <class F>
 struct ReflectionDeficit {
     F remaining, whole;

@@ -41,7 +41,7 @@ STRATUS_INLINE F interpolated_rise(F fraction, F earlier, F earlier_next, F late
     return rise + fraction * ((later_next - earlier_next) - rise);
 }
 
-/// Of the channel whose samples begin at `first`.
+/// Interpolates the channel whose samples begin at `first`.
 template <class F, class Index, class First>
 STRATUS_INLINE PathPiece<F> path_piece(const PathSheetView& sheet, First first,
                                        const PathAngle<F, Index>& angle, F depth) {

@@ -9,7 +9,7 @@ namespace stratus {
 
 constexpr std::size_t mie_lanes = 8;  // spheres or angles side by side
 
-/// What the coefficients of spheres begin with.
+/// The terms with which the coefficients of spheres begin.
 struct SphereLanes {
     double x[mie_lanes], sine[mie_lanes], cosine[mie_lanes];  // of x
     double terms[mie_lanes];                                  // in the series of each

@@ -349,8 +349,8 @@ std::string index_text(std::complex<double> index) {
 
 }  // namespace
 
-/// What droplets scatter, computed when it is first asked for: a table that is only looked up has
-/// the values that it needs.
+/// The scattering of droplets, computed when it is first asked for: a table that is only looked up
+/// has the values that it needs.
 class Mie::SharedScattering {
   public:
     explicit SharedScattering(const Droplets& droplets) : droplets_(droplets) {}

@@ -119,7 +119,7 @@ STRATUS_INLINE Words<lanes> functions_of(const PackedSide& side, const Plan<widt
     Sums<lanes> sums;
     const std::ptrdiff_t column = std::ptrdiff_t{side.column_step} * functions;
     const auto* row = reinterpret_cast<const Number*>(plan.function[n]) + first;
-    // Of symmetric R and T every row is one (mu, mu') longer than the one before.
+    // Each row of symmetric R and T is one (mu, mu') longer than the one before.
     const std::ptrdiff_t longer = side.symmetric ? rows_of<azimuthal>(side) * functions : 0;
     std::ptrdiff_t next = std::ptrdiff_t{plan.next_mu[n]} * functions;
     for (int r = 0; r < stencil_size; ++r) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int stencil_area = stencil_size * stencil_size;
 
-/// What `width` lookups read, and the weights of it.
+/// The memory that `width` lookups read, and its weights.
 template <int width>
 struct Plan {
     alignas(64) float layer_weight[stencil_area][width];   // over (albedo, optical depth)
@@ -47,7 +47,7 @@ STRATUS_INLINE auto cubic_place(F place, F last) {
 template <class F>
 using IndexOf = std::remove_const_t<decltype(truncated(F()))>;
 
-/// Of two coordinates.
+/// Cubics along two coordinates.
 template <class F>
 struct CubicPlaces {
     CubicPlace<F, IndexOf<F>> a, b;

@@ -18,7 +18,7 @@ struct VectorKernels {
 /// For chosen_instruction_set().
 const VectorKernels& vector_kernels() noexcept;
 
-// The same for vectors of one size.
+// Counterparts for vectors of one size.
 
 inline float dot(const std::vector<float>& a, const std::vector<float>& b) {
     return vector_kernels().dot(a.data(), b.data(), a.size());

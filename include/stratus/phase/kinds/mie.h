@@ -89,7 +89,7 @@ struct Mie {
     static Mie read(PhaseText& text, const std::string& first);
     std::string parameter_text() const;
 
-    /// Of single scattering, (0, 1].
+    /// Returns the single-scattering albedo, (0, 1].
     double albedo() const;
     /// Cross-section over the geometric one.
     double extinction_efficiency() const;

@@ -1,4 +1,4 @@
-// What each kind of phase function provides, in a header of its own beside this one:
+// Each kind of phase function provides, in a header of its own beside this one:
 //
 //     static constexpr PhaseKind kind                       how users write it
 //     static Kind read(PhaseText&)                          its parameter's value, if it has one

@@ -28,7 +28,7 @@ struct PhaseText {
     /// Throws std::invalid_argument: the text, and what is wrong with it.
     [[noreturn]] void refuse(const std::string& what) const;
 
-    /// What is left.
+    /// Returns the text that has not been read yet.
     std::string rest() const { return std::string(text.substr(at)); }
 
     // Each of these skips blanks first.

@@ -60,18 +60,13 @@ typedef struct stratus_table stratus_table;
 int stratus_table_open(const char* path, stratus_table** table);
 
 /* Refers to the bytes of a packed table's file, aligned to 64 bytes, which stay as they are while
- * the table and the handles of its mixtures are open. */
+ * the table and the handles of its family are open. */
 int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table);
 
-/* A table that mixes two phase functions, seen at one mixture: a handle of its own, which shares
- * the samples and may outlive the other. Lookups and bindings of such tables take no other.
- *
- * Range    share_of_first [0, 1]: of the first phase function in all that is scattered. */
-int stratus_table_at_mixture(const stratus_table* table, double share_of_first,
-                             stratus_table** mixed);
-
 /* A table of a family of phase functions (docs/tables.md), seen at one point of it: a handle of its
- * own, as above, with a value for each axis, lengths in um. Without a family count is 0.
+ * own, which shares the samples and may outlive the other. Lookups and bindings of such tables take
+ * no other. There is a value for each axis: lengths in um, of a mixture the share of the first phase
+ * function in all that is scattered. Without a family count is 0.
  *
  * Errors   another number of values, values without a phase function, or none of a discrete axis. */
 int stratus_table_at(const stratus_table* table, size_t count, const double* values,
@@ -162,8 +157,9 @@ typedef struct stratus_slice stratus_slice;
 
 enum {
     STRATUS_NO_OPPOSITION = 0,
-    STRATUS_BLINN_OPPOSITION = 1, /* by the overlap of the ways in and out, of opposition_width alone */
-    STRATUS_HAPKE_OPPOSITION = 2  /* amplitude / (1 + tan(a/2) / width) */
+    STRATUS_BLINN_OPPOSITION =
+        1, /* by the overlap of the ways in and out, of opposition_width alone */
+    STRATUS_HAPKE_OPPOSITION = 2 /* amplitude / (1 + tan(a/2) / width) */
 };
 
 /* What is asked of a layer; lookups do nothing for what is not. */
@@ -176,8 +172,8 @@ typedef struct stratus_effects {
     /* > 0, or 0: as the density makes it. Of Blinn's law particle radius over mean free path, which
      * is (3/4) density; of Hapke's in tan(a/2). */
     double opposition_width;
-    double opposition_amplitude;  /* [0, 1] */
-    int background;               /* 1 or 0: scattered light in stratus_slice_background() */
+    double opposition_amplitude; /* [0, 1] */
+    int background;              /* 1 or 0: scattered light in stratus_slice_background() */
 } stratus_effects;
 
 /* Sets everything but `size`, which the caller has set: all orders, both sides, nothing more. */

@@ -35,8 +35,8 @@ std::unique_lock<std::mutex> hdf5_lock();
 std::vector<StackLayer> layers_of(const stratus_layer* layers, std::size_t count,
                                   const char* function);
 
-/// Checks that a table that mixes was opened at one mixture.
-void require_mixture(const stratus_table& table, const char* function);
+/// Checks that a table of a family is seen at one point of it.
+void require_member(const stratus_table& table, const char* function);
 
 }  // namespace stratus::c
 

@@ -83,7 +83,7 @@ int bind_table(const stratus_table* table, int channels, const double* optical_d
         require_given(slice, function, "slice");
         *slice = nullptr;
         require_given(table, function, "table");
-        require_mixture(*table, function);
+        require_member(*table, function);
         *slice = bound(table->view, channels, optical_depth, albedo, effects, function, outside);
     });
 }

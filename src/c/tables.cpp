@@ -40,13 +40,9 @@ std::vector<StackLayer> layers_of(const stratus_layer* layers, std::size_t count
     return all;
 }
 
-void require_mixture(const stratus_table& table, const char* function) {
-    if (!table.view.has_family() || table.view.chosen.size() > 0) return;
-    const bool mixes = stratus::is_mixture(*table.view.family);
-    require(false, function, "table",
-            mixes ? "of one mixture, by stratus_table_at_mixture()"
-                  : "of one point of its family, by stratus_table_at()",
-            mixes ? "one of all mixtures" : "one of the whole family");
+void require_member(const stratus_table& table, const char* function) {
+    require(!table.view.has_family() || table.view.chosen.size() > 0, function, "table",
+            "of one point of its family, by stratus_table_at()", "one of the whole family");
 }
 
 stratus_table* handle_of(std::shared_ptr<const SharedTable> shared) {
@@ -75,7 +71,7 @@ int look_up_points(const stratus_table* table, std::size_t count, const stratus_
                    const LookUp& look_up) noexcept {
     return status_of([&] {
         require_given(table, function, "table");
-        require_mixture(*table, function);
+        require_member(*table, function);
         if (count == 0) return;
         require_given(points, function, "points");
         require_given(values, function, "values");
@@ -94,7 +90,7 @@ int look_up_arrays(const stratus_table* table, const PackedPoints& points, const
                    const char* function, const LookUp& look_up) noexcept {
     return status_of([&] {
         require_given(table, function, "table");
-        require_mixture(*table, function);
+        require_member(*table, function);
         const PackedTable* const packed = table->shared->own.packed();
         require(packed != nullptr, function, "table", "a packed one", "one with samples");
         require_arrays(points.count,
@@ -132,22 +128,6 @@ int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** ta
         *table = nullptr;
         require_given(data, function, "data");
         *table = handle_of(std::make_shared<const SharedTable>(stratus::PackedTable(data, bytes)));
-    });
-}
-
-int stratus_table_at_mixture(const stratus_table* table, double share_of_first,
-                             stratus_table** mixed) {
-    const char* const function = __func__;
-    return status_of([&] {
-        require_given(mixed, function, "mixed");
-        *mixed = nullptr;
-        require_given(table, function, "table");
-        require(table->view.has_family() && stratus::is_mixture(*table->view.family), function,
-                "table", "one that mixes", "one that does not");
-        require(share_of_first >= 0 && share_of_first <= 1, function, "share_of_first", "in [0, 1]",
-                share_of_first);
-        *mixed =
-            new stratus_table{table->shared, table->shared->own.view().at_mixture(share_of_first)};
     });
 }
 

@@ -205,15 +205,6 @@ bool TableView::has_all_directions() const noexcept {
            spans_all_azimuths(azimuth);
 }
 
-TableView TableView::at_mixture(double share_of_first) const noexcept {
-    TableView view = *this;
-    if (!has_family() || !is_mixture(*family)) return view;
-    view.chosen = {share_of_first};
-    view.chosen_mixture = share_of_first;
-    view.members = family_stencil(*family, view.chosen);
-    return view;
-}
-
 TableView TableView::at(const FamilyPoint& point) const {
     const std::size_t axes = has_family() ? family->size() : 0;
     require(point.size() == axes, "at", "values of parameters",
@@ -225,7 +216,9 @@ TableView TableView::at(const FamilyPoint& point) const {
         const FamilyAxis& axis = (*family)[k];
         require(!axis.is_discrete || holds(axis, point[k]), "at", axis.name(), allowed_text(axis),
                 point[k]);
-        if (axis.parameter == PhaseParameter::mixture) view.chosen_mixture = point[k];
+        if (axis.parameter != PhaseParameter::mixture) continue;
+        require(point[k] >= 0 && point[k] <= 1, "at", axis.name(), "in [0, 1]", point[k]);
+        view.chosen_mixture = point[k];
     }
     view.members = family_stencil(*family, point);
     view.own_phase_function =
@@ -239,14 +232,9 @@ TableView TableView::at(const FamilyPoint& point) const {
 
 PhaseFunction TableView::chosen_phase_function() const {
     if (!has_family()) return *phase_function;
-    for (std::size_t k = 0; k < family->size(); ++k) {
-        const FamilyAxis& axis = (*family)[k];
-        if (axis.parameter == PhaseParameter::mixture)
-            require(chosen_mixture >= 0 && chosen_mixture <= 1, "at_mixture", "mixture",
-                    "chosen in [0, 1] for this table", chosen_mixture);
-        else
-            require(!std::isnan(chosen[k]), "at", axis.name(), "chosen for this table", chosen[k]);
-    }
+    for (std::size_t k = 0; k < family->size(); ++k)
+        require(!std::isnan(chosen[k]), "at", (*family)[k].name(), "chosen for this table",
+                chosen[k]);
     if (second_phase_function == nullptr) return *phase_function;
     return PhaseFunction::mixture(chosen_mixture, *phase_function, *second_phase_function);
 }

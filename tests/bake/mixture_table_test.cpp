@@ -45,7 +45,7 @@ void expect_tables_of_mixtures(const Recipe& recipe) {
         Table found = table_of_member(table, m);
         test::expect_same_bits(found, alone);
         // between the samples of all other axes and beyond the last depth, too
-        const TableView view = table.view().at_mixture(share);
+        const TableView view = table.view().at({share});
         for (const double albedo : {0.5, 0.83, 1.0})
             for (const double depth : {0.1, 1.3, 7.0, 30.0})
                 for (const Geometry& at : {Geometry{0.3, 0.8, 0.4}, Geometry{0.05, 0.9, 3}})
@@ -74,7 +74,7 @@ TEST(MixtureTable, AtShareOneIsThePlainTable) {
     plain.discretisation.family_samples = {};
     const Table alone = solve_table(plain);
     EXPECT_FALSE(alone.has_family());
-    const Slice found = bind(table.view().at_mixture(1), 2, 0.9);
+    const Slice found = bind(table.view().at({1}), 2, 0.9);
     const Slice expected = bind(alone.view(), 2, 0.9);
     for (const float azimuth : {0.0f, 1.0f, 3.0f})
         EXPECT_NEAR(found.reflection(0.4f, 0.7f, azimuth), expected.reflection(0.4f, 0.7f, azimuth),

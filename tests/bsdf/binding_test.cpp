@@ -86,7 +86,7 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
     Table part = both;
     set_mixture(part, make_axis(AxisScale::linear, 0.25, 0.75, 2));
     prepare(part);
-    expect_refusal<Error>([&] { bind(part.view().at_mixture(0.1), 1, 1); },
+    expect_refusal<Error>([&] { bind(part.view().at({0.1}), 1, 1); },
                           {"bind", "mixture", "[0.25, 0.75]", "0.1"});
     Table semi_infinite = table;
     semi_infinite.optical_depth.values = {infinity};

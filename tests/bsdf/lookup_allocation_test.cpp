@@ -41,7 +41,7 @@ TEST(Lookup, AllocatesNothing) {
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
     prepare(table);
     const Table both = mixed(table, table);
-    const TableView views[] = {table.view(), both.view()};
+    const TableView views[] = {table.view(), both.view().at({0.3})};
     const PackedTable packed(pack(table));
     const std::vector<float> some(20, 0.6f);
     std::vector<float> total(20);
@@ -50,13 +50,12 @@ TEST(Lookup, AllocatesNothing) {
     const long before = allocations;
     for (const TableView& view : views)
         for (const double optical_depth : {0.1, 2.0, 100.0, HUGE_VAL}) {
-            const TableView mixed_view = view.at_mixture(0.3);
-            sum += reflection(mixed_view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
-            sum += transmission(mixed_view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
+            sum += reflection(view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
+            sum += transmission(view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
         }
     sum += packed.reflection(0.7, 2, {0.4, 0.6, 1}).total();
     packed.transmission({some.data(), some.data(), some.data(), some.data(), some.data(), 20},
-                          total.data());
+                        total.data());
     const long after = allocations;
     EXPECT_EQ(after - before, 0);
     EXPECT_GT(sum, 0);

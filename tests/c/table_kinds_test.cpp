@@ -225,23 +225,17 @@ TEST_P(MixedInC, AreLookedUpAtOneMixture) {
     EXPECT_STREQ(stratus_table_text(all_.get(), "second_phase_function"),
                  "henyey_greenstein:g=0.3");
     stratus_table* one = nullptr;
-    ASSERT_EQ(stratus_table_at_mixture(all_.get(), 0.3, &one), STRATUS_OK) << stratus_last_error();
-    const Handle mixed(one, &stratus_table_close);
     const double share = 0.3;
-    stratus_table* also = nullptr;
-    ASSERT_EQ(stratus_table_at(all_.get(), 1, &share, &also), STRATUS_OK) << stratus_last_error();
-    const Handle by_value(also, &stratus_table_close);
+    ASSERT_EQ(stratus_table_at(all_.get(), 1, &share, &one), STRATUS_OK) << stratus_last_error();
+    const Handle mixed(one, &stratus_table_close);
     all_.reset();  // samples are shared
     const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered r{}, t{};
     ASSERT_EQ(stratus_table_reflection(one, 1, &point, &r), STRATUS_OK) << stratus_last_error();
     ASSERT_EQ(stratus_table_transmission(one, 1, &point, &t), STRATUS_OK);
-    const stratus::TableView same = view().at_mixture(0.3);
+    const stratus::TableView same = view().at({0.3});
     EXPECT_EQ(r.single, stratus::reflection(same, 1, 0.8, {0.5, 0.7, 1}).single);
     EXPECT_EQ(r.multiple, stratus::reflection(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
-    stratus_scattered same_r{};
-    ASSERT_EQ(stratus_table_reflection(also, 1, &point, &same_r), STRATUS_OK);
-    EXPECT_EQ(same_r.multiple, r.multiple);
     EXPECT_EQ(t.multiple, stratus::transmission(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
     const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
     stratus_slice* slice = nullptr;
@@ -281,17 +275,16 @@ TEST_P(MixedInC, AreRefusedAtNone) {
     stratus_scattered value{};
     expect_refused(stratus_table_reflection(all_.get(), 1, &point, &value),
                    STRATUS_INVALID_ARGUMENT,
-                   "table must be of one mixture, by stratus_table_at_mixture()");
+                   "table must be of one point of its family, by stratus_table_at()");
     const double one = 1;
     stratus_slice* slice = nullptr;
     expect_refused(stratus_slice_bind(all_.get(), 1, &one, &one, nullptr, &slice),
-                   STRATUS_INVALID_ARGUMENT, "stratus_table_at_mixture");
+                   STRATUS_INVALID_ARGUMENT, "stratus_table_at");
     stratus_table* mixed = nullptr;
-    expect_refused(stratus_table_at_mixture(all_.get(), 1.5, &mixed), STRATUS_INVALID_ARGUMENT,
-                   "share_of_first must be in [0, 1], got 1.5");
-    expect_refused(stratus_table_at_mixture(all_.get(), std::nan(""), &mixed),
-                   STRATUS_INVALID_ARGUMENT, "share_of_first");
-    expect_refused(stratus_table_at_mixture(nullptr, 1, &mixed), STRATUS_INVALID_ARGUMENT,
+    for (const double share : {1.5, -0.1, std::nan("")})
+        expect_refused(stratus_table_at(all_.get(), 1, &share, &mixed), STRATUS_INVALID_ARGUMENT,
+                       "mixture must be in [0, 1]");
+    expect_refused(stratus_table_at(nullptr, 1, &one, &mixed), STRATUS_INVALID_ARGUMENT,
                    "table must be given");
     EXPECT_EQ(mixed, nullptr);
 }

@@ -295,7 +295,7 @@ TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
     Effects effects;
     effects.density = 0.15;
     effects.opposition = Opposition::hapke(0.7, 0.1);
-    const TableView mixed = ring_table().view().at_mixture(ring.w1 / (ring.w1 + ring.w2));
+    const TableView mixed = ring_table().view().at({ring.w1 / (ring.w1 + ring.w2)});
     const Slice slice = bind(mixed, ring.optical_depth, ring.w1 + ring.w2, effects);
     std::vector<Observation> views = test::views(true);
     views.push_back({{0.4, 0.45, pi}, Light::reflected, 0, 0});  // 3 degrees of phase angle

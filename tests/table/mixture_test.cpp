@@ -1,4 +1,4 @@
-// Tables that mix two kinds of scattering, seen at one mixture: TableView::at_mixture.
+// Tables that mix two kinds of scattering, seen at one mixture: TableView::at.
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/lookup.h>
@@ -53,7 +53,7 @@ TEST(Mixture, GoesStraightFromOneKindToTheOther) {
                 for (const auto look_up : {reflection, transmission}) {
                     const Scattered a = look_up(first().view(), 0.9, depth, at);
                     const Scattered b = look_up(second().view(), 0.9, depth, at);
-                    const Scattered found = look_up(both().view().at_mixture(f), 0.9, depth, at);
+                    const Scattered found = look_up(both().view().at({f}), 0.9, depth, at);
                     const double expected = f * a.multiple + (1 - f) * b.multiple;
                     EXPECT_NEAR(found.single, f * a.single + (1 - f) * b.single,
                                 1e-14 * found.single);
@@ -65,15 +65,15 @@ TEST(Mixture, OfEachEndIsTheTableOfOneKindToTheBit) {
     for (const double depth : depths)
         for (const Geometry& at : three_geometries)
             for (const auto look_up : {reflection, transmission}) {
-                EXPECT_EQ(look_up(both().view().at_mixture(0), 0.9, depth, at).total(),
+                EXPECT_EQ(look_up(both().view().at({0}), 0.9, depth, at).total(),
                           look_up(second().view(), 0.9, depth, at).total());
-                EXPECT_EQ(look_up(both().view().at_mixture(1), 0.9, depth, at).multiple,
+                EXPECT_EQ(look_up(both().view().at({1}), 0.9, depth, at).multiple,
                           look_up(first().view(), 0.9, depth, at).multiple);
             }
 }
 
 TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
-    const TableView view = both().view().at_mixture(0.25);
+    const TableView view = both().view().at({0.25});
     const Slice slice = bind(view, 0.9, 0.9);
     const RgbSlice rgb = bind_rgb(view, {0.9, 0.9, 8}, {0.9, 0.5, 0.9});
     for (const Geometry& at : three_geometries) {
@@ -94,15 +94,9 @@ TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
     EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
     EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));
     expect_refusal<std::invalid_argument>([] { bind(both().view(), 1, 0.9); },
-                                          {"at_mixture", "mixture", "[0, 1]", "nan"});
-    expect_refusal<std::invalid_argument>([] { bind(both().view().at_mixture(1.1), 1, 0.9); },
-                                          {"at_mixture", "mixture", "[0, 1]", "1.1"});
-}
-
-TEST(Mixture, IsIgnoredWhereNothingIsMixed) {
-    const TableView view = first().view();
-    EXPECT_EQ(reflection(view.at_mixture(0.3), 0.9, 1, three_geometries[0]).total(),
-              reflection(view, 0.9, 1, three_geometries[0]).total());
+                                          {"at", "mixture", "chosen", "nan"});
+    expect_refusal<std::invalid_argument>([] { bind(both().view().at({1.1}), 1, 0.9); },
+                                          {"at", "mixture", "[0, 1]", "1.1"});
 }
 
 }  // namespace

@@ -362,8 +362,8 @@ TEST(PackedTable, JoinsMixturesAsLookupsDo) {
         for (const Point& p : random_lookups(table, 50, 0.05, 8)) {
             const Scattered found =
                 packed.reflection(p.albedo, p.optical_depth, geometry(p), mixture);
-            const Scattered expected = reflection(table.view().at_mixture(mixture), p.albedo,
-                                                  p.optical_depth, geometry(p));
+            const Scattered expected =
+                reflection(table.view().at({mixture}), p.albedo, p.optical_depth, geometry(p));
             EXPECT_NEAR(found.multiple, expected.multiple,
                         small_table_tolerance * expected.total());
             EXPECT_NEAR(found.single, expected.single, 1e-5 * expected.single);

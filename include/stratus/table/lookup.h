@@ -26,7 +26,7 @@
 //            slices, BSDFs and packed tables too. A library built with STRATUS_CHECKED refuses both
 //            instead: it ends the program with a sentence that names argument, range and value.
 //
-// A table with a mixture axis is looked up through a view of one mixture, `view.at_mixture(f)`. The
+// A table with a mixture axis is looked up through a view of one mixture, `view.at({f})`. The
 // up to four samples around it are each looked up as a table of their own and joined by a cubic;
 // what is transmitted is divided by how it falls with depth before.
 //

@@ -110,16 +110,12 @@ struct TableView {
     /// a table of a family answers lookups by not-a-number and refuses to be bound.
     ///
     /// Range    a value for each axis of the family, in their order (none without a family), such
-    ///          that there is a phase function; of a discrete axis one of its values.
+    ///          that there is a phase function; of a discrete axis one of its values. A mixture is
+    ///          the share of the first phase function, [0, 1].
     /// Errors   std::invalid_argument naming the axis, what is allowed and what was met.
     /// Cost     allocates. Droplets (mie) are computed at the first lookup, or here where there is
     ///          a path law.
     TableView at(const FamilyPoint& point) const;
-
-    /// Views a family of one axis, `mixture`, at a value of it; allocates nothing.
-    ///
-    /// Range    [0, 1], the share of the first phase function. Tables without a family ignore it.
-    TableView at_mixture(double share_of_first) const noexcept;
 
     /// phi at the chosen point.
     double phase(double cos_scattering_angle) const noexcept {
@@ -131,8 +127,7 @@ struct TableView {
 
     /// Returns the phase function at the chosen point as a function of its own.
     ///
-    /// Errors   std::invalid_argument when the table has a family and no point of it was chosen, or
-    ///          a mixture that is not in [0, 1].
+    /// Errors   std::invalid_argument when the table has a family and no point of it was chosen.
     PhaseFunction chosen_phase_function() const;
 };
 

@@ -27,6 +27,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -304,38 +305,64 @@ void write_rows(std::ostream& out, const Query& query, const std::vector<double>
         write_answer_row(out, query, r, columns, {model[r], table.rows[r][brightness] - model[r]});
 }
 
+/// Of beams 180.
 double phase_angle_deg(const RowDirection& at) {
+    if (!at.side) return 180;
     const bool is_lit = at.side == Side::reflection;
     return 180 - degrees(std::acos(is_lit ? cos_scattering_angle_reflected(at.geometry)
                                           : cos_scattering_angle_transmitted(at.geometry)));
 }
 
-/// Over the wavelength, if that is a column; or the phase angle, or of beams alone the angle of
-/// emission.
+/// Beyond 90 on the unlit side.
+double emission_angle_deg(const RowDirection& at) {
+    const double angle = degrees(std::acos(at.geometry.mu_out));
+    return at.side == Side::transmission ? 180 - angle : angle;
+}
+
+std::size_t count_distinct(const std::vector<double>& angles_deg) {
+    constexpr double per_degree = 100;
+    std::set<double> rounded;
+    for (const double angle : angles_deg) rounded.insert(std::round(angle * per_degree));
+    return rounded.size();
+}
+
+struct PlotPlaces {
+    std::string title;
+    std::vector<double> of_rows;
+};
+
+/// The wavelength, if that is a column; or the phase angle, or the emission angle if that takes more
+/// values.
+PlotPlaces plot_places(const Query& query) {
+    const CsvTable& table = query.table;
+    PlotPlaces wavelength{"wavelength (um)", {}}, phase{"phase angle (degrees)", {}},
+        emission{"emission angle (degrees)", {}};
+    for (const RowDirection& direction : query.directions) {
+        phase.of_rows.push_back(phase_angle_deg(direction));
+        emission.of_rows.push_back(emission_angle_deg(direction));
+    }
+    if (!table.has_column("wavelength"))
+        return count_distinct(emission.of_rows) > count_distinct(phase.of_rows) ? emission : phase;
+    const auto column = static_cast<std::size_t>(table.column("wavelength"));
+    for (const std::vector<double>& row : table.rows) wavelength.of_rows.push_back(row[column]);
+    return wavelength;
+}
+
 ResidualPlot residual_plot_of(const Query& query, const std::vector<double>& model) {
     const CsvTable& table = query.table;
-    const auto number = [&](std::size_t r, const char* column) {
-        return table.rows[r][static_cast<std::size_t>(table.column(column))];
-    };
-    const bool beams = all_are_beams(query), spectrum = table.has_column("wavelength");
-    const auto place = [&](std::size_t r) {
-        const RowDirection& at = query.directions[r];
-        if (spectrum) return number(r, "wavelength");
-        if (beams) return degrees(std::acos(at.geometry.mu_out));
-        return at.side ? phase_angle_deg(at) : 180;
-    };
+    const auto brightness = static_cast<std::size_t>(table.column("brightness"));
+    const auto sigma = static_cast<std::size_t>(table.column("sigma"));
+    const PlotPlaces places = plot_places(query);
     ResidualPlot plot;
-    plot.title = "Fit of " + table.name;
-    plot.x_title = spectrum ? "wavelength (um)"
-                   : beams  ? "emission angle (degrees)"
-                            : "phase angle (degrees)";
-    plot.y_title = beams ? "I/F0" : "I/F";
+    plot.title = "Fit of " + std::filesystem::path(table.name).filename().string();
+    plot.x_title = places.title;
+    plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";
     for (const Light light : {Light::reflected, Light::transmitted, Light::beam}) {
         ResidualSeries series{name_of(light), {}};
         for (std::size_t r = 0; r < model.size(); ++r)
             if (light_of(query.directions[r]) == light)
                 series.points.push_back(
-                    {place(r), number(r, "brightness"), number(r, "sigma"), model[r]});
+                    {places.of_rows[r], table.rows[r][brightness], table.rows[r][sigma], model[r]});
         if (!series.points.empty()) plot.series.push_back(std::move(series));
     }
     return plot;
@@ -440,8 +467,8 @@ void add_fit(CLI::App& app) {
         ->check(file_name());
     fit->add_option(
            "--svg", command->svg,
-           "Figure to draw, .svg: observed, model and residuals over the phase angle (over "
-           "wavelength where that is a column, of beams alone over the emission angle)")
+           "Figure to draw, .svg: observed, model and residuals over the wavelength where that "
+           "is a column, else over the phase or the emission angle, whichever takes more values")
         ->check(file_name());
     add_threads(*fit, command->threads);
     fit->footer(

@@ -40,7 +40,7 @@ class PhaseFunction:
 
     def __call__(self, cos_scattering_angle: ArrayLike) -> NDArray[np.float64]:
         """phi at cosines of the scattering angle, [-1, 1]; 1 is straight on. Any shape."""
-        return each(self._own.values, np.float64, cos_scattering_angle)
+        return each("PhaseFunction", self._own.values, np.float64, cos_scattering_angle=cos_scattering_angle)
 
     def moments(self, count: int) -> NDArray[np.float64]:
         """The first `count` Legendre moments: phi = sum (2l+1) chi_l P_l, chi_0 = 1, chi_1 = g."""

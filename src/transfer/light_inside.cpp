@@ -12,6 +12,7 @@
 #include "mode_recorder.h"
 #include "options.h"
 #include "simd/doubling_steps.h"
+#include "stack_path.h"
 
 #include <algorithm>
 #include <cmath>
@@ -99,13 +100,6 @@ SinglePieces truncated_pieces(const std::vector<StackLayer>& pieces,
     return single;
 }
 
-NodeMap map_for(const InsideSolution& solution, int nodes) {
-    NodeMap map = choose_node_map(solution.boundary_truncation.moments, nodes);
-    for (const Truncation& truncation : solution.truncations)
-        map = joint_map(map, choose_node_map(truncation.moments, nodes));
-    return map;
-}
-
 class InsideRun {
   public:
     InsideRun(const Divided& divided, const LowerBoundary& boundary,
@@ -113,7 +107,8 @@ class InsideRun {
               const SolverOptions& options)
         : options_(options),
           solution_(blank(divided.pieces, boundary, options)),
-          directions_(gauss_directions(options.nodes, map_for(solution_, options.nodes), mu)),
+          directions_(
+              stack_directions(solution_.truncations, solution_.boundary_truncation, mu, options)),
           boundary_modes_(solution_.lower_boundary, solution_.boundary_truncation, directions_),
           single_(truncated_pieces(solution_.pieces, solution_.truncations)) {
         for (std::size_t k = 0; k < solution_.pieces.size(); ++k) {
@@ -152,8 +147,10 @@ class InsideRun {
                                 const LowerBoundary& boundary, const SolverOptions& options) {
         InsideSolution solution;
         solution.pieces = pieces;
-        for (const StackLayer& piece : pieces)
-            solution.truncations.push_back(truncation_of(piece.phase_function, options, true));
+        const StackTruncation truncation(pieces, options, false);
+        solution.truncations = truncation.layers;
+        if (truncation.follows_paths)
+            solution.path = std::make_shared<const StackPath>(pieces, truncation.layers);
         solution.lower_boundary = boundary;
         solution.boundary_truncation = truncation_of(boundary, options);
         return solution;
@@ -311,23 +308,35 @@ std::vector<SolvedValue> InsideSolution::values(std::size_t level, Side side, in
     std::vector<double> modes;
     for (const MatrixXd& mode : upward ? light.reflection_modes : light.transmission_modes)
         modes.push_back(mode(out, in));
-    const auto once = [&](const SinglePieces& single, const LowerBoundary& ground, double azimuth) {
-        const Geometry at{mu_in, mu_out, azimuth};
-        const double cosine =
-            upward ? cos_scattering_angle_reflected(at) : cos_scattering_angle_transmitted(at);
+    const auto geometry = [&](double azimuth) { return Geometry{mu_in, mu_out, azimuth}; };
+    const auto cosine_at = [&](double azimuth) {
+        return upward ? cos_scattering_angle_reflected(geometry(azimuth))
+                      : cos_scattering_angle_transmitted(geometry(azimuth));
+    };
+    const auto by_layers = [&](const SinglePieces& single, double azimuth) {
         double sum = 0;
         for (std::size_t k = upward ? above : 0; k < (upward ? pieces.size() : above); ++k)
-            sum += pieces[k].phase_function(cosine) * single.scattered(k, above, mu_in, mu_out);
-        if (upward && ground.is_present())
-            sum += direct_transmittance(single.depth(0, above), mu_in) *
-                   single_reflection_of_boundary(ground, single.depth(above, pieces.size()), at);
+            sum += pieces[k].phase_function(cosine_at(azimuth)) *
+                   single.scattered(k, above, mu_in, mu_out);
         return sum;
     };
+    const auto by_boundary = [&](const SinglePieces& single, const LowerBoundary& boundary,
+                                 double azimuth) {
+        if (!upward || !boundary.is_present()) return 0.0;
+        return direct_transmittance(single.depth(0, above), mu_in) *
+               single_reflection_of_boundary(boundary, single.depth(above, pieces.size()),
+                                             geometry(azimuth));
+    };
     const LowerBoundary ground = truncated(lower_boundary, boundary_truncation);
+    std::vector<double> along_path;
+    if (path) along_path = path->legendre(side, above, mu_in, mu_out);
     std::vector<SolvedValue> all;
     for (const double azimuth : azimuths)
-        all.push_back(put_together(once(plain, lower_boundary, azimuth),
-                                   once(corrected, ground, azimuth), sum_modes(modes, azimuth)));
+        // The path law is added to single scattering by the layers as they are.
+        all.push_back(put_together(
+            by_layers(plain, azimuth) + by_boundary(plain, lower_boundary, azimuth),
+            by_layers(path ? plain : corrected, azimuth) + by_boundary(corrected, ground, azimuth),
+            sum_modes(modes, azimuth) + sum_legendre(along_path, cosine_at(azimuth))));
     return all;
 }
 

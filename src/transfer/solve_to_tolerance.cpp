@@ -430,6 +430,7 @@ SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
     require(!mu.empty(), "solve_inside", "mu", "one or more", "none");
     SolverOptions with = options;
     with.modes = 1;
+    if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
     SolvedInside solved;
     std::vector<Class> classes(1);
     classes[0].counts.assign(3 * mu.size() * levels.size(), true);

@@ -15,9 +15,12 @@
 #include <Eigen/Core>
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace stratus {
+
+class StackPath;  // src/transfer/stack_path.h
 
 /// Light at a level. Of ModeSolution plane_albedo is the upward flux, diffuse_transmittance the
 /// downward one without the beam, reflection_modes and transmission_modes the light of orders n >= 2
@@ -35,9 +38,10 @@ struct LightAtLevel : ModeSolution {
 
 /// A stack solved at levels.
 struct InsideSolution {
-    std::vector<LightAtLevel> levels;     // as asked
-    std::vector<StackLayer> pieces;       // the layers, divided at the levels
-    std::vector<Truncation> truncations;  // of these
+    std::vector<LightAtLevel> levels;       // as asked
+    std::vector<StackLayer> pieces;         // the layers, divided at the levels
+    std::vector<Truncation> truncations;    // of these
+    std::shared_ptr<const StackPath> path;  // null unless a layer's peak is narrow
     LowerBoundary lower_boundary;
     Truncation boundary_truncation;
 
@@ -54,8 +58,8 @@ struct InsideSolution {
 ///          in [0, the whole depth].
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy net fluxes differ from level to level by what is absorbed between, to 1e-13 of the incident
-///          flux at moderate depth. Forward peaks are truncated by delta-M whatever the options: in
-///          the aureole of a narrow one radiance takes many nodes.
+///          flux at moderate depth. Radiance in narrow peaks is as exact as that of stacks; fluxes
+///          are, as there, with Truncate::delta_m and some 64 nodes.
 /// Cost     for each level that of a layer more (stack.h).
 InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                             const std::vector<double>& levels, const std::vector<double>& mu,

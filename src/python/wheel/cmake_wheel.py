@@ -36,24 +36,41 @@ def _built(folder: pathlib.Path) -> pathlib.Path:
     return folder / "src" / "python" / "stratus"
 
 
+def _about() -> dict[str, bytes]:
+    """Files that say what is installed."""
+    version = _version()
+    return {
+        f"stratus-{version}.dist-info/METADATA":
+            f"Metadata-Version: 2.1\nName: stratus\nVersion: {version}\nRequires-Python: >=3.10\nRequires-Dist: numpy\n".encode(),
+        f"stratus-{version}.dist-info/WHEEL":
+            f"Wheel-Version: 1.0\nGenerator: cmake_wheel\nRoot-Is-Purelib: false\nTag: {_tag()}\n".encode(),
+    }
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    for name, content in _about().items():
+        path = pathlib.Path(metadata_directory) / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
+    return path.parent.name
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    version, tag = _version(), _tag()
     package = _built(pathlib.Path((config_settings or {}).get("build-folder", SOURCE / "build-wheel")))
     extension = "_stratus" + sysconfig.get_config_var("EXT_SUFFIX")
     if not (package / extension).exists():
         raise RuntimeError(f"{package}: must hold {extension}, of the Python that installs it")
-    info = f"stratus-{version}.dist-info"
     files = {f"stratus/{path.name}": path.read_bytes() for path in sorted(package.glob("*.py"))}
     for name in (extension, "py.typed"):
         files[f"stratus/{name}"] = (package / name).read_bytes()
-    files[f"{info}/METADATA"] = f"Metadata-Version: 2.1\nName: stratus\nVersion: {version}\nRequires-Python: >=3.10\nRequires-Dist: numpy\n".encode()
-    files[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: cmake_wheel\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
+    files |= _about()
     record = ""
     for name, content in files.items():
         digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
         record += f"{name},sha256={digest},{len(content)}\n"
-    files[f"{info}/RECORD"] = (record + f"{info}/RECORD,,\n").encode()
-    wheel = f"stratus-{version}-{tag}.whl"
+    record_name = f"stratus-{_version()}.dist-info/RECORD"
+    files[record_name] = (record + f"{record_name},,\n").encode()
+    wheel = f"stratus-{_version()}-{_tag()}.whl"
     with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
             archive.writestr(name, content)

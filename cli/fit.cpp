@@ -3,16 +3,15 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/picture/residual_plot.h>
 
 #include "allowed.h"
 #include "commands.h"
 #include "family_option.h"
+#include "fit_rows.h"
 #include "opposition_option.h"
 #include "query.h"
 #include "say.h"
@@ -27,7 +26,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <set>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -52,21 +50,6 @@ struct Bin {
     std::vector<Observation> observations;
     std::vector<std::size_t> rows;  // of the file
 };
-
-Light light_of(const RowDirection& direction) {
-    if (!direction.side) return Light::beam;
-    return *direction.side == Side::reflection ? Light::reflected : Light::transmitted;
-}
-
-const char* name_of(Light light) {
-    constexpr const char* names[] = {"lit", "unlit", "beam"};
-    return names[static_cast<int>(light)];
-}
-
-bool all_are_beams(const Query& rows) {
-    return std::ranges::all_of(rows.directions,
-                               [](const RowDirection& direction) { return !direction.side; });
-}
 
 /// The column each of whose values has a fit of its own; "" where there is none. Where a table varies
 /// the radius of droplets, the column radius is of these.
@@ -296,78 +279,6 @@ std::vector<double> model_values(const std::vector<Bin>& bins, const std::vector
     return values;
 }
 
-void write_rows(std::ostream& out, const Query& query, const std::vector<double>& model) {
-    const CsvTable& table = query.table;
-    const auto brightness = static_cast<std::size_t>(table.column("brightness"));
-    const std::vector<std::string> columns{"model", "residual"};
-    write_answer_header(out, query, columns);
-    for (std::size_t r = 0; r < model.size(); ++r)
-        write_answer_row(out, query, r, columns, {model[r], table.rows[r][brightness] - model[r]});
-}
-
-/// Of beams 180.
-double phase_angle_deg(const RowDirection& at) {
-    if (!at.side) return 180;
-    const bool is_lit = at.side == Side::reflection;
-    return 180 - degrees(std::acos(is_lit ? cos_scattering_angle_reflected(at.geometry)
-                                          : cos_scattering_angle_transmitted(at.geometry)));
-}
-
-/// Beyond 90 on the unlit side.
-double emission_angle_deg(const RowDirection& at) {
-    const double angle = degrees(std::acos(at.geometry.mu_out));
-    return at.side == Side::transmission ? 180 - angle : angle;
-}
-
-std::size_t count_distinct(const std::vector<double>& angles_deg) {
-    constexpr double per_degree = 100;
-    std::set<double> rounded;
-    for (const double angle : angles_deg) rounded.insert(std::round(angle * per_degree));
-    return rounded.size();
-}
-
-struct PlotPlaces {
-    std::string title;
-    std::vector<double> of_rows;
-};
-
-/// The wavelength, if that is a column; or the phase angle, or the emission angle if that takes more
-/// values.
-PlotPlaces plot_places(const Query& query) {
-    const CsvTable& table = query.table;
-    PlotPlaces wavelength{"wavelength (um)", {}}, phase{"phase angle (degrees)", {}},
-        emission{"emission angle (degrees)", {}};
-    for (const RowDirection& direction : query.directions) {
-        phase.of_rows.push_back(phase_angle_deg(direction));
-        emission.of_rows.push_back(emission_angle_deg(direction));
-    }
-    if (!table.has_column("wavelength"))
-        return count_distinct(emission.of_rows) > count_distinct(phase.of_rows) ? emission : phase;
-    const auto column = static_cast<std::size_t>(table.column("wavelength"));
-    for (const std::vector<double>& row : table.rows) wavelength.of_rows.push_back(row[column]);
-    return wavelength;
-}
-
-ResidualPlot residual_plot_of(const Query& query, const std::vector<double>& model) {
-    const CsvTable& table = query.table;
-    const auto brightness = static_cast<std::size_t>(table.column("brightness"));
-    const auto sigma = static_cast<std::size_t>(table.column("sigma"));
-    const PlotPlaces places = plot_places(query);
-    ResidualPlot plot;
-    plot.title = "Fit of " + std::filesystem::path(table.name).filename().string();
-    plot.x_title = places.title;
-    plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";
-    for (const Light light : {Light::reflected, Light::transmitted, Light::beam}) {
-        ResidualSeries series{name_of(light), {}};
-        for (std::size_t r = 0; r < model.size(); ++r)
-            if (light_of(query.directions[r]) == light)
-                series.points.push_back(
-                    {places.of_rows[r], table.rows[r][brightness], table.rows[r][sigma], model[r]});
-        if (!series.points.empty()) plot.series.push_back(std::move(series));
-    }
-    return plot;
-}
-
 /// Refuses files to write, before any work.
 void check_files(const FitCommand& command) {
     if (!command.output.empty()) {
@@ -409,7 +320,7 @@ void run_fit(const FitCommand& command) {
     if (command.svg.empty()) return;
     const SignalsHeld held;
     write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
-        draw_residual_plot(residual_plot_of(query, by_model), temporary);
+        draw_residual_plot(plot_of_rows(query, by_model), temporary);
     });
 }
 

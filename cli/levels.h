@@ -20,7 +20,7 @@ struct LevelsCommand {
 /// nothing does.
 std::string answer_fluxes_inside(const LevelsCommand& command);
 
-/// Writes radiance at every level for every row of the query. Returns the same.
+/// Writes radiance at every level for every row of the query, and returns what misses likewise.
 std::string answer_query_inside(const LevelsCommand& command);
 
 }  // namespace stratus

@@ -46,7 +46,7 @@ Query read_query(const std::string& path, const std::vector<std::string>& requir
                  const std::vector<std::string>& optional = {});
 
 /// Reads observations likewise. Their side is that of the column side: lit, unlit or beam, for which
-/// RowDirection has none; without it that of the emission angle, or of the sign of mu_out. Of beams
+/// RowDirection has none; without it that of the emission angle, or of the sign of mu_out. For beams
 /// mu_out, or emission_deg, alone counts.
 Query read_observations(const std::string& path, const std::vector<std::string>& required,
                         const std::vector<std::string>& optional);

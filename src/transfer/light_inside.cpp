@@ -166,7 +166,7 @@ class InsideRun {
         return level;
     }
 
-    /// Of each piece, and of the lower boundary as of one more.
+    /// Each piece has factors of its own; the lower boundary counts as one more piece.
     std::vector<SingleFactors> single_factors(const LightAtLevel& level) const {
         const std::size_t pieces = solution_.pieces.size(), above = level.pieces_above;
         const auto count = level.mu.size();
@@ -245,7 +245,8 @@ class InsideRun {
         if (mode == 0) record_fluxes(light, recorders_[l].beam(), solution_.levels[l]);
     }
 
-    /// Upward fluxes, for the matrix of upward light is not symmetric as R is, and actinic ones.
+    /// Computes the actinic fluxes, and the upward ones anew: the recorder takes the matrix of upward
+    /// light for symmetric, as R is.
     void record_fluxes(const LightBetween& light, const VectorXd& beam, LightAtLevel& level) const {
         const int N = directions_.nodes;
         const auto count = level.mu.size();

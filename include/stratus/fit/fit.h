@@ -60,7 +60,7 @@ struct Fit {
     /// Symmetric; rows of parameters that were held are 0.
     std::array<std::array<double, fit_parameters>, fit_parameters> covariance{};
 
-    /// Of two parameters that were fitted, in [-1, 1]; 0 with one that was held.
+    /// The correlation of two parameters that were fitted, in [-1, 1]; 0 with one that was held.
     double correlation(std::size_t one, std::size_t other) const {
         const double sigmas = estimate[one].sigma * estimate[other].sigma;
         return sigmas > 0 ? std::clamp(covariance[one][other] / sigmas, -1.0, 1.0) : 0;

@@ -22,9 +22,9 @@ namespace stratus {
 
 class StackPath;  // src/transfer/stack_path.h
 
-/// Light at a level. Of ModeSolution plane_albedo is the upward flux, diffuse_transmittance the
-/// downward one without the beam, reflection_modes and transmission_modes the light of orders n >= 2
-/// that goes up and down.
+/// Light at a level. What ModeSolution calls plane_albedo is the upward flux, diffuse_transmittance the
+/// downward one without the beam; reflection_modes and transmission_modes are the light of orders
+/// n >= 2 that goes up and down.
 struct LightAtLevel : ModeSolution {
     double optical_depth = 0;
     std::size_t pieces_above = 0;  // of InsideSolution

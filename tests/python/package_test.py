@@ -415,6 +415,11 @@ class Refusals(unittest.TestCase):
                      "optical_depth of (), mu_in of (2,)", stratus.solve, HG, [0.1, 0.2, 0.3], 1, [0.5, 1], 1, 0)
         self.refused(ValueError, "fluxes: nodes must be a whole number, got 8.5", stratus.fluxes, HG, 1, 1, nodes=8.5)
         self.refused(ValueError, "fluxes: mu_in must be one number or of shape (n,)", stratus.fluxes, HG, 1, 1, [[1]])
+        self.refused(ValueError, "fluxes: nodes must be a whole number, got inf", stratus.fluxes, HG, 1, 1, nodes=np.inf)
+        self.refused(ValueError, "solve: tolerance must be one number, got [1, 2]", stratus.solve, HG, 1, 1, 1, 1, 0, tolerance=[1, 2])
+        self.refused(ValueError, "phase_function must be a text or a PhaseFunction, got 3", stratus.solve, 3, 1, 1, 1, 1, 0)
+        self.refused(ValueError, "fit: fixed w must be a number or an array of numbers, got 'much'", stratus.fit, 1, 1, 1,
+                     phase_function=HG, fixed={"w": "much"})
         self.refused(ValueError, "fit: sigma must be a number", stratus.fit, 1, "small", 1)
         self.refused(ValueError, "directions: phase_deg must be in [0, 120] at", stratus.directions, 60, 60, 121)
         self.refused(ValueError, "Stack: albedo must be in [0, 1], got 2", stratus.Stack.of, (HG, 2, 1))

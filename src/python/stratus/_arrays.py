@@ -24,6 +24,22 @@ def array_of(function: str, name: str, dtype: type, value: ArrayLike) -> NDArray
         raise ValueError(f"{function}: {name} must be a number or an array of numbers, got {shown(value)}") from None
 
 
+def number(function: str, name: str, value: Any) -> float:
+    """One number."""
+    array = array_of(function, name, np.float64, value)
+    if array.ndim > 0:
+        raise ValueError(f"{function}: {name} must be one number, got {shown(value)}")
+    return float(array)
+
+
+def whole(function: str, name: str, value: Any) -> int:
+    """One whole number."""
+    found = number(function, name, value)
+    if found != found // 1:
+        raise ValueError(f"{function}: {name} must be a whole number, got {shown(value)}")
+    return int(found)
+
+
 def broadcast(function: str, dtype: type, **values: ArrayLike) -> tuple[list[NDArray[Any]], Shape]:
     """Values broadcast against one another, flat, and the shape that they have together.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import broadcast
+from ._arrays import broadcast, number
 from ._phase import PhaseFunction, phase_function_of
 from ._slice import Opposition, law_of
 from ._table import Table
@@ -99,9 +99,9 @@ def fit(
         *arrays[:5],
         [_SIDES[name] for name in sides],
         dict(zip(known, arrays[5:])),
-        dict(fixed or {}),
+        {name: number("fit", f"fixed {name}", value) for name, value in (fixed or {}).items()},
         list(free),
-        density,
+        number("fit", "density", density),
         law_of(opposition),
     )
     count = len(found["names"])

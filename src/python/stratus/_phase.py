@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import each
+from ._arrays import each, shown
 from ._errors import errors_of, warn_of
 
 
@@ -83,4 +83,8 @@ def phase_function_help() -> str:
 
 
 def phase_function_of(phase_function: PhaseFunction | str) -> PhaseFunction:
-    return PhaseFunction(phase_function) if isinstance(phase_function, str) else phase_function
+    if isinstance(phase_function, str):
+        return PhaseFunction(phase_function)
+    if not isinstance(phase_function, PhaseFunction):
+        raise ValueError(f"phase_function must be a text or a PhaseFunction, got {shown(phase_function)}")
+    return phase_function

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import array_of, broadcast, shown
+from ._arrays import array_of, broadcast, number, whole
 from ._errors import errors_of, text_or_path, warn_of
 from ._phase import PhaseFunction, phase_function_of
 
@@ -91,39 +91,25 @@ class Stack:
         """Layers of a phase function, an albedo and an optical depth each, top first; `below` as of `solve`."""
         stack = cls.__new__(cls)
         parts = [
-            (phase_function_of(phase_function)._own, _number("Stack", "albedo", albedo), _number("Stack", "optical_depth", depth))
+            (phase_function_of(phase_function)._own, number("Stack", "albedo", albedo), number("Stack", "optical_depth", depth))
             for phase_function, albedo, depth in layers
         ]
         stack._own = _stratus.stack_of(parts, _boundary(below))
         return stack
 
 
-def _number(function: str, name: str, value: Any) -> float:
-    array = array_of(function, name, np.float64, value)
-    if array.ndim > 0:
-        raise ValueError(f"{function}: {name} must be one number, got {shown(value)}")
-    return float(array)
-
-
-def _whole(function: str, name: str, value: Any) -> int:
-    number = _number(function, name, value)
-    if number != int(number):
-        raise ValueError(f"{function}: {name} must be a whole number, got {shown(value)}")
-    return int(number)
-
-
 def _options(function: str, nodes: Any, tolerance: Any, orders: Any) -> tuple[int, float, int]:
     return (
-        0 if nodes is None else _whole(function, "nodes", nodes),
-        _number(function, "tolerance", tolerance),
-        _whole(function, "orders", orders),
+        0 if nodes is None else whole(function, "nodes", nodes),
+        number(function, "tolerance", tolerance),
+        whole(function, "orders", orders),
     )
 
 
 def _boundary(below: Below | None) -> object:
     if isinstance(below, tuple):
-        return phase_function_of(below[0])._own, _number("below", "albedo", below[1])
-    return None if below is None else _number("below", "albedo", below)
+        return phase_function_of(below[0])._own, number("below", "albedo", below[1])
+    return None if below is None else number("below", "albedo", below)
 
 
 def _layers(

@@ -96,10 +96,9 @@ Effects available_effects(const Effects& asked, const TableView& table, const st
     return available;
 }
 
-/// The columns of a query; those of an axis with one sample may be left out.
+/// The columns of a query beside its directions; those of an axis with one sample may be left out.
 struct QueryColumns {
-    std::vector<std::string> required{"mu_in", "mu_out", "azimuth_deg"};
-    std::vector<std::string> optional;
+    std::vector<std::string> required, optional;
 };
 
 QueryColumns query_columns(const Table& table) {
@@ -130,25 +129,23 @@ struct QueryPoint {
     Geometry geometry;
 };
 
-std::vector<QueryPoint> points_of(const CsvTable& query, const Table& table) {
-    const auto column = [&](const char* name) {
-        return static_cast<std::size_t>(query.column(name));
+std::vector<QueryPoint> points_of(const Query& query, const Table& table) {
+    const CsvTable& rows = query.table;
+    const auto value = [&](std::size_t r, const std::string& name) {
+        return rows.rows[r][static_cast<std::size_t>(rows.column(name))];
     };
-    const std::size_t mu_in = column("mu_in"), mu_out = column("mu_out");
-    const std::size_t azimuth = column("azimuth_deg");
-    const auto value_or_only_sample = [&](const std::vector<double>& row, const char* name,
-                                          const Axis& axis) {
-        return query.has_column(name) ? row[column(name)] : axis.values.front();
+    const auto value_or_only_sample = [&](std::size_t r, const char* name, const Axis& axis) {
+        return rows.has_column(name) ? value(r, name) : axis.values.front();
     };
     std::vector<QueryPoint> points;
-    points.reserve(query.rows.size());
-    for (const std::vector<double>& row : query.rows) {
+    points.reserve(rows.rows.size());
+    for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         std::vector<double> member;
-        for (const FamilyAxis& axis : table.family) member.push_back(row[column(axis.name())]);
+        for (const FamilyAxis& axis : table.family) member.push_back(value(r, axis.name()));
         points.push_back(
-            {{value_or_only_sample(row, "albedo", table.albedo),
-              value_or_only_sample(row, "optical_depth", table.optical_depth), std::move(member)},
-             {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
+            {{value_or_only_sample(r, "albedo", table.albedo),
+              value_or_only_sample(r, "optical_depth", table.optical_depth), std::move(member)},
+             query.directions[r].geometry});
     }
     return points;
 }
@@ -313,8 +310,8 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
               << list << '\n';
 }
 
-void write_header(std::ostream& out, const CsvTable& query, const Effects& effects) {
-    std::vector<std::string> columns = query.columns;
+std::vector<std::string> answer_columns(const Effects& effects) {
+    std::vector<std::string> columns;
     const auto both_sides = [&](bool asked, const std::string& ending) {
         if (asked && effects.reflection) columns.push_back("reflection" + ending);
         if (asked && effects.transmission) columns.push_back("transmission" + ending);
@@ -323,25 +320,22 @@ void write_header(std::ostream& out, const CsvTable& query, const Effects& effec
     both_sides(effects.single, "_single");
     both_sides(effects.multiple, "_multiple");
     if (effects.background) columns.push_back("background");
-    for (std::size_t c = 0; c < columns.size(); ++c) out << (c ? "," : "") << columns[c];
-    out << '\n';
+    return columns;
 }
 
-void write_row(std::ostream& out, const std::vector<double>& query_row, const Answer& answer,
-               const Effects& effects) {
-    for (std::size_t c = 0; c < query_row.size(); ++c)
-        out << (c ? "," : "") << shortest_text(query_row[c]);
+std::vector<double> answer_values(const Answer& answer, const Effects& effects) {
+    std::vector<double> values;
     const auto both_sides = [&](bool asked, auto&& part) {
-        if (asked && effects.reflection) out << ',' << full_text(part(answer.reflected));
-        if (asked && effects.transmission) out << ',' << full_text(part(answer.transmitted));
+        if (asked && effects.reflection) values.push_back(part(answer.reflected));
+        if (asked && effects.transmission) values.push_back(part(answer.transmitted));
     };
     both_sides(true, [&](const Scattered& light) {
         return (effects.single ? light.single : 0) + (effects.multiple ? light.multiple : 0);
     });
     both_sides(effects.single, [](const Scattered& light) { return light.single; });
     both_sides(effects.multiple, [](const Scattered& light) { return light.multiple; });
-    if (effects.background) out << ',' << full_text(answer.background);
-    out << '\n';
+    if (effects.background) values.push_back(answer.background);
+    return values;
 }
 
 /// The view without the samples that are not asked for: the lookup then does not touch them.
@@ -364,19 +358,21 @@ void run_eval(const EvalOptions& options) {
     }
     const AnyTable table = read_any_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table.table());
-    const CsvTable query = read_query(options.query, columns.required, columns.optional);
+    const Query query = read_query(options.query, columns.required, columns.optional);
     const std::vector<QueryPoint> points = points_of(query, table.table());
 
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
-    const std::vector<Answer> answers = answers_of(
-        view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+    const std::vector<Answer> answers =
+        answers_of(view, points, query.table, effects,
+                   options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(points, answers, view, asked.density);
 
+    const std::vector<std::string> answered = answer_columns(effects);
     write_answer(options.output, [&](std::ostream& out) {
-        write_header(out, query, effects);
+        write_answer_header(out, query, answered);
         for (std::size_t r = 0; r < points.size(); ++r)
-            write_row(out, query.rows[r], answers[r], effects);
+            write_answer_row(out, query, r, answered, answer_values(answers[r], effects));
     });
 }
 
@@ -388,11 +384,12 @@ void add_eval(CLI::App& app) {
     command->add_option("TABLE", options->table, "Baked table, .h5, .exr or .stratus")->required();
     command
         ->add_option("--query", options->query,
-                     "CSV with columns mu_in, mu_out, azimuth_deg, optical_depth, albedo in any "
-                     "order; the last two may be left out where the table has one sample. Tables "
-                     "of a family need its parameters, too (g, variance, mixture; radius and "
-                     "wavelength in um). "
-                     "Default or -: standard input")
+                     "CSV with columns " + direction_columns_help +
+                         ", and optical_depth, albedo, in any order; the last two may be left out "
+                         "where the table has one sample. Tables of a family need its parameters, "
+                         "too (g, variance, mixture; radius and "
+                         "wavelength in um). "
+                         "Default or -: standard input")
         ->check(file_name());
     command
         ->add_option("-o,--output", options->output, "CSV to write. Default or -: standard output")
@@ -409,6 +406,8 @@ void add_eval(CLI::App& app) {
                       "warning, instead of refusing them");
     add_max_memory(*command, options->reading);
     command->footer(
+        observed_angles_help +
+        "Answers of the side that a row of such angles does not see are nan.\n"
         "The column background, asked for by that name, is the share of a uniform background that "
         "is seen through the layer at mu_out: the beam, and the diffuse transmittance.\n"
         "Example:\n"

@@ -3,22 +3,25 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/io/atomic_file.h>
 #include <stratus/io/phase_file.h>
 
 #include "allowed.h"
 #include "commands.h"
 #include "family_option.h"
+#include "fit_rows.h"
 #include "opposition_option.h"
 #include "query.h"
 #include "say.h"
+#include "signals_held.h"
 #include "table_option.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -32,7 +35,7 @@ namespace stratus {
 namespace {
 
 struct FitCommand {
-    std::string observations, table, phase, second_phase, output;
+    std::string observations, table, phase, second_phase, output, rows, svg;
     bool single = false;
     std::vector<std::string> fixed, free;
     std::string density = "0";
@@ -45,23 +48,8 @@ struct FitCommand {
 struct Bin {
     double place = 0;
     std::vector<Observation> observations;
+    std::vector<std::size_t> rows;  // of the file
 };
-
-/// Light of a row: by its side where there is such a column, by the sign of mu_out otherwise.
-Light light_of(const CsvTable& rows, const std::vector<double>& row) {
-    constexpr Light by_side[] = {Light::reflected, Light::transmitted, Light::beam};
-    if (rows.has_column("side"))
-        return by_side[static_cast<std::size_t>(
-            row[static_cast<std::size_t>(rows.column("side"))])];
-    return row[static_cast<std::size_t>(rows.column("mu_out"))] < 0 ? Light::transmitted
-                                                                    : Light::reflected;
-}
-
-bool all_are_beams(const CsvTable& rows) {
-    return std::ranges::all_of(rows.rows, [&](const std::vector<double>& row) {
-        return light_of(rows, row) == Light::beam;
-    });
-}
 
 /// The column each of whose values has a fit of its own; "" where there is none. Where a table varies
 /// the radius of droplets, the column radius is of these.
@@ -105,34 +93,29 @@ FamilyPoint known_of(const CsvTable& rows, std::size_t r, const std::vector<Fami
 }
 
 /// Bins in the order in which their places appear; a single one without a column of them.
-std::vector<Bin> bins_of(const CsvTable& rows, const LayerModel& model) {
+std::vector<Bin> bins_of(const Query& query, const LayerModel& model) {
+    const CsvTable& rows = query.table;
     const std::vector<FamilyAxis> family = model.family();
     const std::vector<int> of_family = family_columns(rows, family);
     const std::string place_column = column_of_bins(rows, family);
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(rows.column(name));
     };
-    const std::size_t mu_out = column("mu_out");
     const std::size_t brightness = column("brightness"), sigma = column("sigma");
-    const bool scattered = !all_are_beams(rows);
-    const std::size_t mu_in = scattered ? column("mu_in") : mu_out;
-    const std::size_t azimuth = scattered ? column("azimuth_deg") : mu_out;  // not used by beams
     std::vector<Bin> bins;
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         const std::vector<double>& row = rows.rows[r];
-        const Light light = light_of(rows, row);
+        const Light light = light_of(query.directions[r]);
         if (!model.has(light))
             throw std::invalid_argument(rows.name + ", line " + std::to_string(rows.lines[r]) +
                                         ": side must be one that the table holds, got " +
-                                        side_names[static_cast<std::size_t>(light)]);
+                                        name_of(light));
         const double place = place_column.empty() ? 0 : row[column(place_column.c_str())];
         auto bin = std::ranges::find(bins, place, &Bin::place);
-        if (bin == bins.end()) bin = bins.insert(bin, {place, {}});
-        bin->observations.push_back({{row[mu_in], std::abs(row[mu_out]), radians(row[azimuth])},
-                                     light,
-                                     row[brightness],
-                                     row[sigma],
-                                     known_of(rows, r, family, of_family)});
+        if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
+        bin->observations.push_back({query.directions[r].geometry, light, row[brightness],
+                                     row[sigma], known_of(rows, r, family, of_family)});
+        bin->rows.push_back(r);
     }
     if (bins.empty()) throw std::invalid_argument(rows.name + ": no observations");
     return bins;
@@ -263,9 +246,10 @@ Columns columns_of(const LayerModel& model, const std::array<bool, fit_parameter
 void write_header(std::ostream& out, const Columns& columns) {
     if (!columns.place.empty()) out << columns.place << ',';
     for (const std::string& name : columns.names) out << name << ',' << name << "_sigma,";
-    for (std::size_t a = 0; a < columns.names.size(); ++a)
-        for (std::size_t b = a + 1; b < columns.names.size(); ++b)
-            out << "covariance_" << columns.names[a] << '_' << columns.names[b] << ',';
+    for (const char* const name : {"covariance_", "correlation_"})
+        for (std::size_t a = 0; a < columns.names.size(); ++a)
+            for (std::size_t b = a + 1; b < columns.names.size(); ++b)
+                out << name << columns.names[a] << '_' << columns.names[b] << ',';
     out << "chi_square,degrees_of_freedom,probability,remarks\n";
 }
 
@@ -274,25 +258,49 @@ void write_fit(std::ostream& out, const Columns& columns, const Bin& bin, const 
     std::vector<std::size_t> places(columns.parameters.begin(), columns.parameters.end());
     for (const std::size_t p : places)
         out << full_text(fit.estimate[p].value) << ',' << full_text(fit.estimate[p].sigma) << ',';
-    for (std::size_t a = 0; a < places.size(); ++a)
-        for (std::size_t b = a + 1; b < places.size(); ++b)
-            out << full_text(fit.covariance[places[a]][places[b]]) << ',';
+    const auto each_pair = [&](auto&& value) {
+        for (std::size_t a = 0; a < places.size(); ++a)
+            for (std::size_t b = a + 1; b < places.size(); ++b)
+                out << full_text(value(places[a], places[b])) << ',';
+    };
+    each_pair([&](std::size_t p, std::size_t q) { return fit.covariance[p][q]; });
+    each_pair([&](std::size_t p, std::size_t q) { return fit.correlation(p, q); });
     out << full_text(fit.chi_square) << ',' << fit.degrees_of_freedom << ','
         << full_text(fit.probability) << ",\"" << joined(fit.remarks, "; ") << "\"\n";
 }
 
-void run_fit(const FitCommand& command) {
+/// The model's value of each row of the file.
+std::vector<double> model_values(const std::vector<Bin>& bins, const std::vector<Fit>& fits,
+                                 std::size_t rows) {
+    std::vector<double> values(rows);
+    for (std::size_t b = 0; b < bins.size(); ++b)
+        for (std::size_t i = 0; i < bins[b].rows.size(); ++i)
+            values[bins[b].rows[i]] = fits[b].brightness[i];
+    return values;
+}
+
+/// Refuses files to write, before any work.
+void check_files(const FitCommand& command) {
     if (!command.output.empty()) {
         if (!command.table.empty()) require_different_files("fit", command.table, command.output);
         require_different_files("fit", command.observations, command.output);
     }
-    const CsvTable rows = read_observations(
-        command.observations, {"mu_out", "brightness", "sigma"},
-        {"mu_in", "azimuth_deg", "radius", "pixel", "side", "g", "wavelength", "variance"});
-    const Prediction prediction = prediction_of(command, !rows.rows.empty() && all_are_beams(rows));
+    if (!command.svg.empty()) require_writable("fit", "--svg", command.svg, {".svg"});
+    if (command.rows.empty()) return;
+    require_writable("fit", "--rows", command.rows);
+    require_different_files("fit", command.observations, command.rows);
+}
+
+void run_fit(const FitCommand& command) {
+    check_files(command);
+    const Query query = read_observations(command.observations, {"brightness", "sigma"},
+                                          {"radius", "pixel", "g", "wavelength", "variance"});
+    const CsvTable& rows = query.table;
+    const Prediction prediction =
+        prediction_of(command, !rows.rows.empty() && all_are_beams(query));
     const LayerModel& model = *prediction.model;
     const FitOptions options = options_of(command, model);
-    const std::vector<Bin> bins = bins_of(rows, model);
+    const std::vector<Bin> bins = bins_of(query, model);
     const std::vector<Observation>& first = bins.front().observations;
     const std::string place_column = column_of_bins(rows, model.family());
     check_counts(bins, rows, place_column, free_parameter_count(model, first, options));
@@ -305,6 +313,14 @@ void run_fit(const FitCommand& command) {
     write_answer(command.output, [&](std::ostream& out) {
         write_header(out, columns);
         for (std::size_t b = 0; b < fits.size(); ++b) write_fit(out, columns, bins[b], fits[b]);
+    });
+    const std::vector<double> by_model = model_values(bins, fits, rows.rows.size());
+    if (!command.rows.empty())
+        write_answer(command.rows, [&](std::ostream& out) { write_rows(out, query, by_model); });
+    if (command.svg.empty()) return;
+    const SignalsHeld held;
+    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
+        draw_residual_plot(plot_of_rows(query, by_model), temporary);
     });
 }
 
@@ -343,26 +359,41 @@ void add_fit(CLI::App& app) {
     CLI::App* fit = app.add_subcommand(
         "fit",
         "Fit albedos, the optical depth, and asymmetries or droplets to observed brightnesses");
-    fit->add_option("OBSERVATIONS", command->observations,
-                    "CSV with columns mu_in, mu_out, azimuth_deg, brightness, sigma in any order; "
-                    "side (lit, unlit or beam); for a fit of each, radius (of rings) or pixel; "
-                    "and wavelength or others that a table's family varies, where they are known "
-                    "row by row; -: standard input")
+    fit->add_option(
+           "OBSERVATIONS", command->observations,
+           "CSV with columns " + direction_columns_help +
+               ", and brightness, sigma, in any order; "
+               "side (lit, unlit or beam); for a fit of each, radius (of rings) or pixel; "
+               "and wavelength or others that a table's family varies, where they are known "
+               "row by row; -: standard input")
         ->required()
         ->check(file_name());
     add_model_options(*fit, *command);
     fit->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
         ->check(file_name());
+    fit->add_option(
+           "--rows", command->rows,
+           "CSV to write: the rows of OBSERVATIONS with columns model, what the fit makes of "
+           "brightness, and residual, brightness less it")
+        ->check(file_name());
+    fit->add_option(
+           "--svg", command->svg,
+           "Figure to draw, .svg: observed, model and residuals over the wavelength where that "
+           "is a column, else over the phase or the emission angle, whichever takes more values")
+        ->check(file_name());
     add_threads(*fit, command->threads);
     fit->footer(
         "brightness is I/F = mu_in R on the side lit, mu_in T on the side unlit (R = pi I / (mu_in "
         "F0)); sigma is its standard deviation. Without the column side, rows with mu_out < 0 are "
-        "of the unlit side. Rows of the side beam are occultations: brightness is I/F0 = "
+        "of the unlit side, and so are those with emission_deg beyond 90; phase_deg is 180 degrees "
+        "less "
+        "the scattering angle. Rows of the side beam are occultations: brightness is I/F0 = "
         "exp(-tau / mu_out), where mu_in and azimuth_deg do not count; a file of these alone needs "
         "neither table nor phase function, and gives tau.\n"
         "w1 and w2 are the albedos of the two kinds of particles, w that of one. Standard "
         "deviations and covariances come from the model linearised at the best fit, and are 0 for "
-        "what was fixed. probability is that of so large a chi-square or a larger one; below "
+        "what was fixed, correlations likewise. probability is that of so large a chi-square or a "
+        "larger one; below "
         "0.001 the column remarks says that the model is refused. It also names parameters that "
         "the geometries do not determine, those at the edge of their range, and other layers that "
         "fit as well. Without a table tau is sought from 1e-4 to 64, g from -0.9 to 0.9 (-0.95 to "
@@ -373,7 +404,8 @@ void add_fit(CLI::App& app) {
         "one w. With a table that varies the radius of droplets a column radius is of these, and "
         "pixel tells fits apart.\n"
         "Examples:\n"
-        "  stratus fit voyager.csv --table saturn_rings_mixture.h5 --fix w2=0.1 -o rings.csv\n"
+        "  stratus fit voyager.csv --table saturn_rings_mixture.h5 --fix w2=0.1 -o rings.csv \\\n"
+        "    --rows residuals.csv --svg rings.svg\n"
         "  stratus fit voyager.csv --single --phase lambert_sphere \\\n"
         "    --second-phase henyey_greenstein:g=0.5 --free g2\n"
         "  stratus fit cloud.csv --table stratus_clouds.h5 --fix w=1\n"

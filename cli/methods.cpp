@@ -170,15 +170,16 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
                                    const std::vector<Geometry>& geometries) {
     const SolvedGeometries solved =
         solve_geometries(stack.layers, stack.lower_boundary, geometries, options);
+    const auto misses = [&](const SolvedValue& value, double error) {
+        return options.tolerance > 0 && relative_error(value.total, error) > options.tolerance;
+    };
     std::vector<MethodRow> rows;
     for (const SolvedGeometry& at : solved.at)
         rows.push_back({at.reflection,
                         at.transmission,
                         {at.reflection_error, at.transmission_error},
-                        options.tolerance > 0 &&
-                            std::max(relative_error(at.reflection.total, at.reflection_error),
-                                     relative_error(at.transmission.total, at.transmission_error)) >
-                                options.tolerance});
+                        misses(at.reflection, at.reflection_error),
+                        misses(at.transmission, at.transmission_error)});
     if (options.orders == 0) return rows;
     SolverOptions with = options;
     with.nodes = solved.nodes;
@@ -343,13 +344,18 @@ Method method_of(const LayerQuestion& question) {
         Stack{{{question.phase_function, question.albedo, question.optical_depth}}, {}}, question);
 }
 
-Method method_of(const Stack& stack, const LayerQuestion& question) {
+SolverOptions options_of(const LayerQuestion& question) {
     SolverOptions options;
-    options.orders = question.orders;
     if (question.nodes)
         options.nodes = question.nodes;
     else
         options.tolerance = question.tolerance;
+    return options;
+}
+
+Method method_of(const Stack& stack, const LayerQuestion& question) {
+    SolverOptions options = options_of(question);
+    options.orders = question.orders;
     Method method;
     // With orders, these are solved at all cosines that are given at once.
     if (question.orders == 0) method.max_cosines = std::numeric_limits<std::size_t>::max();

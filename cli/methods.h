@@ -4,6 +4,7 @@
 #include <stratus/bake/stack_file.h>
 #include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solution.h>
+#include <stratus/transfer/solver_options.h>
 
 #include <cstdint>
 #include <functional>
@@ -34,7 +35,7 @@ struct LayerQuestion {
 struct MethodRow {
     SolvedValue reflection, transmission;
     std::vector<double> more;
-    bool misses = false;  // the tolerance
+    bool reflection_misses = false, transmission_misses = false;  // the tolerance
 };
 
 /// Fluxes by name, in output order: under uniform illumination, and lists of
@@ -51,6 +52,9 @@ struct Method {
     std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows;
     std::function<MethodFluxes(const std::vector<double>& mu)> fluxes;
 };
+
+/// Options of the solver, harmonic, without orders.
+SolverOptions options_of(const LayerQuestion& question);
 
 /// Errors   std::invalid_argument for what a scheme cannot solve.
 Method method_of(const LayerQuestion& question);

@@ -1,5 +1,6 @@
 #include "query.h"
 
+#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
@@ -46,14 +47,33 @@ constexpr ColumnRange column_ranges[] = {
 constexpr ColumnRange either_side{"mu_out", "in [-1, 1] and not 0",
                                   [](double mu) { return mu != 0 && std::abs(mu) <= 1; }};
 
+const std::vector<std::string> side_names{"lit", "unlit", "beam"};
+constexpr int beam = 2;  // its place
+
+const std::vector<std::string> cosine_columns{"mu_in", "mu_out", "azimuth_deg"};
+const std::vector<std::string> observed_columns{"incidence_deg", "emission_deg", "phase_deg"};
+
+bool is_observed(const CsvTable& rows) {
+    return std::ranges::any_of(observed_columns,
+                               [&](const std::string& name) { return rows.has_column(name); });
+}
+
+std::string line_of(const CsvTable& rows, std::size_t r) {
+    return rows.name + ", line " + std::to_string(rows.lines[r]);
+}
+
 bool contains(const std::vector<std::string>& words, const std::string& word) {
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-void check_columns(const CsvTable& query, const std::vector<std::string>& required,
+/// `of_directions`: the columns that name them, of which the places `needed` must be there.
+void check_columns(const CsvTable& query, const std::vector<std::string>& of_directions,
+                   const std::vector<std::size_t>& needed, const std::vector<std::string>& required,
                    const std::vector<std::string>& optional) {
-    for (const std::string& column : required) query.column(column);  // refuses a missing one
-    std::vector<std::string> allowed = required;
+    for (const std::size_t place : needed) query.column(of_directions[place]);  // refuses
+    for (const std::string& column : required) query.column(column);
+    std::vector<std::string> allowed = of_directions;
+    allowed.insert(allowed.end(), required.begin(), required.end());
     allowed.insert(allowed.end(), optional.begin(), optional.end());
     for (const std::string& column : query.columns)
         if (!contains(allowed, column))
@@ -71,9 +91,8 @@ void check_values(const CsvTable& query, bool signed_mu_out) {
             const double value =
                 query.rows[r][static_cast<std::size_t>(query.column(range.column))];
             if (range.holds(value)) continue;
-            throw std::invalid_argument(query.name + ", line " + std::to_string(query.lines[r]) +
-                                        ": " + range.column + " must be " + range.allowed +
-                                        ", got " + shortest_text(value));
+            throw std::invalid_argument(line_of(query, r) + ": " + range.column + " must be " +
+                                        range.allowed + ", got " + shortest_text(value));
         }
 }
 
@@ -94,22 +113,108 @@ CsvTable read_rows(const std::string& path, const std::vector<CsvWords>& words) 
     return is_stream(path) ? read_csv(std::cin, "standard input", words) : read_csv(path, words);
 }
 
+/// Numbers of a row by the names of columns.
+class Row {
+  public:
+    Row(const CsvTable& rows, std::size_t r) : rows_(rows), r_(r) {}
+
+    bool has(const char* column) const { return rows_.has_column(column); }
+    double operator[](const char* column) const {
+        return rows_.rows[r_][static_cast<std::size_t>(rows_.column(column))];
+    }
+
+  private:
+    const CsvTable& rows_;
+    std::size_t r_;
+};
+
+RowDirection observed_direction(const Row& row, const std::string& line) {
+    const ObservedAngles angles{row["incidence_deg"], row["emission_deg"], row["phase_deg"]};
+    const auto [geometry, side] = geometry_of(angles, line.c_str());
+    return {geometry, side};
+}
+
+RowDirection cosine_direction(const Row& row) {
+    return {{row["mu_in"], std::abs(row["mu_out"]), radians(row["azimuth_deg"])}};
+}
+
+/// A beam leaves along the line of sight; nothing else of its direction counts.
+RowDirection beam_direction(const Row& row, const std::string& line) {
+    if (!row.has("emission_deg")) return {{row["mu_out"], row["mu_out"], 0}};
+    const double emission = row["emission_deg"];
+    return {geometry_of({0, emission, emission}, line.c_str()).geometry};
+}
+
+RowDirection observation_direction(const Row& row, const std::string& line) {
+    const int stated = row.has("side") ? static_cast<int>(row["side"]) : -1;
+    if (stated == beam) return beam_direction(row, line);
+    if (!row.has("emission_deg")) {
+        RowDirection direction = cosine_direction(row);
+        direction.side = stated == 1 || row["mu_out"] < 0 ? Side::transmission : Side::reflection;
+        return direction;
+    }
+    const RowDirection direction = observed_direction(row, line);
+    const bool is_lit = direction.side == Side::reflection;
+    require(stated < 0 || is_lit == (stated == 0), line.c_str(), "emission_deg",
+            stated == 0 ? "below 90 on the side lit" : "above 90 on the side unlit",
+            row["emission_deg"]);
+    return direction;
+}
+
 }  // namespace
 
-CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
-                    const std::vector<std::string>& optional) {
-    CsvTable query = read_rows(path, {});
-    check_columns(query, required, optional);
-    check_values(query, false);
+Query read_query(const std::string& path, const std::vector<std::string>& required,
+                 const std::vector<std::string>& optional) {
+    Query query{read_rows(path, {}), {}};
+    const CsvTable& rows = query.table;
+    const bool observed = is_observed(rows);
+    check_columns(rows, observed ? observed_columns : cosine_columns, {0, 1, 2}, required,
+                  optional);
+    check_values(rows, false);
+    for (std::size_t r = 0; r < rows.rows.size(); ++r)
+        query.directions.push_back(observed ? observed_direction({rows, r}, line_of(rows, r))
+                                            : cosine_direction({rows, r}));
     return query;
 }
 
-CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
-                           const std::vector<std::string>& optional) {
-    CsvTable rows = read_rows(path, {{"side", side_names}});
-    check_columns(rows, required, optional);
+Query read_observations(const std::string& path, const std::vector<std::string>& required,
+                        const std::vector<std::string>& optional) {
+    Query query{read_rows(path, {{"side", side_names}}), {}};
+    const CsvTable& rows = query.table;
+    std::vector<std::string> more = optional;
+    more.emplace_back("side");
+    check_columns(rows, is_observed(rows) ? observed_columns : cosine_columns, {1}, required, more);
     check_values(rows, !rows.has_column("side"));
-    return rows;
+    for (std::size_t r = 0; r < rows.rows.size(); ++r)
+        query.directions.push_back(observation_direction({rows, r}, line_of(rows, r)));
+    return query;
+}
+
+void write_answer_header(std::ostream& out, const Query& query,
+                         const std::vector<std::string>& columns) {
+    std::vector<std::string> all = query.table.columns;
+    all.insert(all.end(), columns.begin(), columns.end());
+    out << joined(all, ",") << '\n';
+}
+
+void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
+                      const std::vector<std::string>& columns, const std::vector<double>& values) {
+    const std::optional<Side> side = query.directions[row].side;
+    const auto is_asked = [&](const std::string& column) {
+        for (const char* const name : {"reflection", "upward"})
+            if (column.starts_with(name)) return side != Side::transmission;
+        for (const char* const name : {"transmission", "downward"})
+            if (column.starts_with(name)) return side != Side::reflection;
+        return true;
+    };
+    const std::vector<double>& asked = query.table.rows[row];
+    for (std::size_t c = 0; c < asked.size(); ++c)
+        out << (c ? "," : "")
+            << (query.table.columns[c] == "side" ? side_names[static_cast<std::size_t>(asked[c])]
+                                                 : shortest_text(asked[c]));
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        out << ',' << (is_asked(columns[c]) ? full_text(values[c]) : "nan");
+    out << '\n';
 }
 
 void write_answer(const std::filesystem::path& path,

@@ -1,35 +1,65 @@
 // Queries and answers as CSV, for the commands that evaluate geometries.
 //
-// A query's columns are mu_in, mu_out, azimuth_deg and, for tables, optical_depth, albedo and
-// mixture; the range of each is checked here row by row. Answers go to stdout or, atomically, to a
-// file.
+// A query names directions by the columns mu_in, mu_out, azimuth_deg or, as observers do, by
+// incidence_deg, emission_deg, phase_deg (direction.h); queries of tables also have optical_depth,
+// albedo and the parameters of families. The range of each is checked here row by row. Answers go to
+// stdout or, atomically, to a file.
 #pragma once
 
+#include <stratus/base/direction.h>
 #include <stratus/io/csv.h>
 
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace stratus {
 
-/// Reads a query, every value in its range; `path` "" or "-" is standard input.
+/// The direction of a row, and the only side that it asks for, where it asks for one.
+struct RowDirection {
+    Geometry geometry;
+    std::optional<Side> side{};
+};
+
+struct Query {
+    CsvTable table;
+    std::vector<RowDirection> directions;  // of each row
+};
+
+/// What `--query` says of the columns that name directions.
+inline const std::string direction_columns_help =
+    "mu_in, mu_out, azimuth_deg, or in place of these incidence_deg, emission_deg, phase_deg";
+inline const std::string observed_angles_help =
+    "phase_deg is 180 degrees less the scattering angle; emission_deg beyond 90 is the unlit "
+    "side. ";
+
+/// Reads a query, every value in its range; `path` "" or "-" is standard input. Rows with an emission
+/// angle ask for the side that it is on, others for both. `required` and `optional` are columns beside
+/// those that name directions.
 ///
 /// Errors   std::invalid_argument for a value outside its range (naming line, column, range and
-///          value), for a missing `required` column and for one that is neither required nor
-///          optional.
-CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
-                    const std::vector<std::string>& optional = {});
+///          value), for a missing column and for one that is not allowed.
+Query read_query(const std::string& path, const std::vector<std::string>& required,
+                 const std::vector<std::string>& optional = {});
 
-/// Words of the column side of observations.
-inline const std::vector<std::string> side_names{"lit", "unlit", "beam"};
+/// Reads observations likewise. Their side is that of the column side: lit, unlit or beam, for which
+/// RowDirection has none; without it that of the emission angle, or of the sign of mu_out. For beams
+/// mu_out, or emission_deg, alone counts.
+Query read_observations(const std::string& path, const std::vector<std::string>& required,
+                        const std::vector<std::string>& optional);
 
-/// The same for observations: their column side holds the places of `side_names`; without it mu_out
-/// is negative on the unlit side.
-CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
-                           const std::vector<std::string>& optional);
+/// Writes the columns of a query and those of its answer.
+void write_answer_header(std::ostream& out, const Query& query,
+                         const std::vector<std::string>& columns);
+
+/// Writes a row of a query and its answer, a value for each of `columns`; those that begin with the
+/// name of a side that the row does not ask for are "nan": reflection or upward, transmission or
+/// downward.
+void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
+                      const std::vector<std::string>& columns, const std::vector<double>& values);
 
 /// Calls `write` with stdout where `path` is "" or "-"; adds to the end of a device, a pipe or an
 /// open file (/dev/stdout); writes any other file at `path` atomically.

@@ -8,6 +8,7 @@
 
 #include "allowed.h"
 #include "commands.h"
+#include "levels.h"
 #include "methods.h"
 #include "query.h"
 #include "say.h"
@@ -21,7 +22,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace stratus {
@@ -30,19 +30,17 @@ namespace {
 struct SolveCommand {
     std::string phase, albedo, layers, query, output;
     LayerQuestion question;
-    std::vector<double> mu_in;
+    std::vector<double> mu_in, levels;
     bool asked = false;  // a query was given
     bool accept = false;
     bool quiet = false;
 };
 
-void write_row(std::ostream& out, const std::vector<double>& row, const MethodRow& answer) {
+std::vector<double> values_of(const MethodRow& answer) {
     const SolvedValue &R = answer.reflection, &T = answer.transmission;
-    for (std::size_t c = 0; c < row.size(); ++c) out << (c ? "," : "") << shortest_text(row[c]);
-    for (double value : {R.total, T.total, R.single, T.single, R.multiple, T.multiple})
-        out << ',' << full_text(value);
-    for (double value : answer.more) out << ',' << full_text(value);
-    out << '\n';
+    std::vector<double> values{R.total, T.total, R.single, T.single, R.multiple, T.multiple};
+    values.insert(values.end(), answer.more.begin(), answer.more.end());
+    return values;
 }
 
 /// What users have to be told of the answers.
@@ -53,56 +51,54 @@ struct Findings {
     std::string worst;                  // of those missing it
     double worst_error = 0;             // relative
 
-    void look_at(const Geometry& at, const MethodRow& row) {
+    void look_at(const RowDirection& at, const MethodRow& row) {
         constexpr double rounding = 1e-15;
-        for (const double value : {row.reflection.total, row.transmission.total})
+        bool misses = false;
+        for (const bool reflected : {true, false}) {
+            if (at.side && (at.side == Side::reflection) != reflected) continue;
+            const double value = (reflected ? row.reflection : row.transmission).total;
             if (value < -rounding) {
                 ++negative;
                 lowest = std::min(lowest, value);
             }
-        ++rows;
-        if (!row.misses) return;
-        ++missing;
-        for (const auto& [side, value, error] :
-             {std::tuple("R", row.reflection.total, row.more[0]),
-              std::tuple("T", row.transmission.total, row.more[1])}) {
-            if (relative_error(value, error) <= worst_error) continue;
-            worst_error = relative_error(value, error);
-            worst = std::string(side) + " at mu_in " + shortest_text(at.mu_in) + ", mu_out " +
-                    shortest_text(at.mu_out) + ", azimuth_deg " +
-                    shortest_text(std::round(degrees(at.azimuth) * 1e9) / 1e9);
+            if (!(reflected ? row.reflection_misses : row.transmission_misses)) continue;
+            misses = true;
+            const double error = relative_error(value, row.more[reflected ? 0 : 1]);
+            if (error <= worst_error) continue;
+            worst_error = error;
+            const Geometry& geometry = at.geometry;
+            worst = std::string(reflected ? "R" : "T") + " at mu_in " +
+                    shortest_text(geometry.mu_in) + ", mu_out " + shortest_text(geometry.mu_out) +
+                    ", azimuth_deg " +
+                    shortest_text(std::round(degrees(geometry.azimuth) * 1e9) / 1e9);
         }
+        ++rows;
+        missing += misses;
     }
 };
 
 Findings answer_query(const SolveCommand& command, const Method& method) {
     require_different_files("solve", command.query, command.output);
-    const CsvTable query = read_query(command.query, {"mu_in", "mu_out", "azimuth_deg"});
-    const auto column = [&](const char* name) {
-        return static_cast<std::size_t>(query.column(name));
-    };
-    const std::size_t in = column("mu_in"), out = column("mu_out"), azimuth = column("azimuth_deg");
+    const Query query = read_query(command.query, {});
+    std::vector<std::string> columns{"reflection",          "transmission",
+                                     "reflection_single",   "transmission_single",
+                                     "reflection_multiple", "transmission_multiple"};
+    columns.insert(columns.end(), method.more_columns.begin(), method.more_columns.end());
     Findings findings;
     write_answer(command.output, [&](std::ostream& stream) {
-        for (const std::string& name : query.columns) stream << name << ',';
-        stream << "reflection,transmission,reflection_single,transmission_single,"
-                  "reflection_multiple,transmission_multiple";
-        for (const std::string& name : method.more_columns) stream << ',' << name;
-        stream << '\n';
-        for (std::size_t first = 0; first < query.rows.size();) {
+        write_answer_header(stream, query, columns);
+        for (std::size_t first = 0; first < query.directions.size();) {
             // As many rows as share a list of cosines of reasonable length.
             std::set<double> cosines;
             std::vector<Geometry> geometries;
             for (std::size_t row = first;
-                 row < query.rows.size() && cosines.size() <= method.max_cosines - 2; ++row) {
-                const std::vector<double>& of = query.rows[row];
-                geometries.push_back({of[in], of[out], radians(of[azimuth])});
-                cosines.insert({of[in], of[out]});
+                 row < query.directions.size() && cosines.size() <= method.max_cosines - 2; ++row) {
+                geometries.push_back(query.directions[row].geometry);
+                cosines.insert({geometries.back().mu_in, geometries.back().mu_out});
             }
-            const std::vector<MethodRow> answers = method.rows(geometries);
-            for (std::size_t i = 0; i < answers.size(); ++i) {
-                write_row(stream, query.rows[first++], answers[i]);
-                findings.look_at(geometries[i], answers[i]);
+            for (const MethodRow& answer : method.rows(geometries)) {
+                write_answer_row(stream, query, first, columns, values_of(answer));
+                findings.look_at(query.directions[first++], answer);
             }
         }
     });
@@ -164,34 +160,55 @@ double read_albedo(const std::string& text, const PhaseFunction& phase_function)
     return *own;
 }
 
+/// The stack of a file, or the one layer that options describe.
+Stack stack_of(SolveCommand& command, std::vector<std::string>& notes) {
+    if (!command.layers.empty()) return read_stack(command.layers, &notes);
+    LayerQuestion& question = command.question;
+    question.phase_function = read_phase_function(command.phase, "", &notes);
+    question.albedo = read_albedo(command.albedo, question.phase_function);
+    return {{{question.phase_function, question.albedo, question.optical_depth}}, {}};
+}
+
+/// What the stack is, as far as numbers tell.
+std::vector<std::pair<std::string, double>> medium_of(const SolveCommand& command,
+                                                      const Stack& stack) {
+    if (command.layers.empty())
+        return {{"albedo", command.question.albedo},
+                {"optical_depth", command.question.optical_depth}};
+    double depth = 0;
+    for (const StackLayer& layer : stack.layers) depth += layer.optical_depth;
+    return {{"optical_depth", depth}};
+}
+
+std::string answer_levels(const SolveCommand& command, const Stack& stack) {
+    const LevelsCommand inside{stack,
+                               command.levels,
+                               command.mu_in.empty() ? std::vector<double>{1} : command.mu_in,
+                               command.query,
+                               command.output,
+                               options_of(command.question)};
+    return command.asked ? answer_query_inside(inside) : answer_fluxes_inside(inside);
+}
+
 void run_solve(SolveCommand command) {
     std::vector<std::string> notes;
     const auto note = [&](const std::string& text) {
         if (!command.quiet) say("note: " + text);
     };
-    Method method;
-    std::vector<std::pair<std::string, double>> medium;
-    LayerQuestion& question = command.question;
-    if (command.layers.empty()) {
-        question.phase_function = read_phase_function(command.phase, "", &notes);
-        question.albedo = read_albedo(command.albedo, question.phase_function);
-        medium = {{"albedo", question.albedo}, {"optical_depth", question.optical_depth}};
-        method = method_of(question);
-    } else {
-        const Stack stack = read_stack(command.layers, &notes);
-        double depth = 0;
-        for (const StackLayer& layer : stack.layers) depth += layer.optical_depth;
-        medium = {{"optical_depth", depth}};
-        method = method_of(stack, question);
-    }
+    const LayerQuestion& question = command.question;
+    const Stack stack = stack_of(command, notes);
     for (const std::string& text : notes) note(text);
-    const std::string missed = "solve: the tolerance of " + shortest_text(question.tolerance) +
-                               " is missed, and 512 nodes would not reach it: ";
-    const std::string way_out = " (--accept: exit code 0)";
+    const auto refuse_unless_accepted = [&](const std::string& missing) {
+        if (missing.empty() || command.accept) return;
+        throw std::runtime_error("solve: the tolerance of " + shortest_text(question.tolerance) +
+                                 " is missed, and 512 nodes would not reach it: " + missing +
+                                 " (--accept: exit code 0)");
+    };
+    if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
+    const Method method = command.layers.empty() ? method_of(question) : method_of(stack, question);
     if (!command.asked) {
-        if (answer_fluxes(command, method, medium) && !command.accept)
-            throw std::runtime_error(missed + "see error" + way_out);
-        return;
+        const bool misses = answer_fluxes(command, method, medium_of(command, stack));
+        return refuse_unless_accepted(misses ? "see error" : "");
     }
     const Findings findings = answer_query(command, method);
     if (findings.negative > 0)
@@ -200,11 +217,11 @@ void run_solve(SolveCommand command) {
              (question.scheme == "photons"
                   ? ": chance, see their errors"
                   : ": the phase function's series is, as far as these --nodes reach"));
-    if (findings.missing > 0 && !command.accept)
-        throw std::runtime_error(missed + "by " + std::to_string(findings.missing) + " of " +
-                                 std::to_string(findings.rows) + " rows, most by " +
-                                 findings.worst + ", whose relative error is some " +
-                                 short_number(findings.worst_error) + way_out);
+    if (findings.missing > 0)
+        refuse_unless_accepted("by " + std::to_string(findings.missing) + " of " +
+                               std::to_string(findings.rows) + " rows, most by " + findings.worst +
+                               ", whose relative error is some " +
+                               short_number(findings.worst_error));
 }
 
 /// Refuses an option that the scheme does not know.
@@ -221,7 +238,8 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
     const auto given = [&](const char* name) { return solve.get_option(name)->count() > 0; };
     for (const char* needed : {"--phase", "--albedo", "--optical-depth"})
         if (!given("--layers") && !given(needed)) throw CLI::RequiredError(needed);
-    require_scheme(solve.get_option("--tolerance"), scheme, {"harmonic"});
+    for (const char* name : {"--tolerance", "--levels"})
+        require_scheme(solve.get_option(name), scheme, {"harmonic"});
     require_scheme(solve.get_option("--orders"), scheme, {"harmonic", "markov", "photons"});
     for (const char* name : {"--start", "--start-depth"})
         require_scheme(solve.get_option(name), scheme, {"classic"});
@@ -305,8 +323,8 @@ void add_question_options(CLI::App& solve, SolveCommand& command) {
                    solve.get_option("--optical-depth"), solve.get_option("--scheme"));
     CLI::Option* const query = solve
                                    .add_option("--query", command.query,
-                                               "CSV with columns mu_in, mu_out, azimuth_deg; - is "
-                                               "standard input. Without: fluxes only")
+                                               "CSV with columns " + direction_columns_help +
+                                                   "; - is standard input. Without: fluxes only")
                                    ->check(file_name());
     solve
         .add_option("--mu-in", command.mu_in,
@@ -314,6 +332,16 @@ void add_question_options(CLI::App& solve, SolveCommand& command) {
         ->delimiter(',')
         ->check(number("in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }))
         ->excludes(query);
+    solve
+        .add_option(
+            "--levels", command.levels,
+            "Optical depths, from the top, at which the light inside is given as CSV: fluxes "
+            "at --mu-in (default 1), or with --query radiance. Comma between, in [0, the whole "
+            "depth]")
+        ->delimiter(',')
+        ->check(
+            number("in [0, inf)", [](double depth) { return depth >= 0 && std::isfinite(depth); }))
+        ->excludes(solve.get_option("--orders"));
     solve.add_option("-o,--output", command.output, "File to write. Default or -: standard output")
         ->check(file_name());
     solve.add_flag("--quiet", command.quiet, "No notes");
@@ -329,14 +357,26 @@ void add_solve(CLI::App& app) {
     add_scheme_options(*solve, *command);
     add_question_options(*solve, *command);
     solve->footer(
+        observed_angles_help +
+        "Answers of the side that a row of such angles does not see are nan.\n"
+        "With --levels fluxes are over the incident flux: direct_flux, exp(-level / mu_in), and "
+        "diffuse_flux go down, upward_flux goes up. actinic_flux is 4 pi times the mean intensity, "
+        "beam included; heating_rate is what is absorbed of it per unit of optical depth, (1 - w) "
+        "actinic_flux, between two layers with w of the lower one. Radiances are pi I / (mu_in "
+        "F0), "
+        "as R and T are, going up and down, without the beam.\n"
         "Examples:\n"
         "  stratus solve --phase henyey_greenstein:g=0.75 --albedo 0.99 --optical-depth 8 --mu-in "
         "0.5,1\n"
         "  printf 'mu_in,mu_out,azimuth_deg\\n0.5,0.8,60\\n' \\\n"
         "    | stratus solve --phase rayleigh --albedo 1 --optical-depth 0.3 --query -\n"
+        "  printf 'incidence_deg,emission_deg,phase_deg\\n60,35,40\\n60,120,90\\n' \\\n"
+        "    | stratus solve --phase rayleigh --albedo 1 --optical-depth 0.3 --query -\n"
         "  stratus solve --scheme photons --photons 200000 --phase isotropic --albedo 0.9 "
         "--optical-depth 1\n"
-        "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5,1");
+        "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5,1\n"
+        "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5 --levels "
+        "0,0.1,0.2");
     solve->callback([=] {
         check_given(*solve, command->question.scheme);
         command->asked = solve->get_option("--query")->count() > 0;

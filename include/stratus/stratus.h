@@ -151,6 +151,16 @@ int stratus_table_transmission_many(const stratus_table* table, size_t count,
                                     const float* mu_in, const float* mu_out, const float* azimuth,
                                     float* total);
 
+/* ---- Directions as observers give them */
+
+/* The cosines and the azimuth in [0, pi] of observed angles in degrees: incidence and emission from the
+ * normal of the lit side, and the phase angle, 180 degrees less the scattering angle. transmitted: 1 where
+ * light leaves on the far side, emission_deg beyond 90; else 0. Nothing may be null.
+ *
+ * Range    incidence_deg [0, 90), emission_deg [0, 180] without 90; phase_deg as these two allow, to 0.02. */
+int stratus_observed_direction(double incidence_deg, double emission_deg, double phase_deg,
+                               double* mu_in, double* mu_out, double* azimuth, int* transmitted);
+
 /* ---- Slices: a layer of one optical depth and albedo, bound once so that lookups are short */
 
 typedef struct stratus_slice stratus_slice;

@@ -114,6 +114,10 @@ Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
                 covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q));
         fit.estimate[p] = {layer.*layer_fields[p], std::sqrt(fit.covariance[p][p])};
     }
+    const Eigen::VectorXd misses = problem.residuals(best.at);
+    for (std::size_t i = 0; i < observations.size(); ++i)
+        fit.brightness.push_back(observations[i].brightness +
+                                 observations[i].sigma * misses(static_cast<Eigen::Index>(i)));
     fit.chi_square = best.chi_square;
     fit.degrees_of_freedom = static_cast<int>(observations.size()) - space.size();
     if (fit.degrees_of_freedom > 0)

@@ -131,9 +131,29 @@ std::string read_file_name(PhaseText& text, bool with_options) {
 
 using Notes = std::vector<std::string>;
 
+/// Rows over the scattering angle as rows over the phase angle, which is 180 degrees less it.
+void turn_to_phase_angles(PhaseColumns& columns) {
+    std::vector<double>& angle = columns.values[0];
+    for (std::size_t i = 0; i < angle.size(); ++i) {
+        const std::string here = "scattering_angle_deg" + columns.row_name(i);
+        require(i == 0 || angle[i] > angle[i - 1], Tabulated::kind.name, here,
+                "above the one before it", angle[i]);
+        require(angle[i] >= 0 && angle[i] <= 180, Tabulated::kind.name, here, "in [0, 180]",
+                angle[i]);
+    }
+    for (double& degrees : angle) degrees = 180 - degrees;
+    for (std::vector<double>& column : columns.values) std::reverse(column.begin(), column.end());
+    columns.row_name = [of = columns.row_name, last = angle.size() - 1](std::size_t row) {
+        return of(last - row);
+    };
+}
+
 PhaseFunction read_tabulated(PhaseText& text, const std::string& file, Notes* notes) {
     const Tabulated::Options options = Tabulated::read_options(text);
-    PhaseColumns columns = text.read_file(file, {"phase_angle_deg", "value"});
+    PhaseColumns columns =
+        text.read_file(file, {"phase_angle_deg or scattering_angle_deg", "value"});
+    if (!columns.names.empty() && columns.names[0] == "scattering_angle_deg")
+        turn_to_phase_angles(columns);
     Tabulated table(std::move(columns.values[0]), std::move(columns.values[1]), columns.row_name,
                     options);
     if (notes != nullptr && std::abs(table.normalisation - 1) > 1e-9)

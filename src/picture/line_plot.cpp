@@ -1,8 +1,5 @@
 #include <stratus/picture/line_plot.h>
 
-#include <stratus/base/number_text.h>
-#include <stratus/picture/round_number.h>
-
 #include "plot_axes.h"
 
 #include <algorithm>
@@ -18,16 +15,6 @@ constexpr double plot_bottom = 244, page_height = 280, legend_row = 14;
 constexpr Colour line_colours[] = {{0, 0, 0},          {0.10, 0.30, 0.65}, {0.05, 0.50, 0.35},
                                    {0.85, 0.45, 0.05}, {0.70, 0.25, 0.50}, {0.45, 0.65, 0.85},
                                    {0.40, 0.25, 0.10}, {0.60, 0.60, 0.10}};
-
-/// Some five of them, at round numbers from 0 to `end`.
-template <class Position>
-std::vector<Tick> linear_ticks(double end, const Position& position) {
-    std::vector<Tick> ticks;
-    const double step = round_below(end / 4);
-    for (int k = 0; k * step <= end * (1 + 1e-9); ++k)
-        ticks.push_back({position(k * step), short_number(k * step, 3)});
-    return ticks;
-}
 
 constexpr double lowest = 1e-99;  // for 0 on a logarithmic axis, which is clipped
 
@@ -56,9 +43,9 @@ void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg) {
     };
     draw_svg(svg, plot_page_width, page_height + legend_row * rows, [&](const Page& page) {
         page.text({box.x0, 16}, plot.title, 10, black);
-        draw_x_axis(page, box, linear_ticks(plot.x_end, across), plot.x_title);
+        draw_x_axis(page, box, linear_ticks(0, plot.x_end, across), plot.x_title);
         draw_y_axis(page, box,
-                    logarithmic ? decades(plot, box, down) : linear_ticks(plot.y_end, down),
+                    logarithmic ? decades(plot, box, down) : linear_ticks(0, plot.y_end, down),
                     plot.y_title);
         for (std::size_t n = 0; n < plot.lines.size(); ++n) {
             const Line& line = plot.lines[n];

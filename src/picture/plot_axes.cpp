@@ -1,5 +1,8 @@
 #include "plot_axes.h"
 
+#include <stratus/base/number_text.h>
+#include <stratus/picture/round_number.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -34,6 +37,18 @@ std::vector<Tick> decade_ticks(int first, int last, double length, double min_di
     for (int decade = first; decade <= last; ++decade) {
         const bool has_label = (decade - first) % step == 0;
         ticks.push_back({position(std::pow(10.0, decade)), has_label ? "10" : "", decade});
+    }
+    return ticks;
+}
+
+std::vector<Tick> linear_ticks(double low, double high,
+                               const std::function<double(double)>& position) {
+    const double step = round_below((high - low) / 4);
+    const long long last = std::llround(std::floor(high / step + 1e-9));
+    std::vector<Tick> ticks;
+    for (long long k = std::llround(std::ceil(low / step - 1e-9)); k <= last; ++k) {
+        const double value = static_cast<double>(k) * step;
+        ticks.push_back({position(value), short_number(value, 3)});
     }
     return ticks;
 }

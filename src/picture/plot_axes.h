@@ -25,6 +25,10 @@ struct Tick {
 std::vector<Tick> decade_ticks(int first, int last, double length, double min_distance,
                                const std::function<double(double)>& position);
 
+/// Some five ticks or more, at round numbers from `low` to `high`. `position` as above.
+std::vector<Tick> linear_ticks(double low, double high,
+                               const std::function<double(double)>& position);
+
 void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
                  const std::string& title);
 void draw_y_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,

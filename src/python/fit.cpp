@@ -109,14 +109,17 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
     const auto is_free = free_parameters(model, observations, options);
     py::dict value, deviation;
     std::vector<std::string> fitted;
-    std::vector<double> covariance;
+    std::vector<double> covariance, correlation;
     for (std::size_t p = 0; p < fit_parameters; ++p) {
         if (!is_free[p]) continue;
         fitted.emplace_back(names[p]);
         value[names[p]] = found.estimate[p].value;
         deviation[names[p]] = found.estimate[p].sigma;
         for (std::size_t q = 0; q < fit_parameters; ++q)
-            if (is_free[q]) covariance.push_back(found.covariance[p][q]);
+            if (is_free[q]) {
+                covariance.push_back(found.covariance[p][q]);
+                correlation.push_back(found.correlation(p, q));
+            }
     }
     for (const auto& [name, held] : fixed) value[name.c_str()] = held;
     py::dict told;
@@ -124,6 +127,8 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
     told["value"] = value;
     told["sigma"] = deviation;
     told["covariance"] = array_of(std::move(covariance));
+    told["correlation"] = array_of(std::move(correlation));
+    told["model"] = array_of(std::vector<double>(found.brightness));
     told["chi_square"] = found.chi_square;
     told["degrees_of_freedom"] = found.degrees_of_freedom;
     told["probability"] = found.probability;

@@ -3,6 +3,7 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -119,6 +120,68 @@ py::dict fluxes_of_one(const PhaseFunction& phase_function, double albedo, doubl
                              nodes, tolerance, orders);
 }
 
+using LayerParts = std::tuple<PhaseFunction, double, double>;  // with albedo and optical depth
+
+Stack stack_of(const std::vector<LayerParts>& parts, const py::object& below) {
+    Stack stack{{}, boundary_of(below)};
+    for (const auto& [phase_function, albedo, optical_depth] : parts)
+        stack.layers.push_back({phase_function, albedo, optical_depth});
+    check_layers(stack.layers, stack.lower_boundary.is_present(), "Stack");
+    return stack;
+}
+
+py::tuple fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles& mu_in, int nodes,
+                        double tolerance, int orders) {
+    const std::vector<double> mu = cosines_of(mu_in);
+    const std::vector<double> depths(levels.data(), levels.data() + levels.size());
+    const SolverOptions options = options_of(nodes, tolerance, orders);
+    const SolvedInside solved = [&] {
+        const py::gil_scoped_release release;
+        return solve_fluxes_inside(stack.layers, stack.lower_boundary, depths, mu, options);
+    }();
+    std::vector<double> columns[5];
+    for (const LightAtLevel& at : solved.levels) {
+        const Eigen::VectorXd* const lists[5] = {&at.direct_flux, &at.diffuse_transmittance,
+                                                 &at.plane_albedo, &at.actinic_flux,
+                                                 &at.heating_rate};
+        for (int k = 0; k < 5; ++k)
+            columns[k].insert(columns[k].end(), lists[k]->begin(), lists[k]->end());
+    }
+    py::tuple found(6);
+    for (std::size_t k = 0; k < 5; ++k) found[k] = array_of(std::move(columns[k]));
+    found[5] = solved.error;
+    return found;
+}
+
+py::tuple light_inside(const Stack& stack, double level, const Doubles& mu_in,
+                       const Doubles& mu_out, const Doubles& azimuth, int nodes, double tolerance,
+                       int orders) {
+    const std::vector<Geometry> geometries = geometries_of(mu_in, mu_out, azimuth);
+    const SolverOptions options = options_of(nodes, tolerance, orders);
+    const auto solved = [&] {
+        const py::gil_scoped_release release;
+        return solve_geometries_inside(stack.layers, stack.lower_boundary, level, geometries,
+                                       options);
+    };
+    return arrays_of(solved());
+}
+
+/// Cosines, azimuths, and 1 where light leaves on the lit side, 0 elsewhere.
+py::tuple observed_directions(const Doubles& incidence, const Doubles& emission,
+                              const Doubles& phase) {
+    std::vector<double> columns[4];
+    for (py::ssize_t i = 0; i < incidence.size(); ++i) {
+        const auto [at, side] =
+            geometry_of({incidence.data()[i], emission.data()[i], phase.data()[i]}, "directions");
+        const double values[4] = {at.mu_in, at.mu_out, at.azimuth,
+                                  side == Side::reflection ? 1.0 : 0.0};
+        for (int k = 0; k < 4; ++k) columns[k].push_back(values[k]);
+    }
+    py::tuple found(4);
+    for (std::size_t k = 0; k < 4; ++k) found[k] = array_of(std::move(columns[k]));
+    return found;
+}
+
 std::pair<Stack, std::vector<std::string>> read_layers(const std::string& text_or_path,
                                                        bool is_path) {
     std::vector<std::string> notes;
@@ -136,6 +199,10 @@ void add_solve(py::module_& module) {
     module.def("solve_stack", solve_several);
     module.def("layer_fluxes", fluxes_of_one);
     module.def("stack_fluxes", fluxes_of_several);
+    module.def("stack_of", stack_of);
+    module.def("stack_fluxes_inside", fluxes_inside);
+    module.def("solve_stack_inside", light_inside);
+    module.def("observed_directions", observed_directions);
 }
 
 }  // namespace stratus::python

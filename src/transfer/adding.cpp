@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include <string>
+#include <utility>
 
 namespace stratus {
 
@@ -34,21 +35,36 @@ BeamMatrix between(const Factor& I_minus_Q, const MatrixXd& Q, const BeamMatrix&
     return {F.d, K};
 }
 
+/// Light between two layers lit from above. [HT74], the adding equations: D is incident on the lower
+/// layer, U leaves it.
+struct Interreflection {
+    BeamMatrix R, R_star;
+    MatrixXd Q;
+    Eigen::PartialPivLU<MatrixXd> factor;  // of I - Q
+    BeamMatrix D, U;
+
+    Interreflection(const LayerMode& above, const LayerMode& below, int N)
+        : R{VectorXd::Zero(above.beam.size()), below.reflection},
+          R_star{R.d, above.reflection_below},
+          Q(product(R_star, R, N).K),
+          factor(MatrixXd::Identity(N, N) - Q.topLeftCorner(N, N)),
+          D(between(factor, Q, {above.beam, above.transmission}, N)),
+          U(product(R, D, N)) {}
+};
+
 }  // namespace
+
+LightBetween light_between(const LayerMode& above, const LayerMode& below, int nodes) {
+    check(above, below, nodes);
+    Interreflection light(above, below, nodes);
+    return {std::move(light.D.K), std::move(light.U.K)};
+}
 
 LayerMode add(const LayerMode& above, const LayerMode& below, int nodes) {
     check(above, below, nodes);
     const int N = nodes;
-    const VectorXd none = VectorXd::Zero(above.beam.size());
-    const BeamMatrix T_down{above.beam, above.transmission};
+    const auto& [R, R_star, Q, factor, D, U] = Interreflection(above, below, N);
     const BeamMatrix T_up{above.beam, above.transmission.transpose()};
-    const BeamMatrix R{none, below.reflection}, R_star{none, above.reflection_below};
-    const MatrixXd Q = product(R_star, R, N).K;
-    const Eigen::PartialPivLU<MatrixXd> factor(MatrixXd::Identity(N, N) - Q.topLeftCorner(N, N));
-
-    // [HT74], the adding equations: D is incident on the lower layer, U leaves it.
-    const BeamMatrix D = between(factor, Q, T_down, N);
-    const BeamMatrix U = product(R, D, N);
     LayerMode sum;
     sum.reflection = symmetric(above.reflection + product(T_up, U, N).K);
     if (below.is_opaque()) return sum;

@@ -125,4 +125,13 @@ Eigen::VectorXd solved_cosines(const Directions& directions) {
 
 NodeMap joint_map(NodeMap a, NodeMap b) { return a == NodeMap::forward ? NodeMap::forward : b; }
 
+Directions stack_directions(const std::vector<Truncation>& truncations,
+                            const Truncation& boundary_truncation, const std::vector<double>& mu,
+                            const SolverOptions& options) {
+    NodeMap map = choose_node_map(boundary_truncation.moments, options.nodes);
+    for (const Truncation& truncation : truncations)
+        map = joint_map(map, choose_node_map(truncation.moments, options.nodes));
+    return gauss_directions(options.nodes, map, mu);
+}
+
 }  // namespace stratus

@@ -56,4 +56,9 @@ Eigen::VectorXd solved_cosines(const Directions& directions);
 /// The map that serves both.
 NodeMap joint_map(NodeMap a, NodeMap b);
 
+/// One set of directions for all layers, dense near mu = 1 if any layer needs it.
+Directions stack_directions(const std::vector<Truncation>& truncations,
+                            const Truncation& boundary_truncation, const std::vector<double>& mu,
+                            const SolverOptions& options);
+
 }  // namespace stratus

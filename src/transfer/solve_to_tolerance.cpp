@@ -1,5 +1,6 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
+#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/transfer/stack.h>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -230,7 +232,7 @@ class Group {
     std::vector<Class>& classes() { return classes_; }
 
     /// Returns R and T, pair after pair at all azimuths, of each class that is not done. `solve` gives
-    /// the layers at a list of cosines.
+    /// the layers, or the light at a level inside, at a list of cosines.
     template <class Solve>
     std::vector<std::vector<double>> values(const Solve& solve) {
         std::set<double> cosines;
@@ -240,7 +242,7 @@ class Group {
         const auto place_of = [&](double cosine) {
             return static_cast<int>(std::ranges::lower_bound(mu, cosine) - mu.begin());
         };
-        const StackSolution solution = solve(mu);
+        const auto solution = solve(mu);
         std::vector<std::vector<double>> all(classes_.size());
         for (auto& [cosine, pair] : pairs_) {
             if (classes_[pair.kind].is_done) continue;
@@ -280,6 +282,50 @@ class Group {
     std::vector<Asked> asked_;
 };
 
+/// Solves the geometries at `places`; `solve` gives the layers at cosines, as options say.
+template <class Solve>
+void solve_places(const std::vector<Geometry>& geometries, const std::vector<std::size_t>& places,
+                  bool resolved, int patience, SolverOptions options, const Solve& solve,
+                  SolvedGeometries& all) {
+    int first_nodes = resolved ? fewest_nodes_of_peaks : fewest_nodes;
+    for (std::size_t first = 0; first < places.size();) {
+        Group group(geometries, places, first, resolved);
+        SolverOptions with = options;
+        solve_as(
+            options, {options.tolerance, first_nodes, patience}, group.classes(), [&](int nodes) {
+                with.nodes = nodes;
+                return group.values([&](const std::vector<double>& mu) { return solve(mu, with); });
+            });
+        for (std::size_t i = 0; i < group.size(); ++i) all.at[places[first + i]] = group.at(i);
+        first += group.size();
+        int fewest = most_nodes;
+        for (const Class& of : group.classes())
+            if (!of.counts.empty()) {
+                fewest = std::min(fewest, of.found.nodes);
+                all.nodes = std::max(all.nodes, of.found.nodes);
+            }
+        first_nodes = std::max(first_nodes, first_nodes_after(fewest));
+    }
+}
+
+/// The errors and the nodes of fluxes.
+template <class Solved>
+void judge(const Class& fluxes, Solved& solved) {
+    for (const double error : fluxes.found.errors) solved.error = std::max(solved.error, error);
+    solved.relative_error = fluxes.error();
+    solved.nodes = fluxes.found.nodes;
+}
+
+/// The light at one level as Group asks for it.
+struct OneLevel {
+    InsideSolution solution;
+
+    std::vector<SolvedValue> values(Side side, int in, int out,
+                                    const std::vector<double>& azimuths) const {
+        return solution.values(0, side, in, out, azimuths);
+    }
+};
+
 }  // namespace
 
 SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
@@ -289,42 +335,40 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
     check_options(options);
     SolvedGeometries all;
     all.at.resize(geometries.size());
-    const auto solve = [&](const std::vector<std::size_t>& places, bool resolved) {
-        SolverOptions with = options;
-        with.exact_fluxes = false;
-        if (resolved) {
-            with.grazing = true;
-            with.mode_tolerance = std::max(options.mode_tolerance, grazing_mode_tolerance);
-        }
-        const int patience =
-            resolved ? patience_for_resolved(layers.front().phase_function) : patience_for(layers);
-        int first_nodes = resolved ? fewest_nodes_of_peaks : fewest_nodes;
-        for (std::size_t first = 0; first < places.size();) {
-            Group group(geometries, places, first, resolved);
-            solve_as(options, {options.tolerance, first_nodes, patience}, group.classes(),
-                     [&](int nodes) {
-                         with.nodes = nodes;
-                         return group.values([&](const std::vector<double>& mu) {
-                             return solve_stack(layers, boundary, mu, with);
-                         });
-                     });
-            for (std::size_t i = 0; i < group.size(); ++i) all.at[places[first + i]] = group.at(i);
-            first += group.size();
-            int fewest = most_nodes;
-            for (const Class& of : group.classes())
-                if (!of.counts.empty()) {
-                    fewest = std::min(fewest, of.found.nodes);
-                    all.nodes = std::max(all.nodes, of.found.nodes);
-                }
-            first_nodes = std::max(first_nodes, first_nodes_after(fewest));
-        }
-    };
     const bool can_resolve = can_resolve_peaks(layers, boundary, options);
     std::vector<std::size_t> plain, resolved;
     for (std::size_t i = 0; i < geometries.size(); ++i)
         (can_resolve && class_of(geometries[i]) > 0 ? resolved : plain).push_back(i);
-    if (!plain.empty()) solve(plain, false);
-    if (!resolved.empty()) solve(resolved, true);
+    const auto solve = [&](const std::vector<double>& mu, const SolverOptions& with) {
+        return solve_stack(layers, boundary, mu, with);
+    };
+    SolverOptions with = options;
+    with.exact_fluxes = false;
+    if (!plain.empty())
+        solve_places(geometries, plain, false, patience_for(layers), with, solve, all);
+    with.grazing = true;
+    with.mode_tolerance = std::max(options.mode_tolerance, grazing_mode_tolerance);
+    if (!resolved.empty())
+        solve_places(geometries, resolved, true,
+                     patience_for_resolved(layers.front().phase_function), with, solve, all);
+    return all;
+}
+
+SolvedGeometries solve_geometries_inside(const std::vector<StackLayer>& layers,
+                                         const LowerBoundary& boundary, double level,
+                                         const std::vector<Geometry>& geometries,
+                                         const SolverOptions& options) {
+    check_options(options);
+    SolvedGeometries all;
+    all.at.resize(geometries.size());
+    std::vector<std::size_t> places(geometries.size());
+    std::iota(places.begin(), places.end(), std::size_t{0});
+    solve_places(
+        geometries, places, false, patience_for(layers), options,
+        [&](const std::vector<double>& mu, const SolverOptions& with) {
+            return OneLevel{solve_inside(layers, boundary, {level}, mu, with)};
+        },
+        all);
     return all;
 }
 
@@ -375,10 +419,33 @@ SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoun
                     values.push_back(list->size() > 0 ? (*list)(i) : 0);
             return std::vector<std::vector<double>>{std::move(values)};
         });
-    const EstimatedValues& found = classes[0].found;
-    for (const double error : found.errors) solved.error = std::max(solved.error, error);
-    solved.relative_error = classes[0].error();
-    solved.nodes = found.nodes;
+    judge(classes[0], solved);
+    return solved;
+}
+
+SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
+                                 const LowerBoundary& boundary, const std::vector<double>& levels,
+                                 const std::vector<double>& mu, const SolverOptions& options) {
+    check_options(options);
+    require(!mu.empty(), "solve_inside", "mu", "one or more", "none");
+    SolverOptions with = options;
+    with.modes = 1;
+    if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
+    SolvedInside solved;
+    std::vector<Class> classes(1);
+    classes[0].counts.assign(3 * mu.size() * levels.size(), true);
+    solve_as(options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
+             [&](int nodes) {
+                 with.nodes = nodes;
+                 solved.levels = solve_inside(layers, boundary, levels, mu, with).levels;
+                 std::vector<double> values;
+                 for (const LightAtLevel& at : solved.levels)
+                     for (const Eigen::VectorXd* const list :
+                          {&at.plane_albedo, &at.diffuse_transmittance, &at.actinic_flux})
+                         values.insert(values.end(), list->begin(), list->end());
+                 return std::vector<std::vector<double>>{std::move(values)};
+             });
+    judge(classes[0], solved);
     return solved;
 }
 

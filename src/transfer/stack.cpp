@@ -53,34 +53,6 @@ bool is_conservative(const std::vector<StackLayer>& layers) {
     return std::ranges::all_of(layers, [](const StackLayer& layer) { return layer.albedo == 1; });
 }
 
-/// How each layer is truncated, and whether any layer's peak is left to the path law. The line law
-/// of backward peaks is that of a single layer.
-struct StackTruncation {
-    std::vector<Truncation> layers;
-    bool follows_paths = false;
-
-    StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options) {
-        for (const StackLayer& layer : stack) {
-            layers.push_back(truncation_of(layer.phase_function, options, false));
-            follows_paths |= stratus::follows_paths(layer.phase_function, layers.back(), options);
-        }
-        for (std::size_t k = 0; k < layers.size(); ++k) {
-            const bool stays = layers[k].backward ? stack.size() == 1 : follows_paths;
-            if (!stays) layers[k] = truncation_of(stack[k].phase_function, options, true);
-        }
-    }
-};
-
-/// One set of directions for all layers, dense near mu = 1 if any layer needs it.
-Directions stack_directions(const std::vector<Truncation>& truncations,
-                            const Truncation& boundary_truncation, const std::vector<double>& mu,
-                            const SolverOptions& options) {
-    NodeMap map = choose_node_map(boundary_truncation.moments, options.nodes);
-    for (const Truncation& truncation : truncations)
-        map = joint_map(map, choose_node_map(truncation.moments, options.nodes));
-    return gauss_directions(options.nodes, map, mu);
-}
-
 /// A stack of one layer over nothing, which is solved as such.
 StackSolution as_stack(const LayerSolution& layer, const StackLayer& of) {
     StackSolution solution;
@@ -97,7 +69,7 @@ class StackRun {
     StackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
              const std::vector<double>& mu, const SolverOptions& options)
         : options_(options),
-          truncation_(layers, options),
+          truncation_(layers, options, layers.size() == 1),
           boundary_truncation_(truncation_of(boundary, options)),
           directions_(stack_directions(truncation_.layers, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_) {
@@ -325,7 +297,7 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
         corrected_layers.depths.push_back(truncations[k].optical_depth(depth, w));
     }
     std::vector<double> along_path;
-    if (path) along_path = path->legendre(side, mu(in), mu(out));
+    if (path) along_path = path->legendre(side, reflected ? 0 : layers.size(), mu(in), mu(out));
     if (backward_path)
         along_path = backward_path->legendre(side, layers[0].albedo, layers[0].optical_depth,
                                              mu(in), mu(out));

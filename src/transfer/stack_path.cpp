@@ -42,6 +42,18 @@ void for_each_node(double end, double first_panel, const At& at) {
 
 }  // namespace
 
+StackTruncation::StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options,
+                                 bool has_line_law) {
+    for (const StackLayer& layer : stack) {
+        layers.push_back(truncation_of(layer.phase_function, options, false));
+        follows_paths |= stratus::follows_paths(layer.phase_function, layers.back(), options);
+    }
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        const bool stays = layers[k].backward ? has_line_law : follows_paths;
+        if (!stays) layers[k] = truncation_of(stack[k].phase_function, options, true);
+    }
+}
+
 StackPath::StackPath(const std::vector<StackLayer>& layers,
                      const std::vector<Truncation>& truncations) {
     double most_kept_to_path = 0.5;
@@ -67,34 +79,39 @@ StackPath::StackPath(const std::vector<StackLayer>& layers,
     deepest_ = 40 / (1 - most_kept_to_path);
 }
 
-std::vector<StackPath::Turn> StackPath::turns(Side side, double mu_in, double mu_out) const {
-    const bool reflected = side == Side::reflection;
+std::vector<StackPath::Turn> StackPath::turns(Side side, std::size_t above, double mu_in,
+                                              double mu_out) const {
+    const bool upward = side == Side::reflection;
+    const std::size_t first = upward ? above : 0, end_layer = upward ? layers_.size() : above;
     std::vector<Turn> all;
-    double above = 0;  // optical depth
-    for (std::size_t j = 0; j < layers_.size() && above / mu_in < deepest_; ++j) {
+    double top = 0;  // optical depth of layer j's
+    for (std::size_t k = 0; k < first; ++k) top += layers_[k].optical_depth;
+    for (std::size_t j = first; j < end_layer && top / mu_in < deepest_; ++j) {
         const double depth = layers_[j].optical_depth;
         // Slant depth from the top of the layer on, or where T has more of it there, from below.
-        const double rate = reflected ? 1 / mu_in + 1 / mu_out : 1 / mu_in - 1 / mu_out;
+        const double rate = upward ? 1 / mu_in + 1 / mu_out : 1 / mu_in - 1 / mu_out;
         const double slope = std::abs(rate), end = std::min(depth, deepest_ / slope);
         for_each_node(end, 1 / slope, [&](double place, double weight) {
             const double t = rate > 0 ? place : depth - place;
             Turn turn{j, weight / (4 * mu_in * mu_out), std::vector<double>(layers_.size(), 0.0)};
             for (std::size_t k = 0; k < layers_.size(); ++k) {
                 const double whole = layers_[k].optical_depth;
-                const double down = k < j ? whole : k == j ? t : 0;
-                const double up = reflected ? down : k > j ? whole : k == j ? whole - t : 0;
-                turn.slant[k] = down / mu_in + (up > 0 ? up / mu_out : 0);
+                const double in = k < j ? whole : k == j ? t : 0;
+                const double ahead = k > j && k < above ? whole : k == j ? whole - t : 0;
+                const double out = !upward ? ahead : k >= above ? in : 0;
+                turn.slant[k] = in / mu_in + (out > 0 ? out / mu_out : 0);
             }
             all.push_back(std::move(turn));
         });
-        above += depth;
+        top += depth;
     }
     return all;
 }
 
-std::vector<double> StackPath::legendre(Side side, double mu_in, double mu_out) const {
+std::vector<double> StackPath::legendre(Side side, std::size_t above, double mu_in,
+                                        double mu_out) const {
     std::vector<double> sum(moments_, 0.0);
-    for (const Turn& turn : turns(side, mu_in, mu_out)) {
+    for (const Turn& turn : turns(side, above, mu_in, mu_out)) {
         double slant = 0, truncated = 0;  // S and F
         for (std::size_t k = 0; k < layers_.size(); ++k) {
             slant += turn.slant[k];

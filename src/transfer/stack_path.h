@@ -17,6 +17,7 @@
 
 #include <stratus/layer/single_scattering.h>
 #include <stratus/layer/stack_layers.h>
+#include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
 
 #include <cstddef>
@@ -24,16 +25,28 @@
 
 namespace stratus {
 
+/// How each layer of a stack is truncated, and whether any layer's peak is left to the path law.
+struct StackTruncation {
+    std::vector<Truncation> layers;
+    bool follows_paths = false;
+
+    /// `has_line_law`: backward peaks are left to the line law, which is that of a single layer.
+    StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options,
+                    bool has_line_law);
+};
+
 class StackPath {
   public:
     /// Layers as they are, and how each was truncated.
     StackPath(const std::vector<StackLayer>& layers, const std::vector<Truncation>& truncations);
 
     /// Legendre coefficients, 2l + 1 included, of what is added to the modes and to single
-    /// scattering of R (T) between two cosines. Of infinite depth there is no T.
+    /// scattering of light that goes up (Side::reflection) or down at the level below the first
+    /// `above` layers, between two cosines: below none it is R, below all T. Of infinite depth there
+    /// is no T.
     ///
     /// Accuracy 1e-9 of the integral over the depth of the turn.
-    std::vector<double> legendre(Side side, double mu_in, double mu_out) const;
+    std::vector<double> legendre(Side side, std::size_t above, double mu_in, double mu_out) const;
 
   private:
     struct Layer {
@@ -46,7 +59,7 @@ class StackPath {
         std::vector<double> slant;  // slant depth in each layer
     };
 
-    std::vector<Turn> turns(Side side, double mu_in, double mu_out) const;
+    std::vector<Turn> turns(Side side, std::size_t above, double mu_in, double mu_out) const;
 
     std::vector<Layer> layers_;
     std::size_t moments_ = 0;

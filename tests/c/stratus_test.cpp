@@ -356,6 +356,25 @@ TEST_F(C, DrawsToTheBitsOfCpp) {
     stratus_bsdf_free(nullptr);
 }
 
+TEST(CDirections, AreThoseOfObservedAngles) {
+    double mu_in = 0, mu_out = 0, azimuth = 0;
+    int transmitted = 0;
+    const auto seen = [&](double i, double e, double g) {
+        return stratus_observed_direction(i, e, g, &mu_in, &mu_out, &azimuth, &transmitted);
+    };
+    ASSERT_EQ(seen(60, 60, 0), STRATUS_OK) << stratus_last_error();
+    EXPECT_NEAR(mu_in, 0.5, 1e-15);
+    EXPECT_NEAR(azimuth, stratus::pi, 1e-15);
+    EXPECT_EQ(transmitted, 0);
+    ASSERT_EQ(seen(0, 120, 120), STRATUS_OK) << stratus_last_error();
+    EXPECT_NEAR(mu_out, 0.5, 1e-15);
+    EXPECT_EQ(transmitted, 1);
+    expect_refused(seen(60, 60, 121), STRATUS_INVALID_ARGUMENT,
+                   "stratus_observed_direction: phase_deg must be in [0, 120]");
+    expect_refused(stratus_observed_direction(0, 0, 0, &mu_in, &mu_out, nullptr, &transmitted),
+                   STRATUS_INVALID_ARGUMENT, "azimuth must be given");
+}
+
 TEST(CSingle, NeedsNoTable) {
     const double depth = 2, albedo = 0.8;
     stratus_slice* slice = nullptr;

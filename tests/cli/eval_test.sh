@@ -28,6 +28,18 @@ query $every 0.5,0.5,0,inf,0.9
 expect_ok eval endless.h5 --query query.csv --effects reflection
 expect_rows 1 'f["reflection_single"] == 0.225'
 
+# angles as observers have them: the same values, and none on the side that a row does not see
+query $every 0.5,0.5,180,1.5,0.9 0.5,0.5,0,1.5,0.9
+expect_ok eval full.h5 --query query.csv
+cp "$out" cosines.csv
+query emission_deg,incidence_deg,phase_deg,optical_depth,albedo 60,60,0,1.5,0.9 120,60,180,1.5,0.9
+expect_ok eval full.h5 --query query.csv
+expect_rows 2 '(f["emission_deg"] == 60) == (f["transmission"] == "nan") && (f["emission_deg"] == 120) == (f["reflection"] == "nan")'
+expect_near "$(sed -n 2p "$out" | cut -d, -f6)" "$(sed -n 2p cosines.csv | cut -d, -f6)" 1e-12
+expect_near "$(sed -n 3p "$out" | cut -d, -f7)" "$(sed -n 3p cosines.csv | cut -d, -f7)" 1e-12
+query emission_deg,incidence_deg,phase_deg,optical_depth,albedo 60,60,130,1.5,0.9
+expect_refused 2 "query.csv, line 2" phase_deg "[0, 120]" "got 130" -- eval full.h5 --query query.csv
+
 # columns in any order; comments and blank lines; standard input
 query '# in another order' azimuth_deg,albedo,mu_out,optical_depth,mu_in '' 60,0.9,0.8,1.5,0.5
 expect_ok eval full.h5 <query.csv

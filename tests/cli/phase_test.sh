@@ -28,6 +28,12 @@ fi
 expect_ok phase moments:file=chi.csv mie:radius=500nm,index=1.5+0.01i,variance=0.1 --step 30
 expect_rows 7 '(f["value_1"] / f["value_2"] - 1) ^ 2 < 1e-12'
 
+# and so are values that were written: 180 degrees less a scattering angle is a phase angle
+expect_ok phase henyey_greenstein:g=0.6 -o values.csv
+expect_ok phase tabulated:file=values.csv henyey_greenstein:g=0.6 --step 7.5
+expect_rows 25 '(f["value_1"] / f["value_2"] - 1) ^ 2 < 1e-6'
+expect_says "$err" "tabulated:file=values.csv: g 0.6"
+
 # devices, pipes and what is open take the values behind what they hold
 expect_ok phase rayleigh --moments 3 --quiet
 cp "$out" moments.csv
@@ -43,6 +49,9 @@ expect_same piped.csv moments.csv
 [ ! -w /dev/full ] || expect_refused 1 "/dev/full: No space left on device" -- phase rayleigh --moments 3 --quiet -o /dev/full
 
 # --- refusals
+
+printf 'l,chi\n0,1\n1,2.25\n2,2.8\n' >weighted.csv
+expect_refused 2 "chi_1 (weighted.csv, line 3)" "(2 l + 1) chi_l divided by 2 l + 1" "got 2.25" -- phase moments:file=weighted.csv
 
 expect_refused 2 PHASE required -- phase
 expect_refused 2 radius "um or nm" "got '10'" -- phase mie:radius=10

@@ -290,6 +290,49 @@ expect_silent "$out"
 expect_says fluxes.json spherical_albedo
 rm out.csv answer.csv other_order.csv fluxes.json
 
+# angles as observers have them are the same geometries: cosine 0.5 both, azimuth 180; cosine 0.5 below, straight on. Of
+# the side that a row does not see there are no numbers
+query $columns 0.5,0.5,180 0.5,0.5,0
+expect_ok solve "${layer[@]}" --query query.csv
+cp "$out" answer.csv
+query phase_deg,incidence_deg,emission_deg 0,60,60 180,60,120
+expect_ok solve "${layer[@]}" --query query.csv
+expect_header phase_deg,incidence_deg,emission_deg,$parts
+expect_rows 2 '(f["emission_deg"] < 90) == (f["transmission_single"] == "nan")'
+expect_near "$(sed -n 2p "$out" | cut -d, -f4)" "$(sed -n 2p answer.csv | cut -d, -f4)" 1e-14
+expect_near "$(sed -n 3p "$out" | cut -d, -f5)" "$(sed -n 3p answer.csv | cut -d, -f5)" 1e-14
+[ "$(sed -n 3p "$out" | cut -d, -f4)" = nan ] || fail "the lit side is not seen at 120 degrees"
+rm answer.csv
+
+# the light inside: at both ends what leaves; energy from level to level; radiance
+layer=(solve --phase henyey_greenstein:g=0.5 --albedo 1 --optical-depth 2)
+expect_ok "${layer[@]}" --mu-in 0.5,1
+cp "$out" outside.json
+expect_ok "${layer[@]}" --mu-in 0.5,1 --levels 0,0.7,2
+expect_header level,mu_in,direct_flux,diffuse_flux,upward_flux,actinic_flux,heating_rate,error
+expect_rows 6 'f["heating_rate"] == 0 && f["error"] < 1e-4'
+grep -q "plane_albedo\": \[$(sed -n 2p "$out" | cut -d, -f5 | cut -c 1-7)" outside.json || fail "upward at the top is the plane albedo"
+awk -F, 'NR > 1 { net = $3 + $4 - $5; if ($2 in first && (net - first[$2]) ^ 2 > 1e-24) bad = 1; first[$2] = net }
+    END { exit bad }' "$out" || fail "the net flux must be one at all levels"
+expect_ok "${layer[@]}" --levels 1
+expect_rows 1 'f["mu_in"] == 1'
+query $columns 0.5,0.8,60
+expect_ok "${layer[@]}" --query query.csv
+R=$(sed -n 2p "$out" | cut -d, -f4) T=$(sed -n 2p "$out" | cut -d, -f5)
+expect_ok "${layer[@]}" --query query.csv --levels 2,0
+expect_header $columns,level,upward,downward,upward_single,downward_single,upward_multiple,downward_multiple,upward_error,downward_error
+expect_near "$(sed -n 2p "$out" | cut -d, -f6)" "$T" 1e-4
+expect_near "$(sed -n 3p "$out" | cut -d, -f5)" "$R" 1e-4
+query incidence_deg,emission_deg,phase_deg 60,40,50 60,140,120
+expect_ok "${layer[@]}" --query query.csv --levels 1
+expect_rows 2 '(f["emission_deg"] < 90) == (f["downward"] == "nan") && (f["emission_deg"] > 90) == (f["upward"] == "nan")'
+expect_refused 2 levels "in [0, 2], the optical depth" "got 3" -- "${layer[@]}" --levels 3
+expect_refused 2 --levels "[0, inf)" "got -1" -- "${layer[@]}" --levels -1
+expect_refused 2 --levels --orders -- "${layer[@]}" --levels 1 --orders 3
+expect_refused 2 --scheme "harmonic with --levels" "got markov" -- "${layer[@]}" --levels 1 --scheme markov
+rm outside.json
+layer=(--phase rayleigh --albedo 0.9 --optical-depth 1.5 --nodes 8)
+
 # no rows, no answers
 query $columns
 expect_ok solve "${layer[@]}" --query query.csv
@@ -439,6 +482,16 @@ refuse_row 0.5,-0.5,0 mu_out "(0, 1]" "got -0.5"
 refuse_row 0.5,nan,0 mu_out nan
 refuse_row 0.5,0.5,inf azimuth_deg finite "got inf"
 refuse_row 0.5,0.5 "3 values" "got 2"
+refuse_angles() { # refuse_angles ROW FRAGMENT...
+    query incidence_deg,emission_deg,phase_deg 30,30,0 "$1"
+    shift
+    expect_refused 2 "query.csv, line 3" "$@" -- solve "${layer[@]}" --query query.csv
+}
+refuse_angles 90,30,60 incidence_deg "[0, 90)" "got 90"
+refuse_angles 30,90,60 emission_deg "beyond 90 is the unlit side" "got 90"
+refuse_angles 30,50,81 phase_deg "[20, 80] at incidence_deg 30 and emission_deg 50" "got 81"
+query incidence_deg,emission_deg 30,30
+expect_refused 2 query.csv phase_deg -- solve "${layer[@]}" --query query.csv
 query mu_in,azimuth_deg 0.5,0
 expect_refused 2 query.csv mu_out -- solve "${layer[@]}" --query query.csv
 query $columns,albedo 0.5,0.5,0,0.9

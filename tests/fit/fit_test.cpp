@@ -92,6 +92,26 @@ TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
                 1e-3 * a.optical_depth().sigma);
 }
 
+TEST(Fit, TellsWhatTheModelMakesOfEachObservation) {
+    std::vector<Observation> seen = seen_ring({0.5, 0.3, 0.7}, test::views(true));
+    for (std::size_t i = 0; i < seen.size(); ++i)
+        seen[i].brightness += (i % 3 == 0 ? 1.5 : -0.5) * seen[i].sigma;
+    const Fit fit = fit_layer(ring_table().view(), seen);
+    ASSERT_EQ(fit.brightness.size(), seen.size());
+    const LayerParameters layer{fit.optical_depth().value, fit.w1().value, fit.w2().value};
+    const std::vector<double> model = table_model(ring_table().view())->brightness(layer, seen);
+    double chi_square = 0;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+        EXPECT_NEAR(fit.brightness[i], model[i], 1e-12);
+        chi_square += std::pow((seen[i].brightness - fit.brightness[i]) / seen[i].sigma, 2);
+    }
+    EXPECT_NEAR(fit.chi_square, chi_square, 1e-9 * chi_square);
+    EXPECT_NEAR(fit.correlation(fit_w1, fit_w1), 1, 1e-14);
+    EXPECT_NEAR(fit.correlation(fit_w1, fit_w2) * fit.w1().sigma * fit.w2().sigma,
+                fit.covariance[fit_w1][fit_w2], 1e-14);
+    EXPECT_EQ(fit.correlation(fit_w1, fit_g1), 0);  // which was held
+}
+
 TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
     const Ring ring{0.5, 0.2, 6};
     const Fit fit = fit_of(ring, test::views(false));

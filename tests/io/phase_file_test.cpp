@@ -66,6 +66,12 @@ TEST_F(PhaseFile, MayBeFollowedByOptionsOfATable) {
     EXPECT_EQ(read(moments).text(), "moments:chi=1 0.25");
 }
 
+TEST_F(PhaseFile, HoldsValuesAtEitherAngle) {
+    write("moon.csv", "phase_angle_deg,value\n0,2\n80,1.5\n150,0.5\n");
+    write("same.csv", "value,scattering_angle_deg\n0.5,30\n1.5,100\n2,180\n");
+    EXPECT_EQ(read("tabulated:file=same.csv").text(), read("tabulated:file=moon.csv").text());
+}
+
 TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {
     const auto refused = [&](const char* file, const char* text,
                              std::vector<const char*> fragments) {
@@ -81,6 +87,15 @@ TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {
             {"phase_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
     refused("tabulated", (head + "0,1\n90,1\n190,1\n").c_str(), {"line 4", "[0, 180]", "190"});
     refused("tabulated", (head + "0,inf\n90,1\n180,1\n").c_str(), {"line 2", "finite", "inf"});
+    const std::string other_head = "scattering_angle_deg,value\n";
+    refused("tabulated", (other_head + "0,1\n90,1\n80,1\n180,1\n").c_str(),
+            {"scattering_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
+    refused("tabulated", (other_head + "0,1\n90,1\n190,1\n").c_str(),
+            {"line 4", "[0, 180]", "190"});
+    refused("tabulated", (other_head + "0,1\n90,-1\n180,1\n").c_str(),
+            {"value", "bad.csv, line 3", "at least 0", "got -1"});
+    refused("tabulated", "phase_angle_deg,scattering_angle_deg,value\n0,180,1\n",
+            {"bad.csv", "phase_angle_deg or scattering_angle_deg", "got both"});
     refused("tabulated", "angle,value\n0,1\n", {"'phase_angle_deg'", "angle, value"});
     refused("moments", "l,chi\n0,1\n2,0.5\n", {"bad.csv, line 3", "l", "must be 1", "got 2"});
     refused("moments", "l,chi\n", {"at least one moment"});

@@ -406,7 +406,7 @@ TEST(PhaseFunctionHelp, HasAnExampleOfEachKindThatParses) {
     std::string line, example;
     std::size_t kinds = 0;
     const auto reader = [](const std::string& file, const std::vector<std::string>& columns) {
-        const bool is_table = columns[0] == "phase_angle_deg";
+        const bool is_table = columns[0] == "phase_angle_deg or scattering_angle_deg";
         return PhaseColumns{file,
                             is_table ? std::vector<std::vector<double>>{{0, 90, 180}, {1, 1, 1}}
                                      : std::vector<std::vector<double>>{{0, 1}, {1, 0.25}},
@@ -491,7 +491,10 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"DarkTable", "tabulated:points=0 0/90 0/180 0", {"above 0 somewhere"}},
         Refusal{"UnsortedRow", "tabulated:points=0 1/90 1/80 1/180 1", {"row 3", "got 80"}},
         Refusal{"ChiZero", "moments:chi=0.9 0.5", {"chi_0", "1", "0.9"}},
-        Refusal{"ChiAboveOne", "moments:chi=1 1.5", {"chi_1", "[-1, 1]", "1.5"}},
+        Refusal{"ChiAboveOne", "moments:chi=1 3.5", {"chi_1", "must be in [-1, 1], got 3.5"}},
+        Refusal{"WeightedChi",
+                "moments:chi=1 1.5 1",
+                {"chi_1", "[-1, 1], which (2 l + 1) chi_l divided by 2 l + 1 would be, got 1.5"}},
         Refusal{"NegativeSeries", "moments:chi=1 0.5", {"-1e-3", "got -0.5"}},
         Refusal{"NoChi", "moments:chi=", {"chi must be a number"}},
         Refusal{"FileWithoutReader", "moments:file=haze.csv", {"moments", "must be chi", "'file'"}},

@@ -112,7 +112,36 @@ class Solver(unittest.TestCase):
                                    stratus.solve("rayleigh", 0.9, 1, *at).reflection, rtol=1e-12)
         self.assertAlmostEqual(stratus.stack_fluxes(stack, 0.4).plane_albedo[0],
                                stratus.fluxes("rayleigh", 0.9, 1, 0.4).plane_albedo[0], places=12)
+        same = stratus.Stack.of(("rayleigh", 0.9, 0.5), (stratus.PhaseFunction("rayleigh"), 0.9, 0.5))
+        np.testing.assert_array_equal(stratus.solve_stack(same, *at).reflection, stratus.solve_stack(stack, *at).reflection)
 
+    def test_broadcasts_layers(self):
+        phases = np.array(["rayleigh", stratus.PhaseFunction(HG)], object)[:, None, None]
+        albedo, depth, mu = np.array([0.5, 1.0])[:, None], 1.2, [0.3, 0.6, 1.0]
+        together = stratus.solve(phases, albedo, depth, 0.8, mu, 1.0)
+        self.assertEqual(together.reflection.shape, (2, 2, 3))
+        of_all = stratus.fluxes(phases[..., 0], albedo.T, depth, mu)
+        self.assertEqual((of_all.spherical_albedo.shape, of_all.plane_albedo.shape), ((2, 2), (2, 2, 3)))
+        for i, phase in enumerate(["rayleigh", HG]):
+            for j, w in enumerate([0.5, 1.0]):
+                np.testing.assert_array_equal(together.transmission[i, j], stratus.solve(phase, w, depth, 0.8, mu, 1.0).transmission)
+                alone = stratus.fluxes(phase, w, depth, mu)
+                self.assertEqual(of_all.absorptance[i, j], alone.absorptance)
+                np.testing.assert_array_equal(of_all.plane_albedo[i, j], alone.plane_albedo)
+
+    def test_gives_the_light_inside(self):
+        stack = stratus.Stack.of(("rayleigh", 1, 0.5), (HG, 1, 1.5), below=0.3)
+        inside = stratus.stack_fluxes_inside(stack, [0, 0.7, 2], [0.4, 1])
+        fluxes = stratus.stack_fluxes(stack, [0.4, 1])
+        self.assertEqual(inside.net_flux.shape, (3, 2))
+        np.testing.assert_allclose(inside.net_flux, inside.net_flux[[0]].repeat(3, 0), atol=1e-12)
+        np.testing.assert_allclose(inside.upward_flux[0], fluxes.plane_albedo, rtol=1e-4)
+        np.testing.assert_allclose(inside.diffuse_flux[2], fluxes.diffuse_transmittance, rtol=1e-4)
+        self.assertTrue((inside.actinic_flux > 0).all() and (inside.heating_rate == 0).all())
+        light = stratus.solve_stack_inside(stack, [[0], [2]], 0.4, [0.3, 0.8], 1.0)
+        np.testing.assert_allclose(light.upward[0], stratus.solve_stack(stack, 0.4, [0.3, 0.8], 1.0).reflection, rtol=1e-4)
+        np.testing.assert_allclose(light.upward[1], 0.3 * (inside.diffuse_flux + inside.direct_flux)[2, 0], rtol=1e-4)  # Lambert
+        self.assertTrue((light.downward[0] == 0).all())
 
     def test_has_the_fluxes_of_the_program(self):
         haze = REFERENCE.parent.parent / "tables" / "stacks" / "haze_over_ground.toml"
@@ -123,6 +152,22 @@ class Solver(unittest.TestCase):
             for name in ("spherical_albedo", "total_transmittance", "absorptance", "plane_albedo", "diffuse_transmittance",
                          "direct_transmittance", "ground_absorptance"):
                 np.testing.assert_allclose(getattr(found, name), told.get(name, 0), rtol=1e-14, err_msg=name)
+
+
+class Directions(unittest.TestCase):
+    def test_are_those_of_observed_angles(self):
+        at = stratus.directions([60, 30], [[60], [120]], [[0, 30], [180, 100]])
+        np.testing.assert_allclose(at.mu_in, [[0.5, 3**0.5 / 2]] * 2)
+        np.testing.assert_allclose(at.mu_out, np.full((2, 2), 0.5))
+        np.testing.assert_array_equal(at.side, [["lit"] * 2, ["unlit"] * 2])
+        np.testing.assert_allclose(at.azimuth[:, 0], [np.pi, 0])
+        light = stratus.solve(HG, 0.9, 1.5, *at[:3])
+        np.testing.assert_array_equal(light.on(at.side), [light.reflection[0], light.transmission[1]])
+        seen = at.mu_in * light.on(at.side)
+        fit = stratus.fit(seen, 0.01 * seen, **at._asdict(), phase_function=HG)
+        self.assertAlmostEqual(fit.value["w"], 0.9, places=3)
+        single = stratus.directions(0, 30, 30)
+        self.assertEqual((single.side, single.azimuth), ("lit", 0))
 
 
 class Tables(unittest.TestCase):
@@ -274,6 +319,11 @@ class Fits(unittest.TestCase):
         self.assertAlmostEqual(fit.value["w"], 0.7, places=5)
         self.assertAlmostEqual(fit.value["optical_depth"], 1.2, places=4)
         self.assertEqual(fit.degrees_of_freedom, 14)
+        self.assertEqual(fit.residual.shape, (2, 8))
+        np.testing.assert_allclose(fit.model + fit.residual, 0.8 * np.stack([seen.reflection, seen.transmission]), rtol=1e-14)
+        self.assertAlmostEqual(((fit.residual / 1e-3) ** 2).sum(), fit.chi_square, places=9)
+        np.testing.assert_allclose(fit.correlation[0, 1] * fit.sigma["w"] * fit.sigma["optical_depth"], fit.covariance[0, 1])
+        np.testing.assert_allclose(np.diag(fit.correlation), 1)
         held = stratus.fit(0.8 * seen.reflection, 1e-3, mu, mu_in=0.8, azimuth=1.0, phase_function=HG, fixed={"w": 0.7})
         self.assertEqual(held.names, ["optical_depth"])
         by_table = stratus.fit(0.8 * seen.reflection, 1e-3, mu, mu_in=0.8, azimuth=1.0, table=small_table(),
@@ -360,6 +410,20 @@ class Refusals(unittest.TestCase):
         self.refused(ValueError, "side must be lit, unlit or beam, got dark", stratus.fit, 1, 1, 1, side="dark")
         self.refused(ValueError, "fixed must be out of optical_depth, w, g, got w1", stratus.fit, 1, 1, 1,
                      phase_function=HG, fixed={"w1": 0.5})
+        self.refused(ValueError, "solve: albedo must be a number or an array of numbers, got 'much'", stratus.solve, HG, "much", 1, 1, 1, 0)
+        self.refused(ValueError, "solve: arguments must have shapes that broadcast, got phase_function of (), albedo of (3,), "
+                     "optical_depth of (), mu_in of (2,)", stratus.solve, HG, [0.1, 0.2, 0.3], 1, [0.5, 1], 1, 0)
+        self.refused(ValueError, "fluxes: nodes must be a whole number, got 8.5", stratus.fluxes, HG, 1, 1, nodes=8.5)
+        self.refused(ValueError, "fluxes: mu_in must be one number or of shape (n,)", stratus.fluxes, HG, 1, 1, [[1]])
+        self.refused(ValueError, "fluxes: nodes must be a whole number, got inf", stratus.fluxes, HG, 1, 1, nodes=np.inf)
+        self.refused(ValueError, "solve: tolerance must be one number, got [1, 2]", stratus.solve, HG, 1, 1, 1, 1, 0, tolerance=[1, 2])
+        self.refused(ValueError, "phase_function must be a text or a PhaseFunction, got 3", stratus.solve, 3, 1, 1, 1, 1, 0)
+        self.refused(ValueError, "fit: fixed w must be a number or an array of numbers, got 'much'", stratus.fit, 1, 1, 1,
+                     phase_function=HG, fixed={"w": "much"})
+        self.refused(ValueError, "fit: sigma must be a number", stratus.fit, 1, "small", 1)
+        self.refused(ValueError, "directions: phase_deg must be in [0, 120] at", stratus.directions, 60, 60, 121)
+        self.refused(ValueError, "Stack: albedo must be in [0, 1], got 2", stratus.Stack.of, (HG, 2, 1))
+        self.refused(ValueError, "levels must be in [0, 2]", stratus.stack_fluxes_inside, stratus.Stack.of((HG, 1, 2)), 3)
         self.refused(ValueError, "threads must be in [0, 1024], got -1", stratus.bake, RECIPE, threads=-1)
 
 

@@ -10,6 +10,7 @@
 
 #include <stratus/fit/layer_model.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -58,6 +59,15 @@ struct Fit {
 
     /// Symmetric; rows of parameters that were held are 0.
     std::array<std::array<double, fit_parameters>, fit_parameters> covariance{};
+
+    /// The correlation of two parameters that were fitted, in [-1, 1]; 0 with one that was held.
+    double correlation(std::size_t one, std::size_t other) const {
+        const double sigmas = estimate[one].sigma * estimate[other].sigma;
+        return sigmas > 0 ? std::clamp(covariance[one][other] / sigmas, -1.0, 1.0) : 0;
+    }
+
+    /// What the model gives for each observation; the residual is what was observed less it.
+    std::vector<double> brightness;
 
     double chi_square = 0;
     int degrees_of_freedom = 0;  // observations less free parameters

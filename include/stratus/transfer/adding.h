@@ -30,6 +30,18 @@ struct LayerMode {
 /// Cost     some 10 n^3 operations.
 LayerMode add(const LayerMode& above, const LayerMode& below, int nodes);
 
+/// Diffuse light between two layers lit from above, interreflection included: going down, and up;
+/// scaled, out of row, into column.
+struct LightBetween {
+    Eigen::MatrixXd downward, upward;
+};
+
+/// The light between `above` and `below`.
+///
+/// Source   [HT74], D and U of the adding equations.
+/// Errors   as add.
+LightBetween light_between(const LayerMode& above, const LayerMode& below, int nodes);
+
 /// Diffuse light incident on `below` for light incident on `above`, one row per incident direction,
 /// summed over the hemisphere with each column of `weights`. Interreflection between the two is
 /// included, the beam is not: add beam.asDiagonal() * weights.

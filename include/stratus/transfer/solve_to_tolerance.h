@@ -8,6 +8,7 @@
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/layer/stack_layers.h>
+#include <stratus/transfer/light_inside.h>
 #include <stratus/transfer/solution.h>
 #include <stratus/transfer/solver_options.h>
 
@@ -65,5 +66,24 @@ struct SolvedFluxes {
 /// Fluxes likewise, at the cosines `mu` or none, relative to which the tolerance is.
 SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options);
+
+struct SolvedInside {
+    std::vector<LightAtLevel> levels;  // as asked, without modes
+    double error = 0;                  // the largest that is estimated of any flux
+    double relative_error = 0;
+    int nodes = 0;
+};
+
+/// Fluxes at levels inside (light_inside.h) likewise, all of them with the same nodes.
+SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
+                                 const LowerBoundary& boundary, const std::vector<double>& levels,
+                                 const std::vector<double>& mu, const SolverOptions& options);
+
+/// Diffuse radiance at a level inside likewise, pi I / (mu0 F0): that going up as `reflection`, that
+/// going down as `transmission`.
+SolvedGeometries solve_geometries_inside(const std::vector<StackLayer>& layers,
+                                         const LowerBoundary& boundary, double level,
+                                         const std::vector<Geometry>& geometries,
+                                         const SolverOptions& options);
 
 }  // namespace stratus

@@ -66,9 +66,16 @@ Moments::Moments(std::vector<double> given, const RowName& row_name) : chi(std::
     require(chi.size() <= max_moments, kind.name, "chi",
             "at most " + std::to_string(max_moments) + " moments", chi.size());
     require(std::abs(chi[0] - 1) <= 1e-6, kind.name, "chi_0" + row_name(0), "1 (to 1e-6)", chi[0]);
-    for (std::size_t l = 0; l < chi.size(); ++l)
-        require(std::abs(chi[l]) <= 1 + 1e-6, kind.name, "chi_" + std::to_string(l) + row_name(l),
-                "in [-1, 1]", chi[l]);
+    for (std::size_t l = 0; l < chi.size(); ++l) {
+        constexpr double rounding = 1e-6;
+        const double weight = 2 * static_cast<double>(l) + 1;
+        const bool may_be_weighted = std::abs(chi[l]) <= weight * (1 + rounding);
+        require(std::abs(chi[l]) <= 1 + rounding, kind.name,
+                "chi_" + std::to_string(l) + row_name(l),
+                may_be_weighted ? "in [-1, 1], which (2 l + 1) chi_l divided by 2 l + 1 would be"
+                                : "in [-1, 1]",
+                chi[l]);
+    }
     const double mean = chi[0];
     for (double& moment : chi) moment = std::clamp(moment / mean, -1.0, 1.0);
     const auto [smallest, largest] = range_of_cosines(cosine_coefficients(chi));

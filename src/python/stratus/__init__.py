@@ -12,16 +12,21 @@ raise ValueError, files that cannot be opened OSError. Other Python threads run 
 call but the reading and writing of .h5 and .exr files.
 """
 
+from ._directions import Directions, directions
 from ._fit import Fit, fit
 from ._phase import PhaseFunction, phase_function_help
 from ._scene import EffectShare, LeftOut, Plan, ScenePlan, plan
 from ._slice import Bsdf, Sample, Slice
-from ._solve import Fluxes, Light, Stack, fluxes, solve, solve_stack, stack_fluxes
+from ._solve import (
+    Fluxes, FluxesInside, Light, LightInside, Stack, fluxes, solve, solve_stack, solve_stack_inside, stack_fluxes,
+    stack_fluxes_inside,
+)
 from ._stratus import version as __version__
 from ._table import EffectOptions, Table, bake, bind_single, load
 
 __all__ = [
-    "Bsdf", "EffectOptions", "EffectShare", "Fit", "Fluxes", "LeftOut", "Light", "PhaseFunction", "Plan", "Sample",
-    "ScenePlan", "Slice", "Stack", "Table", "bake", "bind_single", "fit", "fluxes", "load", "phase_function_help",
-    "plan", "solve", "solve_stack", "stack_fluxes",
+    "Bsdf", "Directions", "EffectOptions", "EffectShare", "Fit", "Fluxes", "FluxesInside", "LeftOut", "Light",
+    "LightInside", "PhaseFunction", "Plan", "Sample", "ScenePlan", "Slice", "Stack", "Table", "bake", "bind_single",
+    "directions", "fit", "fluxes", "load", "phase_function_help", "plan", "solve", "solve_stack",
+    "solve_stack_inside", "stack_fluxes", "stack_fluxes_inside",
 ]

@@ -11,9 +11,46 @@ from numpy.typing import ArrayLike, NDArray
 Shape = tuple[int, ...]
 
 
-def broadcast(dtype: type, *values: ArrayLike) -> tuple[list[NDArray[Any]], Shape]:
-    """Values broadcast against one another, flat, and the shape that they have together."""
-    arrays = np.broadcast_arrays(*(np.asarray(value, dtype) for value in values))
+def shown(value: object) -> str:
+    """A value as refusals repeat it."""
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def array_of(function: str, name: str, dtype: type, value: ArrayLike) -> NDArray[Any]:
+    try:
+        return np.asarray(value, dtype)
+    except (TypeError, ValueError):
+        raise ValueError(f"{function}: {name} must be a number or an array of numbers, got {shown(value)}") from None
+
+
+def number(function: str, name: str, value: Any) -> float:
+    """One number."""
+    array = array_of(function, name, np.float64, value)
+    if array.ndim > 0:
+        raise ValueError(f"{function}: {name} must be one number, got {shown(value)}")
+    return float(array)
+
+
+def whole(function: str, name: str, value: Any) -> int:
+    """One whole number."""
+    found = number(function, name, value)
+    if found != found // 1:
+        raise ValueError(f"{function}: {name} must be a whole number, got {shown(value)}")
+    return int(found)
+
+
+def broadcast(function: str, dtype: type, **values: ArrayLike) -> tuple[list[NDArray[Any]], Shape]:
+    """Values broadcast against one another, flat, and the shape that they have together.
+
+    Errors   ValueError naming `function` and the argument.
+    """
+    given = [array_of(function, name, dtype, value) for name, value in values.items()]
+    try:
+        arrays = np.broadcast_arrays(*given)
+    except ValueError:
+        shapes = ", ".join(f"{name} of {array.shape}" for name, array in zip(values, given))
+        raise ValueError(f"{function}: arguments must have shapes that broadcast, got {shapes}") from None
     return [np.ascontiguousarray(array).reshape(-1) for array in arrays], arrays[0].shape
 
 
@@ -33,7 +70,7 @@ def values_of(rows: NDArray[Any], shape: Shape) -> Any:
     return rows.reshape(shape)[()] if len(rows) == 1 else np.ascontiguousarray(rows.T).reshape(*shape, 3)
 
 
-def each(function: Callable[..., NDArray[Any]], dtype: type, *values: ArrayLike) -> Any:
-    """function(*flat arrays), in the shape that they have together."""
-    arrays, shape = broadcast(dtype, *values)
+def each(name: str, function: Callable[..., NDArray[Any]], dtype: type, **values: ArrayLike) -> Any:
+    """function(*flat arrays), in the shape that they have together; refusals call it `name`."""
+    arrays, shape = broadcast(name, dtype, **values)
     return function(*arrays).reshape(shape)[()]

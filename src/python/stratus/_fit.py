@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import broadcast
+from ._arrays import broadcast, number
 from ._phase import PhaseFunction, phase_function_of
 from ._slice import Opposition, law_of
 from ._table import Table
@@ -28,6 +28,9 @@ class Fit:
     value: dict[str, float]
     sigma: dict[str, float]  # standard deviations of those that were fitted
     covariance: NDArray[np.float64]  # over `names`, twice
+    correlation: NDArray[np.float64]  # likewise
+    model: NDArray[np.float64]  # of the brightness of each observation
+    residual: NDArray[np.float64]  # brightness less model
     names: list[str]  # of those that were fitted
     chi_square: float
     degrees_of_freedom: int
@@ -80,7 +83,8 @@ def fit(
     if phase_function is None and (second_phase_function is not None or single):
         raise ValueError("fit: second_phase_function and single must come with phase_function, got none")
     known = dict(family or {})
-    arrays, shape = broadcast(np.float64, mu_in, mu_out, azimuth, brightness, sigma, *known.values())
+    arrays, shape = broadcast(
+        "fit", np.float64, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth, brightness=brightness, sigma=sigma, **known)
     sides = np.broadcast_to(np.asarray(side), shape).reshape(-1).tolist()
     for name in sides:
         if name not in _SIDES:
@@ -95,11 +99,13 @@ def fit(
         *arrays[:5],
         [_SIDES[name] for name in sides],
         dict(zip(known, arrays[5:])),
-        dict(fixed or {}),
+        {name: number("fit", f"fixed {name}", value) for name, value in (fixed or {}).items()},
         list(free),
-        density,
+        number("fit", "density", density),
         law_of(opposition),
     )
     count = len(found["names"])
-    found["covariance"] = found["covariance"].reshape(count, count)
-    return Fit(**found)
+    for name in ("covariance", "correlation"):
+        found[name] = found[name].reshape(count, count)
+    found["model"] = found["model"].reshape(shape)[()]
+    return Fit(residual=arrays[3].reshape(shape)[()] - found["model"], **found)

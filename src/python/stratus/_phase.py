@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import each
+from ._arrays import each, shown
 from ._errors import errors_of, warn_of
 
 
@@ -40,7 +40,7 @@ class PhaseFunction:
 
     def __call__(self, cos_scattering_angle: ArrayLike) -> NDArray[np.float64]:
         """phi at cosines of the scattering angle, [-1, 1]; 1 is straight on. Any shape."""
-        return each(self._own.values, np.float64, cos_scattering_angle)
+        return each("PhaseFunction", self._own.values, np.float64, cos_scattering_angle=cos_scattering_angle)
 
     def moments(self, count: int) -> NDArray[np.float64]:
         """The first `count` Legendre moments: phi = sum (2l+1) chi_l P_l, chi_0 = 1, chi_1 = g."""
@@ -83,4 +83,8 @@ def phase_function_help() -> str:
 
 
 def phase_function_of(phase_function: PhaseFunction | str) -> PhaseFunction:
-    return PhaseFunction(phase_function) if isinstance(phase_function, str) else phase_function
+    if isinstance(phase_function, str):
+        return PhaseFunction(phase_function)
+    if not isinstance(phase_function, PhaseFunction):
+        raise ValueError(f"phase_function must be a text or a PhaseFunction, got {shown(phase_function)}")
+    return phase_function

@@ -35,7 +35,8 @@ class Slice:
         self._own = own
 
     def _scattered(self, transmitted: bool, mu_in: ArrayLike, mu_out: ArrayLike, azimuth: ArrayLike) -> Any:
-        arrays, shape = broadcast(np.float32, mu_in, mu_out, azimuth)
+        name = "transmission" if transmitted else "reflection"
+        arrays, shape = broadcast(name, np.float32, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
         return values_of(self._own.scattered(transmitted, *arrays), shape)
 
     def reflection(self, mu_in: ArrayLike, mu_out: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float32]:
@@ -52,7 +53,7 @@ class Slice:
         return values_of(self._own.eval(*vectors), shape)
 
     def _behind(self, what: str, mu: ArrayLike) -> Any:
-        arrays, shape = broadcast(np.float32, mu)
+        arrays, shape = broadcast(what, np.float32, mu=mu)
         return values_of(self._own.behind(what, *arrays), shape)
 
     def direct(self, mu: ArrayLike) -> NDArray[np.float32]:
@@ -108,14 +109,14 @@ class Bsdf(Slice):
 
     def albedo(self, mu_in: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Shares of a beam that are reflected and transmitted, without the beam itself."""
-        arrays, shape = broadcast(np.float32, mu_in)
+        arrays, shape = broadcast("albedo", np.float32, mu_in=mu_in)
         reflected, transmitted = self._own.albedo(*arrays)
         return values_of(reflected, shape), values_of(transmitted, shape)
 
 
 def medium_of(optical_depth: ArrayLike, albedo: ArrayLike) -> tuple[list[float], list[float]]:
     """One number each, or three."""
-    arrays, _ = broadcast(np.float64, optical_depth, albedo)
+    arrays, _ = broadcast("bind", np.float64, optical_depth=optical_depth, albedo=albedo)
     if arrays[0].size not in (1, 3):
         raise ValueError(f"bind: optical_depth and albedo must be one number or three, got {arrays[0].size}")
     return arrays[0].tolist(), arrays[1].tolist()

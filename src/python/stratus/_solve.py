@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import broadcast
+from ._arrays import array_of, broadcast, number, whole
 from ._errors import errors_of, text_or_path, warn_of
 from ._phase import PhaseFunction, phase_function_of
 
 Below = float | tuple[PhaseFunction | str, float]
+PhaseFunctions = PhaseFunction | str | Sequence[Any] | NDArray[np.object_]
 
 
 @dataclass(frozen=True)
@@ -41,29 +43,34 @@ class Light:
     def transmission_multiple(self) -> NDArray[np.float64]:
         return self.transmission - self.transmission_single
 
+    def on(self, side: ArrayLike) -> NDArray[np.float64]:
+        """R where `side` is "lit", T where it is "unlit", as `directions` has it."""
+        return np.where(np.asarray(side) == "lit", self.reflection, self.transmission)[()]
+
 
 @dataclass(frozen=True)
 class Fluxes:
     """Fluxes over the incident flux, of all orders.
 
-    Under uniform illumination, and arrays over `mu_in`. Over a lower boundary transmittances are
+    Under uniform illumination, over the shape that the layers have together, and with one more axis,
+    over `mu_in`. Over a lower boundary transmittances are
     what arrives there, interreflection included, and `absorptance` counts both. With counted
     orders it counts the light of higher ones, too.
     """
 
-    spherical_albedo: float
-    total_transmittance: float  # diffuse and beam
-    absorptance: float
-    ground_absorptance: float  # the lower boundary's share; 0 without one
+    spherical_albedo: NDArray[np.float64]
+    total_transmittance: NDArray[np.float64]  # diffuse and beam
+    absorptance: NDArray[np.float64]
+    ground_absorptance: NDArray[np.float64]  # the lower boundary's share; 0 without one
     mu_in: NDArray[np.float64]
     plane_albedo: NDArray[np.float64]
     diffuse_transmittance: NDArray[np.float64]
     direct_transmittance: NDArray[np.float64]
-    error: float  # the largest that is estimated of any of them
+    error: NDArray[np.float64]  # the largest that is estimated of any of them
 
 
 class Stack:
-    """Layers on top of one another, and what they lie on, from a stack file.
+    """Layers on top of one another, and what they lie on, from a stack file; or `Stack.of` layers.
 
     source   TOML text, or the path of a file: an os.PathLike, or a str that ends in .toml
 
@@ -79,11 +86,45 @@ class Stack:
             self._own, notes = _stratus.read_stack(text, is_path)
         warn_of(notes)
 
+    @classmethod
+    def of(cls, *layers: tuple[PhaseFunction | str, float, float], below: Below | None = None) -> Stack:
+        """Layers of a phase function, an albedo and an optical depth each, top first; `below` as of `solve`."""
+        stack = cls.__new__(cls)
+        parts = [
+            (phase_function_of(phase_function)._own, number("Stack", "albedo", albedo), number("Stack", "optical_depth", depth))
+            for phase_function, albedo, depth in layers
+        ]
+        stack._own = _stratus.stack_of(parts, _boundary(below))
+        return stack
+
+
+def _options(function: str, nodes: Any, tolerance: Any, orders: Any) -> tuple[int, float, int]:
+    return (
+        0 if nodes is None else whole(function, "nodes", nodes),
+        number(function, "tolerance", tolerance),
+        whole(function, "orders", orders),
+    )
+
 
 def _boundary(below: Below | None) -> object:
     if isinstance(below, tuple):
-        return phase_function_of(below[0])._own, below[1]
-    return below
+        return phase_function_of(below[0])._own, number("below", "albedo", below[1])
+    return None if below is None else number("below", "albedo", below)
+
+
+def _layers(
+    function: str, phase_function: PhaseFunctions, albedo: ArrayLike, optical_depth: ArrayLike, **more: ArrayLike
+) -> tuple[list[tuple[_stratus.PhaseFunction, float, float, NDArray[np.intp]]], list[NDArray[Any]], tuple[int, ...]]:
+    """The distinct layers among arguments that broadcast, each with its places; the other arguments, flat; and their shape."""
+    phases = np.asarray(phase_function, object)
+    indices = np.arange(phases.size).reshape(phases.shape)
+    (which, albedos, depths, *others), shape = broadcast(
+        function, np.float64, phase_function=indices, albedo=albedo, optical_depth=optical_depth, **more)
+    own = [phase_function_of(phase)._own for phase in phases.reshape(-1)]
+    places: dict[tuple[float, float, float], list[int]] = {}
+    for at, layer in enumerate(zip(which.tolist(), albedos.tolist(), depths.tolist())):
+        places.setdefault(layer, []).append(at)
+    return [(own[int(k)], w, depth, np.array(at)) for (k, w, depth), at in places.items()], others, shape
 
 
 def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...], tolerance: float) -> Light:
@@ -97,9 +138,9 @@ def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...], toler
 
 
 def solve(
-    phase_function: PhaseFunction | str,
-    albedo: float,
-    optical_depth: float,
+    phase_function: PhaseFunctions,
+    albedo: ArrayLike,
+    optical_depth: ArrayLike,
     mu_in: ArrayLike,
     mu_out: ArrayLike,
     azimuth: ArrayLike,
@@ -109,8 +150,9 @@ def solve(
     orders: int = 0,
     below: Below | None = None,
 ) -> Light:
-    """R and T of one layer at exact geometries, which broadcast.
+    """R and T of layers at exact geometries; all of these broadcast.
 
+    phase_function          one, or an array of them, as texts or `PhaseFunction`s
     albedo, optical_depth   [0, 1] and [0, inf]
     mu_in, mu_out, azimuth  cosines (0, 1], radians; azimuth 0 is the forward side
     tolerance               relative error of R and T, [1e-12, 1]; as many Gauss nodes as it needs
@@ -121,11 +163,16 @@ def solve(
 
     Errors   ValueError naming argument, range and value. A tolerance that 512 nodes would not meet is
              a UserWarning, and the errors say by how much it is missed.
-    Cost     that of a solution for every 63 cosines, in the order in which they come.
+    Cost     for each distinct layer that of a solution for every 63 cosines, in the order in which they
+             come.
     """
-    arrays, shape = broadcast(np.float64, mu_in, mu_out, azimuth)
-    own = phase_function_of(phase_function)._own
-    found = _stratus.solve_layer(own, albedo, optical_depth, *arrays, nodes or 0, tolerance, orders, _boundary(below))
+    layers, at, shape = _layers("solve", phase_function, albedo, optical_depth, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
+    options, ground = _options("solve", nodes, tolerance, orders), _boundary(below)
+    found = tuple(np.empty(at[0].size) for _ in range(6))
+    for own, w, depth, places in layers:
+        of_layer = _stratus.solve_layer(own, w, depth, *(values[places] for values in at), *options, ground)
+        for to, values in zip(found, of_layer):
+            to[places] = values
     return _light(found, shape, tolerance if nodes is None else np.inf)
 
 
@@ -139,21 +186,32 @@ def solve_stack(
     nodes: int | None = None,
 ) -> Light:
     """R and T of a stack lit from above, as `solve` has them."""
-    arrays, shape = broadcast(np.float64, mu_in, mu_out, azimuth)
-    found = _stratus.solve_stack(stack._own, *arrays, nodes or 0, tolerance, 0)
+    arrays, shape = broadcast("solve_stack", np.float64, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
+    found = _stratus.solve_stack(stack._own, *arrays, *_options("solve_stack", nodes, tolerance, 0))
     return _light(found, shape, tolerance if nodes is None else np.inf)
 
 
-def _fluxes(found: dict[str, Any], mu_in: NDArray[np.float64]) -> Fluxes:
-    passed = 0.0 if found.pop("over_boundary") else found["total_transmittance"]
-    rest = 0.0 if found.pop("conservative") else 1 - found["spherical_albedo"] - passed
-    return Fluxes(absorptance=rest, mu_in=mu_in, **found)
+def _cosines(function: str, mu_in: ArrayLike) -> NDArray[np.float64]:
+    at = np.atleast_1d(array_of(function, "mu_in", np.float64, mu_in))
+    if at.ndim > 1:
+        raise ValueError(f"{function}: mu_in must be one number or of shape (n,), got the shape {at.shape}")
+    return at
+
+
+def _fluxes(found: Sequence[dict[str, Any]], shape: tuple[int, ...], mu_in: NDArray[np.float64]) -> Fluxes:
+    """Fluxes of layers one after the other, put together over `shape`."""
+    for of_layer in found:
+        passed = 0.0 if of_layer.pop("over_boundary") else of_layer["total_transmittance"]
+        is_conservative = of_layer.pop("conservative")
+        of_layer["absorptance"] = 0.0 if is_conservative else 1 - of_layer["spherical_albedo"] - passed
+    together = {name: np.array([of_layer[name] for of_layer in found]) for name in found[0]}
+    return Fluxes(mu_in=mu_in, **{name: values.reshape((*shape, *values.shape[1:]))[()] for name, values in together.items()})
 
 
 def fluxes(
-    phase_function: PhaseFunction | str,
-    albedo: float,
-    optical_depth: float,
+    phase_function: PhaseFunctions,
+    albedo: ArrayLike,
+    optical_depth: ArrayLike,
     mu_in: ArrayLike = 1.0,
     *,
     tolerance: float = 1e-4,
@@ -161,16 +219,87 @@ def fluxes(
     orders: int = 0,
     below: Below | None = None,
 ) -> Fluxes:
-    """Fluxes of one layer, at cosines mu_in of shape (n,) or one. Arguments as of `solve`."""
-    at = np.atleast_1d(np.asarray(mu_in, np.float64))
-    own = phase_function_of(phase_function)._own
-    found = _stratus.layer_fluxes(own, albedo, optical_depth, at, nodes or 0, tolerance, orders, _boundary(below))
-    return _fluxes(found, at)
+    """Fluxes of layers, which broadcast, at cosines mu_in of shape (n,) or one. Arguments as of `solve`."""
+    at = _cosines("fluxes", mu_in)
+    layers, _, shape = _layers("fluxes", phase_function, albedo, optical_depth)
+    options, ground = _options("fluxes", nodes, tolerance, orders), _boundary(below)
+    found: dict[int, dict[str, Any]] = {}
+    for own, w, depth, places in layers:
+        of_layer = _stratus.layer_fluxes(own, w, depth, at, *options, ground)
+        found.update((place, dict(of_layer)) for place in places.tolist())
+    return _fluxes([found[place] for place in range(len(found))], shape, at)
 
 
 def stack_fluxes(
     stack: Stack, mu_in: ArrayLike = 1.0, *, tolerance: float = 1e-4, nodes: int | None = None
 ) -> Fluxes:
     """Fluxes of a stack lit from above, at cosines mu_in of shape (n,) or one."""
-    at = np.atleast_1d(np.asarray(mu_in, np.float64))
-    return _fluxes(_stratus.stack_fluxes(stack._own, at, nodes or 0, tolerance, 0), at)
+    at = _cosines("stack_fluxes", mu_in)
+    return _fluxes([_stratus.stack_fluxes(stack._own, at, *_options("stack_fluxes", nodes, tolerance, 0))], (), at)
+
+
+@dataclass(frozen=True)
+class FluxesInside:
+    """Fluxes at levels inside, over the incident flux: arrays over `levels` and `mu_in`."""
+
+    levels: NDArray[np.float64]  # optical depths from the top
+    mu_in: NDArray[np.float64]
+    direct_flux: NDArray[np.float64]  # down, exp(-level / mu_in)
+    diffuse_flux: NDArray[np.float64]  # down, without the beam
+    upward_flux: NDArray[np.float64]
+    actinic_flux: NDArray[np.float64]  # 4 pi times the mean intensity, beam included
+    heating_rate: NDArray[np.float64]  # absorbed per unit of optical depth; between two layers in the lower one
+    error: float  # the largest that is estimated of any flux
+
+    @property
+    def net_flux(self) -> NDArray[np.float64]:
+        """Down less up: what falls from one level to the next is absorbed between."""
+        return self.direct_flux + self.diffuse_flux - self.upward_flux
+
+
+def stack_fluxes_inside(
+    stack: Stack, levels: ArrayLike, mu_in: ArrayLike = 1.0, *, tolerance: float = 1e-4, nodes: int | None = None
+) -> FluxesInside:
+    """Fluxes, actinic flux and heating at optical depths inside a stack, [0, its whole depth].
+
+    A single layer is `Stack.of((phase_function, albedo, optical_depth))`. Options as of `solve`.
+    """
+    name = "stack_fluxes_inside"
+    at, depths = _cosines(name, mu_in), np.atleast_1d(array_of(name, "levels", np.float64, levels)).reshape(-1)
+    *arrays, error = _stratus.stack_fluxes_inside(stack._own, depths, at, *_options(name, nodes, tolerance, 0))
+    return FluxesInside(depths, at, *(values.reshape(depths.size, at.size) for values in arrays), error=error)
+
+
+@dataclass(frozen=True)
+class LightInside:
+    """Diffuse radiance inside, pi I / (mu_in F0), going up and down, in the shape that the geometries have together."""
+
+    upward: NDArray[np.float64]
+    downward: NDArray[np.float64]
+    upward_single: NDArray[np.float64]
+    downward_single: NDArray[np.float64]
+    upward_error: NDArray[np.float64]
+    downward_error: NDArray[np.float64]
+
+
+def solve_stack_inside(
+    stack: Stack,
+    level: ArrayLike,
+    mu_in: ArrayLike,
+    mu_out: ArrayLike,
+    azimuth: ArrayLike,
+    *,
+    tolerance: float = 1e-4,
+    nodes: int | None = None,
+) -> LightInside:
+    """Radiance at optical depths inside a stack, where the beam is not part of it; level and geometries broadcast."""
+    name = "solve_stack_inside"
+    (depths, *at), shape = broadcast(name, np.float64, level=level, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
+    options = _options(name, nodes, tolerance, 0)
+    found = tuple(np.empty(depths.size) for _ in range(6))
+    for depth in np.unique(depths):
+        places = np.flatnonzero(depths == depth)
+        of_level = _stratus.solve_stack_inside(stack._own, depth, *(values[places] for values in at), *options)
+        for to, values in zip(found, of_level):
+            to[places] = values
+    return LightInside(*(values.reshape(shape)[()] for values in found))

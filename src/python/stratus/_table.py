@@ -111,7 +111,7 @@ class Table:
         def look_up(*arrays: NDArray[np.float64]) -> NDArray[np.float64]:
             return self._own.look_up(transmitted, *arrays, member, single, multiple)
 
-        return each(look_up, np.float64, *at)
+        return each("transmission" if transmitted else "reflection", look_up, np.float64, **dict(zip(("albedo", "optical_depth", "mu_in", "mu_out", "azimuth"), at)))
 
     def reflection(
         self,

@@ -31,8 +31,10 @@ struct Tabulated {
         {"points"},
         true,
         "tabulated:file=moon.csv",
-        "values at phase angles: columns phase_angle_deg, value; with ,tail=hg continued by a fit "
-        "where they end early, else as they end; with ,geometric_albedo=0.1 also an albedo"};
+        "values at angles: columns phase_angle_deg or scattering_angle_deg, and value; with "
+        ",tail=hg "
+        "continued by a fit where they end early, else as they end; with ,geometric_albedo=0.1 "
+        "also an albedo"};
 
     using Tail = PhaseTableTail;
     using Options = PhaseTableOptions;

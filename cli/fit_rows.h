@@ -1,0 +1,27 @@
+// Rows of observations: what light each is of, and what a fit makes of it, as text and as a figure.
+#pragma once
+
+#include <stratus/fit/layer_model.h>
+#include <stratus/picture/residual_plot.h>
+
+#include "query.h"
+
+#include <iosfwd>
+#include <vector>
+
+namespace stratus {
+
+/// The light that a row observes, and the word for it in the column side.
+Light light_of(const RowDirection& direction);
+const char* name_of(Light light);
+
+bool all_are_beams(const Query& rows);
+
+/// Writes the rows with columns model and residual; `model` has a value for each row.
+void write_rows(std::ostream& out, const Query& query, const std::vector<double>& model);
+
+/// The same as a figure, over the wavelength if that is a column, else over the phase angle, or over
+/// the emission angle if that takes more values.
+ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model);
+
+}  // namespace stratus

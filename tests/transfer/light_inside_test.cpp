@@ -1,0 +1,389 @@
+// The light inside: against what leaves the layers, energy, closed forms deep down, and the equation of
+// transfer integrated order by order.
+#include <stratus/transfer/light_inside.h>
+
+#include <stratus/base/angle.h>
+#include <stratus/base/gauss_legendre.h>
+#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/solve_to_tolerance.h>
+#include <stratus/transfer/stack.h>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+const PhaseFunction haze = parse_phase_function("henyey_greenstein:g=0.6");
+const PhaseFunction air = parse_phase_function("rayleigh");
+
+std::vector<StackLayer> air_over_haze(double w_air, double w_haze) {
+    return {{air, w_air, 0.5}, {haze, w_haze, 1.5}};
+}
+
+SolverOptions options_with(int nodes) {
+    SolverOptions options;
+    options.nodes = nodes;
+    return options;
+}
+
+void expect_what_leaves(const std::vector<StackLayer>& layers, const LowerBoundary& ground,
+                        double depth) {
+    const std::vector<double> mu{0.15, 0.6, 1}, azimuths{0, 1, pi};
+    const StackSolution outside = solve_stack(layers, ground, mu, options_with(24));
+    const InsideSolution inside =
+        solve_inside(layers, ground, {depth, 0, 0.35 * depth}, mu, options_with(24));
+    const LightAtLevel &bottom = inside.levels[0], &top = inside.levels[1];
+    const double tolerance = 1e-9;  // of the path law's integral
+    for (int in = 0; in < 3; ++in) {
+        EXPECT_NEAR(top.plane_albedo(in), outside.plane_albedo(in), 1e-13);
+        EXPECT_NEAR(top.diffuse_transmittance(in), 0, 1e-15);
+        EXPECT_NEAR(bottom.diffuse_transmittance(in), outside.diffuse_transmittance(in), 1e-13);
+        for (int out = 0; out < 3; ++out) {
+            const auto up = inside.values(1, Side::reflection, in, out, azimuths);
+            const auto down = inside.values(0, Side::transmission, in, out, azimuths);
+            for (std::size_t k = 0; k < azimuths.size(); ++k) {
+                const SolvedValue R = outside.reflection(in, out, azimuths[k]);
+                EXPECT_NEAR(up[k].total, R.total, tolerance * R.total + 1e-12);
+                EXPECT_NEAR(up[k].single, R.single, 1e-13 * R.single);
+                EXPECT_NEAR(inside.values(1, Side::transmission, in, out, azimuths)[k].total, 0,
+                            1e-14);
+                if (ground.is_present()) continue;
+                const SolvedValue T = outside.transmission(in, out, azimuths[k]);
+                EXPECT_NEAR(down[k].total, T.total, tolerance * T.total + 1e-12);
+                EXPECT_NEAR(down[k].single, T.single, 1e-13 * T.single);
+            }
+        }
+    }
+}
+
+TEST(LightInside, IsAtBothEndsWhatLeaves) {
+    const PhaseFunction narrow = parse_phase_function("henyey_greenstein:g=0.97");
+    for (const LowerBoundary& ground :
+         {LowerBoundary{}, LowerBoundary::surface(0.4), LowerBoundary::layer(haze, 0.9),
+          LowerBoundary::layer(narrow, 0.9)}) {
+        expect_what_leaves(air_over_haze(1, 0.9), ground, 2);
+        expect_what_leaves({{air, 0.9, 0.4}, {narrow, 1, 1.2}}, ground, 1.6);
+    }
+}
+
+// 88 nodes resolve the peaks; 32 leave the rest to the path law.
+TEST(LightInside, FollowsThePathsOfNarrowPeaks) {
+    const std::vector<StackLayer> layers{
+        {parse_phase_function("henyey_greenstein:g=0.9"), 0.99, 0.7},
+        {parse_phase_function("henyey_greenstein:g=0.87"), 1, 1}};
+    const std::vector<double> mu{0.4, 0.5, 1}, azimuths{0, 0.2, 1, 3};
+    SolverOptions resolved = options_with(88);
+    resolved.truncate = Truncate::nothing;
+    const std::vector<double> levels{0.3, 1.2};
+    const InsideSolution few = solve_inside(layers, {}, levels, mu, options_with(32));
+    const InsideSolution exact = solve_inside(layers, {}, levels, mu, resolved);
+    EXPECT_NE(few.path, nullptr);
+    for (std::size_t l = 0; l < levels.size(); ++l)
+        for (const Side side : {Side::reflection, Side::transmission})
+            for (int in = 0; in < 3; ++in)
+                for (int out = 0; out < 3; ++out) {
+                    const auto found = few.values(l, side, in, out, azimuths);
+                    const auto expected = exact.values(l, side, in, out, azimuths);
+                    for (std::size_t k = 0; k < azimuths.size(); ++k)
+                        EXPECT_NEAR(found[k].total, expected[k].total, 1e-3 * expected[k].total)
+                            << levels[l] << ' ' << in << ' ' << out << ' ' << azimuths[k];
+                }
+}
+
+double net_flux(const LightAtLevel& at, int in) {
+    return at.direct_flux(in) + at.diffuse_transmittance(in) - at.plane_albedo(in);
+}
+
+TEST(LightInside, CarriesOneNetFluxWithoutAbsorption) {
+    const std::vector<double> mu{0.1, 0.5, 1};
+    std::vector<StackLayer> layers = air_over_haze(1, 1);
+    for (const double deep : {1.5, 40.0}) {
+        layers[1].optical_depth = deep;
+        const InsideSolution solution = solve_inside(
+            layers, LowerBoundary::surface(0.3), {0, 0.2, 0.5, 0.5001, 1, deep, 0.5 + deep}, mu);
+        for (int in = 0; in < 3; ++in)
+            for (const LightAtLevel& at : solution.levels) {
+                EXPECT_NEAR(net_flux(at, in), 1 - solution.levels[0].plane_albedo(in), 1e-12);
+                EXPECT_EQ(at.heating_rate(in), 0);
+            }
+    }
+}
+
+// The heating between two levels by Gauss quadrature over levels between: the field is smooth there.
+TEST(LightInside, LosesWhatIsAbsorbedBetweenLevels) {
+    const GaussLegendre gauss(20);
+    const double top = 0.8, bottom = 1.3;
+    std::vector<double> levels{top, bottom};
+    for (const double x : gauss.x) levels.push_back((top + bottom) / 2 + x * (bottom - top) / 2);
+    for (const PhaseFunction& lower : {haze, parse_phase_function("henyey_greenstein:g=0.95")}) {
+        const std::vector<StackLayer> layers{{air, 0.8, 0.5}, {lower, 0.7, 1.5}};
+        const InsideSolution solution =
+            solve_inside(layers, LowerBoundary::surface(0.2), levels, {0.3, 1}, options_with(24));
+        for (int in = 0; in < 2; ++in) {
+            double absorbed = 0;
+            for (std::size_t k = 0; k < gauss.x.size(); ++k)
+                absorbed +=
+                    gauss.weight[k] * solution.levels[k + 2].heating_rate(in) * (bottom - top) / 2;
+            EXPECT_NEAR(net_flux(solution.levels[0], in) - net_flux(solution.levels[1], in),
+                        absorbed, 1e-12);
+        }
+    }
+}
+
+// Deep in a semi-infinite isotropic layer without absorption light is uniform: 4 pi J / (mu0 F0) =
+// sqrt(3) H(mu0). [C60] The H function by its own integral equation.
+TEST(LightInside, IsUniformDeepInAConservativeLayer) {
+    const std::vector<double> mu{0.2, 0.5, 1};
+    const IsotropicSolution reference = solve_isotropic(1, infinity, mu);
+    const InsideSolution solution = solve_inside({{PhaseFunction{}, 1, infinity}}, {}, {30}, mu);
+    const LightAtLevel& deep = solution.levels[0];
+    for (int i = 0; i < 3; ++i) {
+        const double H =
+            std::sqrt(8 * mu[static_cast<std::size_t>(i)] * reference.reflection(i, i));
+        EXPECT_NEAR(deep.actinic_flux(i), std::sqrt(3.0) * H, 1e-7 * H);
+        EXPECT_NEAR(deep.plane_albedo(i), deep.diffuse_transmittance(i) + deep.direct_flux(i),
+                    1e-12);
+        const double up = solution.values(0, Side::reflection, i, 0, {1.0})[0].total;
+        EXPECT_NEAR(4 * up, deep.actinic_flux(i), 1e-6 * up);  // pi I, and 4 pi J
+    }
+    EXPECT_NEAR(deep.actinic_flux(2), std::sqrt(3.0) * 2.9078, 1e-4);  // H(1) as printed
+}
+
+// ---- The equation of transfer integrated order by order, in space and without Fourier series.
+
+/// Directions on a grid of cosines, downward ones first, and azimuths.
+struct Sphere {
+    std::vector<double> mu, azimuth, weight;  // weights of solid angle; sum 4 pi
+    int cosines, azimuths;
+
+    Sphere(int cosine_count, int azimuth_count) : cosines(cosine_count), azimuths(azimuth_count) {
+        const GaussLegendre gauss(static_cast<std::size_t>(cosines));
+        for (const double sign : {1.0, -1.0})
+            for (int i = 0; i < cosines; ++i)
+                for (int a = 0; a < azimuths; ++a) {
+                    const double x = (1 + gauss.x[static_cast<std::size_t>(i)]) / 2;
+                    mu.push_back(sign * x * x);  // dense at grazing angles
+                    azimuth.push_back(2 * pi * a / azimuths);
+                    weight.push_back(gauss.weight[static_cast<std::size_t>(i)] * x * 2 * pi /
+                                     azimuths);
+                }
+    }
+    std::size_t size() const { return mu.size(); }
+    double cos_angle(std::size_t i, double other_mu, double other_azimuth) const {
+        return mu[i] * other_mu + std::sqrt((1 - mu[i] * mu[i]) * (1 - other_mu * other_mu)) *
+                                      std::cos(azimuth[i] - other_azimuth);
+    }
+};
+
+/// Radiance for a beam of unit flux through a level, mu0 F0 = 1, at even steps of depth: [step](direction).
+/// Paths are integrated exactly for sources that are linear over a step.
+class OrdersOfScattering {
+  public:
+    OrdersOfScattering(const std::vector<StackLayer>& layers, double ground, double mu0,
+                       const Sphere& sphere, double step)
+        : sphere_(sphere), ground_(ground), step_(step) {
+        for (const StackLayer& layer : layers) {
+            const auto steps = std::lround(layer.optical_depth / step);
+            kernels_.push_back(kernel_of(layer));
+            for (int k = 0; k < steps; ++k) layer_of_step_.push_back(kernels_.size() - 1);
+        }
+        beam_ = [mu0](double depth) { return std::exp(-depth / mu0) / mu0; };
+        const auto n = static_cast<Eigen::Index>(sphere.size());
+        for (const StackLayer& layer : layers) {
+            VectorXd& of = of_beam_.emplace_back(n);
+            for (std::size_t i = 0; i < sphere.size(); ++i)
+                of(static_cast<Eigen::Index>(i)) =
+                    layer.albedo / (4 * pi) * layer.phase_function(sphere.cos_angle(i, mu0, 0));
+        }
+        run(mu0);
+    }
+
+    const std::vector<VectorXd>& radiance() const { return radiance_; }
+
+  private:
+    MatrixXd kernel_of(const StackLayer& layer) const {
+        const auto n = static_cast<Eigen::Index>(sphere_.size());
+        MatrixXd kernel(n, n);
+        for (std::size_t i = 0; i < sphere_.size(); ++i)
+            for (std::size_t j = 0; j < sphere_.size(); ++j)
+                kernel(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+                    layer.albedo / (4 * pi) * sphere_.weight[j] *
+                    layer.phase_function(sphere_.cos_angle(i, sphere_.mu[j], sphere_.azimuth[j]));
+        return kernel;
+    }
+
+    /// The light that sources at the ends of steps send through all levels.
+    std::vector<VectorXd> sent(const std::vector<VectorXd>& top,
+                               const std::vector<VectorXd>& bottom, double from_ground) const {
+        const std::size_t steps = layer_of_step_.size();
+        std::vector<VectorXd> light(steps + 1, VectorXd::Zero(top[0].size()));
+        for (std::size_t i = 0; i < sphere_.size(); ++i) {
+            const auto at = static_cast<Eigen::Index>(i);
+            const double x = step_ / std::abs(sphere_.mu[i]), through = std::exp(-x);
+            const double near = 1 - (1 - through) / x, far = (1 - through) / x - through;
+            if (sphere_.mu[i] > 0) {
+                for (std::size_t k = 0; k < steps; ++k)
+                    light[k + 1](at) =
+                        light[k](at) * through + near * bottom[k](at) + far * top[k](at);
+            } else {
+                light[steps](at) = from_ground;
+                for (std::size_t k = steps; k-- > 0;)
+                    light[k](at) =
+                        light[k + 1](at) * through + near * top[k](at) + far * bottom[k](at);
+            }
+        }
+        return light;
+    }
+
+    void run(double mu0) {
+        const std::size_t steps = layer_of_step_.size();
+        std::vector<VectorXd> top(steps), bottom(steps);
+        for (std::size_t k = 0; k < steps; ++k) {
+            const double depth = step_ * static_cast<double>(k);
+            top[k] = of_beam_[layer_of_step_[k]] * beam_(depth);
+            bottom[k] = of_beam_[layer_of_step_[k]] * beam_(depth + step_);
+        }
+        double from_ground = ground_ / pi * mu0 * beam_(step_ * static_cast<double>(steps));
+        radiance_.assign(steps + 1, VectorXd::Zero(top[0].size()));
+        for (int order = 1; order <= 60; ++order) {
+            const std::vector<VectorXd> light = sent(top, bottom, from_ground);
+            double falls = 0;
+            for (std::size_t k = 0; k <= steps; ++k) radiance_[k] += light[k];
+            for (std::size_t i = 0; i < sphere_.size(); ++i)
+                if (sphere_.mu[i] > 0)
+                    falls += sphere_.weight[i] * sphere_.mu[i] *
+                             light[steps](static_cast<Eigen::Index>(i));
+            from_ground = ground_ / pi * falls;
+            for (std::size_t k = 0; k < steps; ++k) {
+                const MatrixXd& kernel = kernels_[layer_of_step_[k]];
+                const bool goes_on = k > 0 && layer_of_step_[k] == layer_of_step_[k - 1];
+                top[k] = goes_on ? bottom[k - 1] : VectorXd(kernel * light[k]);
+                bottom[k] = kernel * light[k + 1];
+            }
+        }
+    }
+
+    const Sphere& sphere_;
+    const double ground_, step_;
+    std::vector<MatrixXd> kernels_;
+    std::vector<VectorXd> of_beam_;
+    std::vector<std::size_t> layer_of_step_;
+    std::function<double(double)> beam_;
+    std::vector<VectorXd> radiance_;
+};
+
+TEST(LightInside, SolvesTheEquationOfTransfer) {
+    const std::vector<StackLayer> layers{
+        {air, 0.9, 0.3}, {parse_phase_function("henyey_greenstein:g=0.4"), 0.7, 0.5}};
+    const double mu0 = 0.6, ground = 0.4;
+    const Sphere sphere(14, 16);
+    constexpr int steps_to_0_01 = 4;
+    const OrdersOfScattering orders(layers, ground, mu0, sphere, 0.01 / steps_to_0_01);
+    std::vector<double> mu{mu0};
+    for (int i = 0; i < sphere.cosines; ++i)
+        mu.push_back(sphere.mu[static_cast<std::size_t>(i * sphere.azimuths)]);
+    const std::vector<double> azimuths(sphere.azimuth.begin(), sphere.azimuth.begin() + 16);
+    const std::vector<int> steps{0, 10, 30, 50, 80};
+    std::vector<double> levels;
+    for (const int step : steps) levels.push_back(0.01 * step);
+    levels.back() = 0.8;
+    const InsideSolution solution =
+        solve_inside(layers, LowerBoundary::surface(ground), levels, mu);
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+        const VectorXd& expected =
+            orders.radiance()[static_cast<std::size_t>(steps_to_0_01 * steps[l])];
+        double up = 0, down = 0, actinic = std::exp(-levels[l] / mu0) / mu0;
+        for (std::size_t i = 0; i < sphere.size(); ++i) {
+            const double light = expected(static_cast<Eigen::Index>(i)) * sphere.weight[i];
+            (sphere.mu[i] > 0 ? down : up) += light * std::abs(sphere.mu[i]);
+            actinic += light;
+        }
+        const LightAtLevel& at = solution.levels[l];
+        EXPECT_NEAR(at.plane_albedo(0), up, 2e-5);
+        EXPECT_NEAR(at.diffuse_transmittance(0), down, 2e-5);
+        EXPECT_NEAR(at.actinic_flux(0), actinic, 2e-4 * actinic);
+        for (int c = 0; c < sphere.cosines - 2; c += 3)  // steps are not fine for grazing ones
+            for (const bool is_down : {true, false}) {
+                const auto values = solution.values(
+                    l, is_down ? Side::transmission : Side::reflection, 0, 1 + c, azimuths);
+                for (int a = 0; a < sphere.azimuths; a += 3) {
+                    const int i = ((is_down ? 0 : sphere.cosines) + c) * sphere.azimuths + a;
+                    const double pi_I = pi * expected(i);
+                    EXPECT_NEAR(values[static_cast<std::size_t>(a)].total, pi_I, 1e-4 * pi_I)
+                        << levels[l] << ' ' << sphere.mu[static_cast<std::size_t>(i)] << ' ' << a;
+                }
+            }
+    }
+}
+
+TEST(LightInside, MeetsItsTolerance) {
+    const std::vector<StackLayer> layers{
+        {parse_phase_function("henyey_greenstein:g=0.8"), 0.99, 4}};
+    SolverOptions options;
+    options.tolerance = 1e-5;
+    const SolvedInside loose = solve_fluxes_inside(layers, {}, {0, 1, 4}, {0.3, 1}, options);
+    EXPECT_LE(loose.relative_error, 1e-5);
+    const InsideSolution fine = solve_inside(layers, {}, {0, 1, 4}, {0.3, 1}, options_with(72));
+    for (std::size_t l = 0; l < 3; ++l)
+        for (int in = 0; in < 2; ++in) {
+            const LightAtLevel &found = loose.levels[l], &exact = fine.levels[l];
+            EXPECT_NEAR(found.plane_albedo(in), exact.plane_albedo(in), 2 * loose.error);
+            EXPECT_NEAR(found.diffuse_transmittance(in), exact.diffuse_transmittance(in),
+                        2 * loose.error);
+            EXPECT_NEAR(found.actinic_flux(in), exact.actinic_flux(in), 2 * loose.error);
+        }
+    const SolvedGeometries radiance =
+        solve_geometries_inside(layers, {}, 1, {{0.3, 0.7, 1}, {1, 0.5, 0}}, options);
+    const InsideSolution at_one =
+        solve_inside(layers, {}, {1}, {0.3, 0.7, 0.5, 1}, options_with(72));
+    const double up = at_one.values(0, Side::reflection, 0, 1, {1})[0].total;
+    const double down = at_one.values(0, Side::transmission, 3, 2, {0})[0].total;
+    EXPECT_NEAR(radiance.at[0].reflection.total, up, 1e-5 * up);
+    EXPECT_NEAR(radiance.at[1].transmission.total, down, 1e-5 * down);
+}
+
+TEST(LightInside, OfNothingIsTheBeam) {
+    const InsideSolution empty = solve_inside({{air, 0.5, 0}}, {}, {0}, {0.5});
+    EXPECT_EQ(empty.levels[0].direct_flux(0), 1);
+    EXPECT_EQ(empty.levels[0].plane_albedo(0), 0);
+    EXPECT_NEAR(empty.levels[0].actinic_flux(0), 2, 1e-15);
+    const InsideSolution black = solve_inside({{air, 0, 2}}, {}, {1}, {0.5});
+    EXPECT_NEAR(black.levels[0].direct_flux(0), std::exp(-2), 1e-15);
+    EXPECT_NEAR(black.levels[0].diffuse_transmittance(0), 0, 1e-15);
+    EXPECT_NEAR(black.levels[0].heating_rate(0), 2 * std::exp(-2), 1e-15);
+}
+
+TEST(LightInside, IsRefusedOutsideTheLayers) {
+    const auto refused = [](std::vector<double> levels, const SolverOptions& options,
+                            std::vector<const char*> fragments) {
+        expect_refusal<std::invalid_argument>(
+            [&] { solve_inside(air_over_haze(1, 1), {}, levels, {1}, options); }, fragments);
+    };
+    refused({0.5, 2.5}, {}, {"solve_inside: levels must be in [0, 2]", "got 2.5"});
+    refused({-0.5}, {}, {"levels", "got -0.5"});
+    refused({}, {}, {"levels", "one or more", "got none"});
+    SolverOptions options;
+    options.orders = 3;
+    refused({1}, options, {"orders", "0, all", "got 3"});
+    expect_refusal<std::invalid_argument>(
+        [&] {
+            solve_inside({{air, 1, infinity}}, {}, {infinity}, {1});
+        },
+        {"[0, inf)", "got inf"});
+}
+
+}  // namespace
+}  // namespace stratus

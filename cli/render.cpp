@@ -124,8 +124,8 @@ void follow_plans(SceneFile& file, Progress& progress) {
         file.panels[k].effects = plan.effects;
         for (const LeftOut& effect : plan.left_out)
             progress.note("plan: " + panel_name(file, k) + ": without " + effect.name +
-                          ", which changes no more than " + short_number(effect.change.bound) +
-                          " of any light");
+                          ", which changes about " + short_number(effect.change.change, 2) +
+                          " of any light at most, by an estimate");
     }
 }
 
@@ -268,8 +268,8 @@ void add_render(CLI::App& app) {
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"
-        "What changes no light by more than half the scene's tolerance is left out, unless "
-        "--effects "
+        "What is estimated to change no light by more than half the scene's tolerance is left out, "
+        "unless --effects "
         "or the scene names it; `stratus plan` tells more. Tables are kept for the next picture in "
         "$STRATUS_CACHE, $XDG_CACHE_HOME/stratus or ~/.cache/stratus.\n"
         "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "

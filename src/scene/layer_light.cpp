@@ -40,11 +40,13 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
     widen(mu_out, geometry.mu_out);
     widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
     widen(optical_depth, matter.optical_depth);
+    widen(mixture, matter.mixture);
     for (const double each : matter.albedo) widen(albedo, each);
     (side == Side::reflection ? reflection : transmission) = true;
 }
 
-LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads)
+LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads,
+                       ShineDetail detail)
     : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
     const bool needed = needed_recipe(scene).has_value();
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
@@ -76,7 +78,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
         fluxes_ = std::make_shared<const LayerFluxes>(tables_->headers, scene.layer.albedo);
     }
     bind(table ? &*table : nullptr, needed);
-    shine(threads);
+    shine(threads, detail);
 }
 
 LayerLight::LayerLight(const Scene& scene, const TableView& table)
@@ -84,7 +86,7 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
     bind(&table, scene.effects.multiple);
 }
 
-void LayerLight::shine(int threads) {
+void LayerLight::shine(int threads, ShineDetail detail) {
     const Rings* const rings = std::get_if<Rings>(&scene_.subject);
     if (!rings) return;
     if (tables_ && tabulates_orders(scene_, *rings)) {
@@ -92,9 +94,9 @@ void LayerLight::shine(int threads) {
         if (!orders->empty()) ring_orders_ = orders;
     }
     if (scene_.effects.ringshine)
-        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, *this, threads);
+        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, *this, threads, detail);
     if (scene_.effects.planetshine && !rings->surface.is_black())
-        planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads);
+        planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads, detail);
 }
 
 Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {

@@ -280,6 +280,8 @@ std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions&
     std::vector<char> packed;
     BakeOptions straight = options;
     straight.packed = &packed;
+    const std::unique_ptr<Checkpoint> choices = cache ? cache->open_choices(recipe) : nullptr;
+    if (choices) straight.log.find = [&](const std::string& piece) { return choices->find(piece); };
     Table header = bake(recipe, straight);
     if (cache) packed = cache->keep(recipe, std::move(header), std::move(packed));
     return make_layer_tables(PackedTable(packed));
@@ -395,13 +397,11 @@ std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes) {
 namespace {
 
 /// Of scenes with one phase function each.
-std::vector<std::shared_ptr<const LayerTables>> bake_shared(const std::vector<Scene>& scenes,
-                                                            const BakeOptions& options,
-                                                            TableCache* cache) {
+std::vector<std::shared_ptr<const LayerTables>> make_shared_tables(const std::vector<Scene>& scenes,
+                                                                   const TableMaker& make) {
     std::vector<std::shared_ptr<const LayerTables>> tables(scenes.size());
     for (const SharedRecipe& shared : shared_recipes(scenes)) {
-        const std::shared_ptr<const LayerTables> made =
-            bake_layer_tables(shared.recipe, options, cache);
+        const std::shared_ptr<const LayerTables> made = make(shared.recipe);
         for (const std::size_t s : shared.scenes) tables[s] = made;
     }
     return tables;
@@ -412,10 +412,16 @@ std::vector<std::shared_ptr<const LayerTables>> bake_shared(const std::vector<Sc
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
                                                          const BakeOptions& options,
                                                          TableCache* cache) {
+    return make_tables(
+        scenes, [&](const Recipe& recipe) { return bake_layer_tables(recipe, options, cache); });
+}
+
+std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
+                                                            const TableMaker& make) {
     std::vector<Scene> channels;
     for (const Scene& scene : scenes)
         for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
-    const auto baked = bake_shared(channels, options, cache);
+    const auto baked = make_shared_tables(channels, make);
     std::vector<std::shared_ptr<const LayerTables>> tables;
     std::span<const std::shared_ptr<const LayerTables>> next = baked;
     for (const Scene& scene : scenes) {

@@ -24,7 +24,7 @@ struct Cells {
 constexpr Cells small_cells{12, 12};  // for single scattering
 constexpr Cells large_cells{2, 2};    // for orders n >= 2, which vary slowly
 
-constexpr int grid_azimuths = 24;
+constexpr std::size_t fine_azimuths = 24;
 
 /// Linear interpolation between radii holds where neither changes by more.
 constexpr double max_step = 0.05, max_intercepted_step = 0.1;
@@ -168,15 +168,21 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
 }  // namespace
 
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
-                         int threads)
-    : radius_(radii_of(rings.profile)), grid_(radius_.size() * grid_azimuths) {
+                         int threads, ShineDetail detail)
+    : azimuths_(detail == ShineDetail::fine
+                    ? fine_azimuths
+                    : static_cast<std::size_t>(fine_azimuths / fine_over_sketch)),
+      radius_(radii_of(rings.profile)),
+      grid_(radius_.size() * azimuths_) {
     const auto globe_radius = [&](std::size_t r) {
         const double share = static_cast<double>(r) / (globe_radii - 1);
         return rings.profile.inner() +
                share * share * (rings.profile.outer() - rings.profile.inner());
     };
-    const auto azimuth_of = [](int k) { return direction_at(0, 2 * pi * k / grid_azimuths); };
-    parallel_for(grid_azimuths, threads, [&](int k) {
+    const auto azimuth_of = [&](int k) {
+        return direction_at(0, 2 * pi * k / static_cast<double>(azimuths_));
+    };
+    parallel_for(static_cast<int>(azimuths_), threads, [&](int k) {
         std::vector<GlobeLamps> globe;
         for (std::size_t r = 0; r < globe_radii; ++r) {
             const Vector3 point = globe_radius(r) * azimuth_of(k),
@@ -194,22 +200,20 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
             const double below = globe_radius(above - 1),
                          share = (radius - below) / (globe_radius(above) - below);
-            grid_[row * grid_azimuths + static_cast<std::size_t>(k)] =
+            grid_[row * azimuths_ + static_cast<std::size_t>(k)] =
                 (1 - share) * scattered(globe[above - 1], scene, light, matter) +
                 share * scattered(globe[above], scene, light, matter);
         }
     });
 }
 
-AzimuthPlace PlanetShine::place(const Vector3& point) noexcept { return {point, grid_azimuths}; }
-
 Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const noexcept {
     const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
     const auto row = static_cast<std::size_t>(above - radius_.begin());
     const double share =
         std::clamp((radius - radius_[row - 1]) / (radius_[row] - radius_[row - 1]), 0.0, 1.0);
-    return (1 - share) * place.interpolated(&grid_[(row - 1) * grid_azimuths]) +
-           share * place.interpolated(&grid_[row * grid_azimuths]);
+    return (1 - share) * place.interpolated(&grid_[(row - 1) * azimuths_]) +
+           share * place.interpolated(&grid_[row * azimuths_]);
 }
 
 Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,

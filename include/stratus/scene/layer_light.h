@@ -31,7 +31,7 @@ inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
 /// What a picture looks up of its layer: directions, matter and sides.
 struct LookupRange {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
-    Range optical_depth{infinity, 0}, albedo{1, 0};
+    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
     bool reflection = false, transmission = false;
 
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
@@ -45,6 +45,10 @@ struct Scattering {
     std::array<double, 2> phase{};  // of each component; 0 where single scattering is left out
 };
 
+/// How finely light that rings and their planet exchange is worked out: for pictures, or for its share
+/// in one, which plans ask for.
+enum class ShineDetail { fine, sketch };
+
 class LayerFluxes;
 class RingOrders;
 class RingShine;
@@ -54,10 +58,11 @@ class LayerLight {
   public:
     /// `tables` is null where none is needed. Both must outlive this.
     ///
-    /// Cost     of rings and a planet that light one another: up to a second.
+    /// Cost     of rings and a planet that light one another: up to a second; a tenth of a sketch.
     /// Threads  that many; 0: all.
     /// Errors   std::invalid_argument for orders n >= 2 without a table.
-    LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0);
+    LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0,
+               ShineDetail detail = ShineDetail::fine);
 
     /// A uniform layer with the table's phase function and lower boundary, in a scene without
     /// ground.
@@ -141,7 +146,7 @@ class LayerLight {
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     bool is_stack() const noexcept { return !scene_.layer.stack.empty(); }
-    void shine(int threads);
+    void shine(int threads, ShineDetail detail);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     bool is_wanted(Side side) const noexcept {

@@ -10,6 +10,7 @@
 #include <stratus/table/table.h>
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -67,5 +68,10 @@ std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes);
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
                                                          const BakeOptions& options = {},
                                                          TableCache* cache = nullptr);
+
+/// The same of tables that are made in another way, each from a recipe.
+using TableMaker = std::function<std::shared_ptr<const LayerTables>(const Recipe& recipe)>;
+std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
+                                                            const TableMaker& make);
 
 }  // namespace stratus

@@ -132,20 +132,14 @@ void print_orders(const OrderReport& orders) {
               << (orders.side == Side::reflection ? "lit" : "unlit") << " side, at " << orders.where
               << "\n";
     double left = 1;
-    const std::size_t count =
-        orders.enough ? static_cast<std::size_t>(*orders.enough) : orders.share.size();
-    for (std::size_t n = 0; n < count; ++n) {
+    for (std::size_t n = 0; n < orders.share.size(); ++n) {
         left -= orders.share[n];
-        if (n < 6 || n + 1 == count)
-            std::cout << text("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
-                              std::max(0.0, left));
-        else if (n == 6)
-            std::cout << "  ...\n";
+        std::cout << text("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
+                          std::max(0.0, left));
     }
-    std::cout << (orders.enough
-                      ? text("orders <= %d suffice for the tolerance there.\n", *orders.enough)
-                      : text("orders <= %zu do not suffice for the tolerance there.\n",
-                             orders.share.size()));
+    const bool listed = orders.enough <= std::ssize(orders.share);
+    std::cout << (listed ? "" : "about ")
+              << text("%d orders suffice for the tolerance there.\n", orders.enough);
 }
 
 void print_plan(const PlanReport& report) {

@@ -188,9 +188,9 @@ class Estimates {
         DepthLadder ladder = matter_.ladder;
         if (deepest_alone && !ladder.to_infinity)
             ladder = {std::ldexp(ladder.first, ladder.octaves - 1), 1, false};
-        for (const LayerSolution& layer :
-             solve_ladder(phase_function_, {matter_.albedo}, ladder, solved.mu(),
-                          quick_solver(phase_function_))[0]) {
+        const auto layers = solve_ladder(phase_function_, {matter_.albedo}, ladder, solved.mu(),
+                                         quick_solver(phase_function_));
+        for (const LayerSolution& layer : layers[0]) {
             for (const auto& [side, pairs] : sides)
                 for (const SeenPair& pair : pairs)
                     add(layer, side, pair, solved.place(pair.mu_in), solved.place(pair.mu_out),
@@ -328,6 +328,8 @@ std::vector<double> order_shares(const PhaseFunction& phase_function, Side side,
             return sum;
         };
         SolverOptions options = quick_solver(phase_function);
+        options.nodes = 2 * options.nodes / 3;
+        options.mode_tolerance = 1e-3;
         all += light(solve_layer(phase_function, layer.first, layer.second, solved.mu(), options));
         options.orders = orders;
         const std::vector<LayerSolution> each =
@@ -338,13 +340,15 @@ std::vector<double> order_shares(const PhaseFunction& phase_function, Side side,
     return shares;
 }
 
-std::optional<int> orders_for(const std::vector<double>& shares, double tolerance) {
+int orders_for(const std::vector<double>& shares, double tolerance) {
     double left = 1;
     for (std::size_t n = 0; n < shares.size(); ++n) {
         left -= shares[n];
         if (left <= tolerance) return static_cast<int>(n) + 1;
     }
-    return std::nullopt;
+    const double ratio = left / (left + std::max(0.0, shares.back()));
+    const double beyond = ratio < 1 ? std::log(tolerance / left) / std::log(ratio) : infinity;
+    return static_cast<int>(shares.size()) + static_cast<int>(std::ceil(std::min(beyond, 1e6)));
 }
 
 }  // namespace stratus

@@ -17,6 +17,7 @@
 #include <memory>
 #include <numeric>
 #include <utility>
+#include <cstdio>
 
 namespace stratus {
 namespace {
@@ -26,8 +27,8 @@ constexpr double min_reference =
     0.01;  // a pixel's change is relative to at least this share of the brightest
 constexpr double timed_rays = 4000;
 constexpr int min_timed_rows = 3;
-constexpr int listed_orders = 32;
-constexpr std::size_t order_places = 4;  // of each side, at which orders are counted
+constexpr int listed_orders = 6;
+constexpr std::size_t order_places = 3;  // of each side, at which orders are counted
 
 Scene with_effects(Scene scene, const SceneEffects& effects) {
     scene.effects = effects;
@@ -313,7 +314,7 @@ std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables
                 {place.albedo, place.optical_depth, place.geometry, 1 / place.light});
         }
         const auto& parts = scene.layer.components;
-        OrderReport report{side, {}, {}, ""};
+        OrderReport report{side, {}, 0, ""};
         report.share = order_shares(
             parts.size() < 2 ? parts[0] : PhaseFunction::mixture(mixture, parts[0], parts[1]), side,
             scattering, listed_orders);
@@ -463,7 +464,7 @@ void add_ray_costs(const Scene& scene, const LayerTables* tables, RenderCost& co
 
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
                         TableCache* cache) {
-    FileReport file;
+    FileReport file; double dbg=processor_seconds(); auto DBG=[&](const char*w){std::fprintf(stderr,"TT %s %.4f\n",w,processor_seconds()-dbg); dbg=processor_seconds();};
     std::vector<SparsePictures> pictures;
     std::vector<Scene> planned, to_bake;
     for (const Scene& scene : scenes) {
@@ -473,7 +474,7 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         pictures.emplace_back(scene);
         for (Scene& each : pictures.back().to_bake()) to_bake.push_back(std::move(each));
     }
-    std::vector<ForecastTable> forecast;
+    DBG("plans"); std::vector<ForecastTable> forecast;
     for (const SharedRecipe& shared : shared_recipes(all_channel_scenes(planned))) {
         forecast.push_back(forecast_table(shared, options, cache));
         const TableCost& one = forecast.back().cost;
@@ -488,21 +489,21 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         file.kept_seconds = file.cost.tables.choose_seconds;
         file.cost.tables.choose_seconds = 0;
     }
-    const auto tables = make_tables(to_bake, small_table);
+    DBG("forecast"); const auto tables = make_tables(to_bake, small_table); DBG("tables");
     const std::size_t each = scenes.empty() ? 0 : tables.size() / scenes.size();
     std::size_t first_channel = 0;
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         PlanReport& report = file.scenes[s];
         pictures[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
         report.shares = shares_of(pictures[s], report.plan);
-        add_table_costs(forecast, scenes[s], first_channel, report.shares);
+        DBG("shares"); add_table_costs(forecast, scenes[s], first_channel, report.shares);
         const Scene few = sparse(scenes[s]);
         report.width = few.width;
         report.height = few.height;
-        report.orders = orders_of(with_effects(few, plain_effects(scenes[s].effects)),
+        DBG("costs"); report.orders = orders_of(with_effects(few, plain_effects(scenes[s].effects)),
                                   pictures[s].tables(scenes[s].effects));
-        add_ray_costs(planned[s], pictures[s].tables(planned[s].effects), file.cost);
-        first_channel += channel_scenes(scenes[s]).size();
+        DBG("orders"); add_ray_costs(planned[s], pictures[s].tables(planned[s].effects), file.cost);
+        DBG("rays"); first_channel += channel_scenes(scenes[s]).size();
     }
     return file;
 }

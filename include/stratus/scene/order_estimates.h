@@ -13,7 +13,6 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/scene/scene.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,7 +54,8 @@ struct ScatteringPlace {
 std::vector<double> order_shares(const PhaseFunction& phase_function, Side side,
                                  const std::vector<ScatteringPlace>& places, int orders);
 
-/// The fewest orders that leave out no more than `tolerance`; none where more than those listed.
-std::optional<int> orders_for(const std::vector<double>& shares, double tolerance);
+/// The fewest orders that leave out no more than `tolerance`; beyond those listed as if they went on
+/// in the geometric series that the rest of all light leaves.
+int orders_for(const std::vector<double>& shares, double tolerance);
 
 }  // namespace stratus

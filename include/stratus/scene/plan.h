@@ -12,7 +12,6 @@
 #include <stratus/scene/order_estimates.h>
 #include <stratus/scene/scene.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,7 +63,7 @@ struct TableCost {
 struct OrderReport {
     Side side;
     std::vector<double> share;  // [n - 1]: order n's of all
-    std::optional<int> enough;  // orders that suffice for the tolerance; none: more than listed
+    int enough;                 // orders that suffice for the tolerance, beyond those about
     std::string where;
 };
 

@@ -46,7 +46,7 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
 }
 
 LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads,
-                       ShineDetail detail)
+                       LightDetail detail)
     : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
     const bool needed = needed_recipe(scene).has_value();
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
@@ -62,7 +62,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
         channel_scenes_ = channel_scenes(scene);
         for (std::size_t c = 0; c < channel_scenes_.size(); ++c)
             channels_.emplace_back(channel_scenes_[c],
-                                   tables_ ? tables_->channels[c].get() : nullptr);
+                                   tables_ ? tables_->channels[c].get() : nullptr, threads, detail);
         return;
     }
     const bool background_scatters = scene.effects.background && scene.effects.transmission &&
@@ -77,7 +77,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
         table = tables_->packed->view();
         fluxes_ = std::make_shared<const LayerFluxes>(tables_->headers, scene.layer.albedo);
     }
-    bind(table ? &*table : nullptr, needed);
+    bind(table ? &*table : nullptr, needed, detail);
     shine(threads, detail);
 }
 
@@ -86,11 +86,12 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
     bind(&table, scene.effects.multiple);
 }
 
-void LayerLight::shine(int threads, ShineDetail detail) {
+void LayerLight::shine(int threads, LightDetail detail) {
     const Rings* const rings = std::get_if<Rings>(&scene_.subject);
     if (!rings) return;
     if (tables_ && tabulates_orders(scene_, *rings)) {
-        const auto orders = std::make_shared<const RingOrders>(scene_, *rings, *this, threads);
+        const auto orders =
+            std::make_shared<const RingOrders>(scene_, *rings, *this, threads, detail);
         if (!orders->empty()) ring_orders_ = orders;
     }
     if (scene_.effects.ringshine)
@@ -103,8 +104,10 @@ Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
     return ring_shine_ ? ring_shine_->irradiance(point) : Rgb3{};
 }
 
-void LayerLight::bind(const TableView* table, bool multiple) {
-    const std::optional<Matter> matter = uniform_matter(scene_);
+void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail) {
+    std::optional<Matter> matter = uniform_matter(scene_);
+    // A stack's light is that of its slices alone.
+    if (detail == LightDetail::sketch && !is_stack()) matter.reset();
     if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };

@@ -234,8 +234,7 @@ class Estimates {
         double least_direct = 1;
         for (Eigen::Index m = 0; m < layer.mu.size(); ++m) {
             const double direct = direct_transmittance(layer.optical_depth, layer.mu(m)),
-                         diffuse = layer.diffuse_transmittance(m),
-                         all = direct + diffuse;
+                         diffuse = layer.diffuse_transmittance(m), all = direct + diffuse;
             if (all <= 0) continue;
             least_direct = std::min(least_direct, direct / all);
             if (once)
@@ -304,39 +303,32 @@ OrderEstimates estimate_orders(const Scene& scene, double enough) {
     return all;
 }
 
-std::vector<double> order_shares(const PhaseFunction& phase_function, Side side,
-                                 const std::vector<ScatteringPlace>& places, int orders) {
-    std::map<std::pair<double, double>, std::vector<const ScatteringPlace*>> layers;
-    for (const ScatteringPlace& place : places)
-        layers[{place.albedo, place.optical_depth}].push_back(&place);
-    double all = 0;
-    std::vector<double> shares(static_cast<std::size_t>(orders), 0.0);
-    for (const auto& [layer, there] : layers) {
-        SolvedCosines solved;
-        for (const ScatteringPlace* const place : there) {
-            solved.place(place->geometry.mu_in);
-            solved.place(place->geometry.mu_out);
-        }
-        const auto light = [&](const LayerSolution& solution) {
-            double sum = 0;
-            for (const ScatteringPlace* const place : there) {
-                const Geometry& at = place->geometry;
-                sum += place->weight * values_of(solution, side, solved.place(at.mu_in),
-                                                 solved.place(at.mu_out), {at.azimuth})[0]
-                                           .total;
-            }
-            return sum;
-        };
-        SolverOptions options = quick_solver(phase_function);
-        options.nodes = 2 * options.nodes / 3;
-        options.mode_tolerance = 1e-3;
-        all += light(solve_layer(phase_function, layer.first, layer.second, solved.mu(), options));
-        options.orders = orders;
-        const std::vector<LayerSolution> each =
-            solve_orders(phase_function, layer.first, layer.second, solved.mu(), options);
-        for (std::size_t n = 0; n < each.size(); ++n) shares[n] += light(each[n]);
+std::vector<double> order_shares(const PhaseFunction& phase_function, double albedo,
+                                 double optical_depth, Side side,
+                                 const std::vector<WeightedGeometry>& directions, int orders) {
+    SolvedCosines solved;
+    for (const auto& [at, weight] : directions) {
+        solved.place(at.mu_in);
+        solved.place(at.mu_out);
     }
-    for (double& share : shares) share = all > 0 ? share / all : 0;
+    const auto light = [&](const LayerSolution& layer) {
+        double sum = 0;
+        for (const auto& [at, weight] : directions)
+            sum += weight * values_of(layer, side, solved.place(at.mu_in), solved.place(at.mu_out),
+                                      {at.azimuth})[0]
+                                .total;
+        return sum;
+    };
+    SolverOptions options = quick_solver(phase_function);
+    options.nodes = std::max(8, options.nodes / 2);
+    options.mode_tolerance = 1e-3;
+    const double all =
+        light(solve_layer(phase_function, albedo, optical_depth, solved.mu(), options));
+    options.orders = orders;
+    std::vector<double> shares;
+    for (const LayerSolution& order :
+         solve_orders(phase_function, albedo, optical_depth, solved.mu(), options))
+        shares.push_back(all > 0 ? light(order) / all : 0);
     return shares;
 }
 

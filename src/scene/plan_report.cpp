@@ -8,16 +8,14 @@
 #include <stratus/scene/render.h>
 
 #include "forecast.h"
-#include "planet_shine.h"
-#include "ring_shine.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <numeric>
 #include <utility>
-#include <cstdio>
 
 namespace stratus {
 namespace {
@@ -27,7 +25,7 @@ constexpr double min_reference =
     0.01;  // a pixel's change is relative to at least this share of the brightest
 constexpr double timed_rays = 4000;
 constexpr int min_timed_rows = 3;
-constexpr int listed_orders = 6;
+constexpr int listed_orders = 5;
 constexpr std::size_t order_places = 3;  // of each side, at which orders are counted
 
 Scene with_effects(Scene scene, const SceneEffects& effects) {
@@ -91,10 +89,10 @@ std::shared_ptr<const LayerTables> small_table(const Recipe& recipe) {
     Discretisation& d = small.discretisation;
     const bool peaked = is_peaked(recipe.phase_function), has_azimuth = d.modes != 1;
     small.leaves_path_law = false;
-    d.nodes = peaked ? 16 : 8;
+    d.nodes = peaked ? 12 : 8;
     d.mu_samples = 10;
     if (has_azimuth) {
-        d.modes = peaked ? 12 : 6;
+        d.modes = peaked ? 8 : 6;
         d.azimuth_samples = 9;
         d.azimuth_scale = AxisScale::linear;
     }
@@ -138,7 +136,7 @@ class SparsePictures {
         const Scene scene = sparse(with_effects(all_, effects));
         RenderOptions options;
         options.threads = 1;
-        return render(scene, LayerLight(scene, tables(effects), 1, ShineDetail::sketch), options);
+        return render(scene, LayerLight(scene, tables(effects), 1, LightDetail::sketch), options);
     }
 
     const Scene& scene() const { return all_; }
@@ -204,7 +202,12 @@ PictureChange change_of(bool SceneEffects::*effect, const SparsePictures& pictur
             effects.*extra = true;
             return change_between(pictures.with(effects), plain);
         }
-    return change_between(plain, pictures.with(without(effects, effect)));
+    const PictureChange change = change_between(plain, pictures.with(without(effects, effect)));
+    if (change.max > 0 || !seen_light(pictures.scene()).shine) return change;
+    // It may show in what rings and their planet exchange alone.
+    effects.ringshine = pictures.scene().effects.ringshine;
+    effects.planetshine = pictures.scene().effects.planetshine;
+    return change_between(pictures.with(effects), pictures.with(without(effects, effect)));
 }
 
 std::vector<EffectShare> shares_of(const SparsePictures& pictures, const Plan& plan) {
@@ -252,7 +255,7 @@ struct SeenPlace {
 
 /// The places on one side that rays of a scene see under a point sun, by their light.
 std::vector<SeenPlace> seen_places(const Scene& scene, const LayerTables* tables, Side side) {
-    LayerLight light(scene, tables, 1, ShineDetail::sketch);
+    LayerLight light(scene, tables, 1, LightDetail::sketch);
     const PictureRays rays(scene.camera, scene.width, scene.height);
     std::vector<SeenPlace> places;
     for (int y = 0; y < scene.height; ++y)
@@ -306,18 +309,16 @@ std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables
     for (const Side side : {Side::reflection, Side::transmission}) {
         const auto places = places_of_equal_light(seen_places(scene, tables, side));
         if (places.empty()) continue;
-        double mixture = 0;
-        std::vector<ScatteringPlace> scattering;
-        for (const SeenPlace& place : places) {
-            mixture += place.mixture / static_cast<double>(places.size());
-            scattering.push_back(
-                {place.albedo, place.optical_depth, place.geometry, 1 / place.light});
-        }
+        const SeenPlace& middle = places[places.size() / 2];
+        std::vector<WeightedGeometry> directions;
+        for (const SeenPlace& place : places)
+            directions.push_back({place.geometry, 1 / place.light});
         const auto& parts = scene.layer.components;
         OrderReport report{side, {}, 0, ""};
         report.share = order_shares(
-            parts.size() < 2 ? parts[0] : PhaseFunction::mixture(mixture, parts[0], parts[1]), side,
-            scattering, listed_orders);
+            parts.size() < 2 ? parts[0]
+                             : PhaseFunction::mixture(middle.mixture, parts[0], parts[1]),
+            middle.albedo, middle.optical_depth, side, directions, listed_orders);
         report.enough = orders_for(report.share, scene.tolerance);
         report.where = joined(
             {range_text("optical depth", places,
@@ -351,7 +352,7 @@ struct ForecastTable {
 /// Packing solves all layers once and those that it is founded on once more, which makes up most of a
 /// small table; finding functions takes about as long per byte of samples whatever these are.
 double packing_solves(double layers) {
-    constexpr double founding_layers = 200;  // with those that they share a run of doubling with
+    constexpr double founding_layers = 1000;  // with those that they share a run of doubling with
     return 1.1 + std::min(1.0, founding_layers / layers);
 }
 constexpr double packing_seconds_per_byte = 5.5e-9;
@@ -427,44 +428,74 @@ void add_table_costs(const std::vector<ForecastTable>& tables, const Scene& scen
     }
 }
 
-/// Adds what light and rays of a scene take, from a sketch of what its rings and planet exchange and
-/// from a few whole rows: neighbouring rays, as in the picture, are faster than scattered ones.
-void add_ray_costs(const Scene& scene, const LayerTables* tables, RenderCost& cost) {
-    const auto seconds_of_light = [&](const SceneEffects& effects) {
-        const Scene some = with_effects(sparse(scene), effects);
-        const double started = processor_seconds();
-        const LayerLight light(some, tables, 1, ShineDetail::sketch);
-        return processor_seconds() - started;
+/// Lights of layers for timing rays. Those of uniform layers take long to bind, so that scenes whose
+/// layers are alike share one.
+class TimedLights {
+  public:
+    struct Timed {
+        std::string layer;
+        Scene scene;  // that the light refers to
+        std::optional<LayerLight> light;
+        double seconds = 0;  // that a render takes to prepare it
     };
-    double started = processor_seconds();
-    const LayerLight light(scene, tables, 1, ShineDetail::sketch);
-    const double all = processor_seconds() - started;
-    cost.light_seconds += all;
-    if (light.planetshine() || scene.effects.ringshine) {
-        SceneEffects effects = without(scene.effects, &SceneEffects::planetshine);
-        const double ring_alone = seconds_of_light(effects),
-                     none = seconds_of_light(without(effects, &SceneEffects::ringshine));
-        cost.light_seconds += (RingShine::fine_over_sketch - 1) * std::max(0.0, ring_alone - none);
-        if (light.planetshine())
-            cost.light_seconds +=
-                (PlanetShine::fine_over_sketch - 1) * std::max(0.0, all - ring_alone);
+
+    const Timed& prepare(const Scene& scene, const LayerTables* tables) {
+        const bool uniform = uniform_matter(scene).has_value();
+        const std::string layer = uniform ? layer_text(scene, tables) : "";
+        for (const auto& timed : timed_)
+            if (uniform && timed->layer == layer) return *timed;
+        Timed& timed = *timed_.emplace_back(std::make_unique<Timed>(Timed{layer, scene, {}}));
+        const double started = processor_seconds();
+        timed.light.emplace(timed.scene, tables, 1,
+                            uniform ? LightDetail::fine : LightDetail::sketch);
+        const bool shines = seen_light(scene).shine;
+        timed.seconds = (shines ? fine_over_sketch : 1) * (processor_seconds() - started);
+        return timed;
     }
+
+  private:
+    static std::string layer_text(const Scene& scene, const LayerTables* tables) {
+        const SceneLayer& layer = scene.layer;
+        std::string text = joined(scene_effect_names(scene.effects)) +
+                           std::to_string(reinterpret_cast<std::uintptr_t>(tables));
+        for (const auto* const functions : {&layer.components, &layer.channels})
+            for (const PhaseFunction& each : *functions) text += each.text() + ";";
+        for (std::size_t c = 0; c < 3; ++c)
+            text += shortest_text(layer.albedo[c]) + " " + shortest_text(layer.extinction[c]) + " ";
+        for (const double number :
+             {layer.optical_depth.max, layer.density, layer.opposition.width,
+              layer.opposition.amplitude, static_cast<double>(layer.opposition.law),
+              static_cast<double>(scene.background.is_black()),
+              static_cast<double>(scene.background.pattern)})
+            text += shortest_text(number) + " ";
+        return text;
+    }
+
+    std::vector<std::unique_ptr<Timed>> timed_;
+};
+
+/// Adds what light and rays of a scene take, from a few whole rows: neighbouring rays, as in the
+/// picture, are faster than scattered ones.
+void add_ray_costs(const Scene& scene, const LayerTables* tables, TimedLights& lights,
+                   RenderCost& cost) {
+    const TimedLights::Timed& timed = lights.prepare(scene, tables);
+    cost.light_seconds += timed.seconds;
     RenderOptions few;
     few.threads = 1;
     const int rows = std::clamp(static_cast<int>(timed_rays * scene.height / rays_of(scene)),
                                 std::min(min_timed_rows, scene.height), scene.height);
     few.row_step = std::max(1, scene.height / rows);
-    const int timed = (scene.height - 1 - few.row_step / 2) / few.row_step + 1;
-    started = processor_seconds();
-    render(scene, light, few);
-    cost.ray_seconds += (processor_seconds() - started) * scene.height / timed;
+    const int rendered = (scene.height - 1 - few.row_step / 2) / few.row_step + 1;
+    const double started = processor_seconds();
+    render(scene, *timed.light, few);
+    cost.ray_seconds += (processor_seconds() - started) * scene.height / rendered;
 }
 
 }  // namespace
 
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
                         TableCache* cache) {
-    FileReport file; double dbg=processor_seconds(); auto DBG=[&](const char*w){std::fprintf(stderr,"TT %s %.4f\n",w,processor_seconds()-dbg); dbg=processor_seconds();};
+    FileReport file;
     std::vector<SparsePictures> pictures;
     std::vector<Scene> planned, to_bake;
     for (const Scene& scene : scenes) {
@@ -474,7 +505,7 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         pictures.emplace_back(scene);
         for (Scene& each : pictures.back().to_bake()) to_bake.push_back(std::move(each));
     }
-    DBG("plans"); std::vector<ForecastTable> forecast;
+    std::vector<ForecastTable> forecast;
     for (const SharedRecipe& shared : shared_recipes(all_channel_scenes(planned))) {
         forecast.push_back(forecast_table(shared, options, cache));
         const TableCost& one = forecast.back().cost;
@@ -489,21 +520,22 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         file.kept_seconds = file.cost.tables.choose_seconds;
         file.cost.tables.choose_seconds = 0;
     }
-    DBG("forecast"); const auto tables = make_tables(to_bake, small_table); DBG("tables");
+    const auto tables = make_tables(to_bake, small_table);
     const std::size_t each = scenes.empty() ? 0 : tables.size() / scenes.size();
+    TimedLights lights;
     std::size_t first_channel = 0;
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         PlanReport& report = file.scenes[s];
         pictures[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
         report.shares = shares_of(pictures[s], report.plan);
-        DBG("shares"); add_table_costs(forecast, scenes[s], first_channel, report.shares);
+        add_table_costs(forecast, scenes[s], first_channel, report.shares);
         const Scene few = sparse(scenes[s]);
         report.width = few.width;
         report.height = few.height;
-        DBG("costs"); report.orders = orders_of(with_effects(few, plain_effects(scenes[s].effects)),
+        report.orders = orders_of(with_effects(few, plain_effects(scenes[s].effects)),
                                   pictures[s].tables(scenes[s].effects));
-        DBG("orders"); add_ray_costs(planned[s], pictures[s].tables(planned[s].effects), file.cost);
-        DBG("rays"); first_channel += channel_scenes(scenes[s]).size();
+        add_ray_costs(planned[s], pictures[s].tables(planned[s].effects), lights, file.cost);
+        first_channel += channel_scenes(scenes[s]).size();
     }
     return file;
 }

@@ -14,8 +14,7 @@
 namespace stratus {
 namespace {
 
-constexpr std::size_t globe_radii = 16;  // from which the globe is seen; linear between
-constexpr std::size_t nodes = 16;        // of chi and psi, on either half of the globe
+constexpr std::size_t nodes = 16;  // of chi and psi, on either half of the globe
 
 /// Cells of either half, along chi and psi.
 struct Cells {
@@ -24,13 +23,26 @@ struct Cells {
 constexpr Cells small_cells{12, 12};  // for single scattering
 constexpr Cells large_cells{2, 2};    // for orders n >= 2, which vary slowly
 
-constexpr std::size_t fine_azimuths = 24;
+/// Azimuths of the grid, radii from which the globe is seen, linear between, and which of the
+/// profile's rows count: one in so many.
+struct GridCounts {
+    std::size_t azimuths, globe_radii, rows;
+};
+constexpr GridCounts grid_of(LightDetail detail) noexcept {
+    return detail == LightDetail::fine ? GridCounts{24, 16, 1} : GridCounts{6, 6, 3};
+}
 
 /// Linear interpolation between radii holds where neither changes by more.
 constexpr double max_step = 0.05, max_intercepted_step = 0.1;
 
-std::vector<double> radii_of(const RingProfile& profile) {
+std::vector<double> radii_of(const RingProfile& profile, const GridCounts& counts) {
     std::vector<double> radii{profile.inner()};
+    if (counts.rows > 1) {
+        for (std::size_t k = counts.rows; k + 1 < profile.radius.size(); k += counts.rows)
+            radii.push_back(profile.radius[k]);
+        radii.push_back(profile.outer());
+        return radii;
+    }
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
         const double from = profile.radius[k - 1], to = profile.radius[k];
         const double intercepted =
@@ -168,14 +180,13 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
 }  // namespace
 
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
-                         int threads, ShineDetail detail)
-    : azimuths_(detail == ShineDetail::fine
-                    ? fine_azimuths
-                    : static_cast<std::size_t>(fine_azimuths / fine_over_sketch)),
-      radius_(radii_of(rings.profile)),
+                         int threads, LightDetail detail)
+    : azimuths_(grid_of(detail).azimuths),
+      radius_(radii_of(rings.profile, grid_of(detail))),
       grid_(radius_.size() * azimuths_) {
+    const std::size_t globe_radii = grid_of(detail).globe_radii;
     const auto globe_radius = [&](std::size_t r) {
-        const double share = static_cast<double>(r) / (globe_radii - 1);
+        const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1);
         return rings.profile.inner() +
                share * share * (rings.profile.outer() - rings.profile.inner());
     };

@@ -31,10 +31,7 @@ class PlanetShine {
     ///
     /// Accuracy 2e-3 of the rings' radiance, or of 5e-3 where they are darker.
     PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads,
-                ShineDetail detail);
-
-    /// How many times as long as a sketch takes all detail.
-    static constexpr double fine_over_sketch = 4;
+                LightDetail detail);
 
     /// Of the rings' matter at a radius, in the direction from their centre to `point`, where the
     /// view's ray meets them: for rays to the camera, interpolated.

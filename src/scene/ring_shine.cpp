@@ -22,8 +22,8 @@ constexpr int ringlets = 64;  // of equal width
 struct Counts {
     int cosines, azimuths, latitudes, solar_times;
 };
-constexpr Counts counts_of(ShineDetail detail) noexcept {
-    return detail == ShineDetail::fine ? Counts{20, 13, 32, 25} : Counts{8, 5, 12, 10};
+constexpr Counts counts_of(LightDetail detail) noexcept {
+    return detail == LightDetail::fine ? Counts{20, 13, 32, 25} : Counts{7, 4, 9, 8};
 }
 
 /// Of a part of a ringlet: more where light is scattered by narrow angles.
@@ -178,7 +178,7 @@ struct RingShine::Light {
 };
 
 RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
-                     ShineDetail detail)
+                     LightDetail detail)
     : to_sun_(scene.to_sun),
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),

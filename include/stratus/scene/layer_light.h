@@ -45,9 +45,12 @@ struct Scattering {
     std::array<double, 2> phase{};  // of each component; 0 where single scattering is left out
 };
 
-/// How finely light that rings and their planet exchange is worked out: for pictures, or for its share
-/// in one, which plans ask for.
-enum class ShineDetail { fine, sketch };
+/// How a layer's light is prepared: for pictures, or, without slices and with coarse grids, for the few
+/// rays of a plan.
+enum class LightDetail { fine, sketch };
+
+/// About how many times as long the former takes where rings and their planet light one another.
+constexpr double fine_over_sketch = 11;
 
 class LayerFluxes;
 class RingOrders;
@@ -62,7 +65,7 @@ class LayerLight {
     /// Threads  that many; 0: all.
     /// Errors   std::invalid_argument for orders n >= 2 without a table.
     LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0,
-               ShineDetail detail = ShineDetail::fine);
+               LightDetail detail = LightDetail::fine);
 
     /// A uniform layer with the table's phase function and lower boundary, in a scene without
     /// ground.
@@ -146,8 +149,8 @@ class LayerLight {
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     bool is_stack() const noexcept { return !scene_.layer.stack.empty(); }
-    void shine(int threads, ShineDetail detail);
-    void bind(const TableView* table, bool multiple);
+    void shine(int threads, LightDetail detail);
+    void bind(const TableView* table, bool multiple, LightDetail detail = LightDetail::fine);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     bool is_wanted(Side side) const noexcept {
         return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;

@@ -40,19 +40,19 @@ struct OrderEstimates {
 /// Range    scenes of one phase function, or of two that mix (channel_scenes of others).
 OrderEstimates estimate_orders(const Scene& scene, double enough);
 
-/// Light scattered by some matter, and how much it counts.
-struct ScatteringPlace {
-    double albedo = 0, optical_depth = 0;
-    Geometry geometry{1, 1, 0};
-    double weight = 1;
+/// Directions of scattering, and how much they count.
+struct WeightedGeometry {
+    Geometry geometry;
+    double weight;
 };
 
-/// What each order adds to the light of one side of a layer, summed over places: [n - 1] is order n's
-/// share in all orders' light.
+/// What each order adds to the light of one side of a layer, summed over directions: [n - 1] is order
+/// n's share in all orders' light.
 ///
-/// Range    orders [1, 200]; at least one place.
-std::vector<double> order_shares(const PhaseFunction& phase_function, Side side,
-                                 const std::vector<ScatteringPlace>& places, int orders);
+/// Range    orders [1, 200]; at least one direction.
+std::vector<double> order_shares(const PhaseFunction& phase_function, double albedo,
+                                 double optical_depth, Side side,
+                                 const std::vector<WeightedGeometry>& directions, int orders);
 
 /// The fewest orders that leave out no more than `tolerance`; beyond those listed as if they went on
 /// in the geometric series that the rest of all light leaves.

@@ -16,16 +16,16 @@ namespace {
 
 /// What may be changed more between the geometries that are solved, by the record of
 /// bench/plan_bench.cpp.
-constexpr double margin = 1.25;
+constexpr double margin = 1.5;
 
 constexpr int grid_cosines = 9, grid_azimuths = 13;
 constexpr int max_octaves = 8;  // in shallower matter the orders n >= 2 matter less
 
-SolverOptions quick_solver(const PhaseFunction& phase_function) {
+SolverOptions quick_solver(const PhaseFunction& phase_function, bool fluxes = false) {
     SolverOptions options;
     options.nodes = std::abs(phase_function.asymmetry()) < 0.6 ? 12 : 24;
     options.mode_tolerance = 1e-4;
-    options.exact_fluxes = false;
+    options.exact_fluxes = fluxes;
     return options;
 }
 
@@ -189,7 +189,7 @@ class Estimates {
         if (deepest_alone && !ladder.to_infinity)
             ladder = {std::ldexp(ladder.first, ladder.octaves - 1), 1, false};
         const auto layers = solve_ladder(phase_function_, {matter_.albedo}, ladder, solved.mu(),
-                                         quick_solver(phase_function_));
+                                         quick_solver(phase_function_, light_.fluxes));
         for (const LayerSolution& layer : layers[0]) {
             for (const auto& [side, pairs] : sides)
                 for (const SeenPair& pair : pairs)

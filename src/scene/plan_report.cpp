@@ -132,11 +132,16 @@ class SparsePictures {
         without_azimuth_ = std::move(without_azimuth);
     }
 
-    Image with(const SceneEffects& effects) const {
+    /// Made once for each set of effects.
+    const Image& with(const SceneEffects& effects) {
+        const auto known = std::ranges::find(made_, effects, &Made::effects);
+        if (known != made_.end()) return *known->picture;
         const Scene scene = sparse(with_effects(all_, effects));
         RenderOptions options;
         options.threads = 1;
-        return render(scene, LayerLight(scene, tables(effects), 1, LightDetail::sketch), options);
+        const LayerLight light(scene, tables(effects), 1, LightDetail::sketch);
+        made_.push_back({effects, std::make_unique<Image>(render(scene, light, options))});
+        return *made_.back().picture;
     }
 
     const Scene& scene() const { return all_; }
@@ -145,8 +150,14 @@ class SparsePictures {
     }
 
   private:
+    struct Made {
+        SceneEffects effects;
+        std::unique_ptr<const Image> picture;
+    };
+
     Scene all_;
     std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
+    std::vector<Made> made_;
 };
 
 /// What the opposition of single scattering adds, at the smallest phase angle that is seen.
@@ -193,9 +204,9 @@ SceneEffects plain_effects(SceneEffects effects) {
 }
 
 /// Pictures with and without an effect.
-PictureChange change_of(bool SceneEffects::*effect, const SparsePictures& pictures,
-                        const Image& plain) {
+PictureChange change_of(bool SceneEffects::*effect, SparsePictures& pictures) {
     SceneEffects effects = plain_effects(pictures.scene().effects);
+    const Image& plain = pictures.with(effects);
     for (const auto extra :
          {&SceneEffects::sun_size, &SceneEffects::ringshine, &SceneEffects::planetshine})
         if (effect == extra) {
@@ -205,14 +216,13 @@ PictureChange change_of(bool SceneEffects::*effect, const SparsePictures& pictur
     const PictureChange change = change_between(plain, pictures.with(without(effects, effect)));
     if (change.max > 0 || !seen_light(pictures.scene()).shine) return change;
     // It may show in what rings and their planet exchange alone.
-    effects.ringshine = pictures.scene().effects.ringshine;
-    effects.planetshine = pictures.scene().effects.planetshine;
+    const bool rings = pictures.scene().effects.ringshine;
+    effects.*(rings ? &SceneEffects::ringshine : &SceneEffects::planetshine) = true;
     return change_between(pictures.with(effects), pictures.with(without(effects, effect)));
 }
 
-std::vector<EffectShare> shares_of(const SparsePictures& pictures, const Plan& plan) {
+std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
     const Scene& scene = pictures.scene();
-    const Image plain = pictures.with(plain_effects(scene.effects));
     std::vector<EffectShare> shares;
     for (const auto& [name, effect] : scene_effects()) {
         if (!(scene.effects.*effect)) continue;
@@ -222,7 +232,7 @@ std::vector<EffectShare> shares_of(const SparsePictures& pictures, const Plan& p
         share.seen = is_seen(scene, effect);
         share.fate = share.seen ? "kept" : "not seen";
         if (!share.seen) continue;
-        const PictureChange change = change_of(effect, pictures, plain);
+        const PictureChange change = change_of(effect, pictures);
         share.mean = change.mean;
         share.max = change.max;
         if (change.max > 0)

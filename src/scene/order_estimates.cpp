@@ -321,7 +321,7 @@ std::vector<double> order_shares(const PhaseFunction& phase_function, double alb
     };
     SolverOptions options = quick_solver(phase_function);
     options.nodes = std::max(8, options.nodes / 2);
-    options.mode_tolerance = 1e-3;
+
     const double all =
         light(solve_layer(phase_function, albedo, optical_depth, solved.mu(), options));
     options.orders = orders;

@@ -331,9 +331,8 @@ std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables
             middle.albedo, middle.optical_depth, side, directions, listed_orders);
         report.enough = orders_for(report.share, scene.tolerance);
         report.where = joined(
-            {range_text("optical depth", places,
-                        [](const SeenPlace& place) { return place.optical_depth; }),
-             range_text("albedo", places, [](const SeenPlace& place) { return place.albedo; }),
+            {"optical depth " + short_number(middle.optical_depth, 3),
+             "albedo " + short_number(middle.albedo, 3),
              range_text("mu_in", places,
                         [](const SeenPlace& place) { return place.geometry.mu_in; }),
              range_text("mu_out", places,

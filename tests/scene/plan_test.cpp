@@ -171,7 +171,7 @@ TEST(OrderShares, SumToAllOrders) {
                      {{{0.6, 0.3, 1}, 1}, {{0.6, 0.9, 2}, 2}}, 100);
     double sum = 0;
     for (const double share : shares) sum += share;
-    EXPECT_NEAR(sum, 1, 1e-3);  // modes are cut at 1e-3
+    EXPECT_NEAR(sum, 1, 1e-3);  // modes are cut at 1e-4
     const int enough = orders_for(shares, 0.01);
     EXPECT_GT(enough, 2);
     EXPECT_LT(enough, 40);

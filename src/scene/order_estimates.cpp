@@ -18,7 +18,7 @@ namespace {
 /// bench/plan_bench.cpp.
 constexpr double margin = 1.5;
 
-constexpr int grid_cosines = 9, grid_azimuths = 13;
+constexpr int grid_cosines = 13, grid_azimuths = 13;
 constexpr int max_octaves = 8;  // in shallower matter the orders n >= 2 matter less
 
 SolverOptions quick_solver(const PhaseFunction& phase_function, bool fluxes = false) {

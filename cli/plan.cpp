@@ -11,6 +11,7 @@
 
 #include "allowed.h"
 #include "commands.h"
+#include "plan_picture.h"
 #include "progress.h"
 #include "query.h"
 #include "scene_options.h"
@@ -31,12 +32,14 @@ namespace stratus {
 namespace {
 
 struct PlanCommand {
-    std::string scene, recipe, drop;
+    std::string scene, recipe, picture, drop;
     CacheOptions cache;
     double tolerance = 0;
     int width = 0, threads = 0;
     bool quiet = false;
 };
+
+constexpr double shown_pixels = 16384;  // of each panel of --picture
 
 template <class... Arguments>
 std::string text(const char* format, Arguments... arguments) {
@@ -159,7 +162,7 @@ void print_plan(const PlanReport& report) {
     std::cout
         << "means, and maxima without ~, which marks estimates, are those of a sparse picture "
            "of "
-        << report.width << " x " << report.height << " pixels, one ray each\n";
+        << report.picture.width << " x " << report.picture.height << " pixels, one ray each\n";
     for (const OrderReport& orders : report.orders) print_orders(orders);
 }
 
@@ -229,6 +232,10 @@ void run_plan(const PlanCommand& command) {
         require_writable("plan", "--write", command.recipe);
         require_different_files("plan", command.scene, command.recipe);
     }
+    if (!command.picture.empty()) {
+        require_writable("plan", "--picture", command.picture, {".png"});
+        require_different_files("plan", command.scene, command.picture);
+    }
     Progress progress(command.quiet);
     std::vector<std::string> notes;
     const auto start = Clock::now();
@@ -248,7 +255,9 @@ void run_plan(const PlanCommand& command) {
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
     std::optional<TableCache> cache = open_cache(command.cache);
-    const FileReport report = report_plans(file.panels, options, cache ? &*cache : nullptr);
+    const FileReport report = report_plans(file.panels, options, cache ? &*cache : nullptr,
+                                           command.picture.empty() ? few_pixels : shown_pixels);
+    if (!command.picture.empty()) write_change_picture(file, report.scenes, command.picture);
     const std::vector<PlanReport>& reports = report.scenes;
     print_answers(file, reports);
     for (std::size_t k = 0; k < reports.size(); ++k) {
@@ -292,6 +301,9 @@ void add_plan(CLI::App& app) {
     plan->add_option("--write", command->recipe,
                      "Recipe to write, .toml; three, NAME_red.toml and so on, for a phase function "
                      "each")
+        ->check(file_name());
+    plan->add_option("--picture", command->picture,
+                     "Picture of where each effect changes the scene, in false colours, .png")
         ->check(file_name());
     add_drop(*plan, command->drop);
     add_width(*plan, command->width);

@@ -20,7 +20,6 @@
 namespace stratus {
 namespace {
 
-constexpr double max_pixels = 400;  // of the sparse picture
 constexpr double min_reference =
     0.01;  // a pixel's change is relative to at least this share of the brightest
 constexpr double timed_rays = 4000;
@@ -39,9 +38,9 @@ SceneEffects without(SceneEffects effects, bool SceneEffects::*effect) {
 }
 
 /// The same picture with at most so many pixels, one ray each.
-Scene sparse(Scene scene) {
+Scene sparse(Scene scene, double most) {
     const double pixels = static_cast<double>(scene.width) * scene.height;
-    const double step = std::max(1.0, std::sqrt(pixels / max_pixels));
+    const double step = std::max(1.0, std::sqrt(pixels / most));
     scene.width = std::max(1, static_cast<int>(scene.width / step));
     scene.height = std::max(1, static_cast<int>(scene.height / step));
     scene.samples = 1;
@@ -56,7 +55,8 @@ double brightest_channel(const float* pixel) {
 
 struct PictureChange {
     double mean = 0, max = 0;
-    int x = 0, y = 0;  // of max
+    int x = 0, y = 0;             // of max
+    std::vector<float> relative;  // of each pixel
 };
 
 PictureChange change_between(const Image& all, const Image& some) {
@@ -77,7 +77,11 @@ PictureChange change_between(const Image& all, const Image& some) {
             sum += difference;
             const double relative =
                 difference / std::max(brightest_channel(one), min_reference * brightest);
-            if (relative > change.max) change = {0, relative, x, y};
+            change.relative.push_back(static_cast<float>(relative));
+            if (relative <= change.max) continue;
+            change.max = relative;
+            change.x = x;
+            change.y = y;
         }
     change.mean = sum / light;
     return change;
@@ -117,7 +121,7 @@ double rays_of(const Scene& scene) {
 /// Sparse pictures of one scene with some of its effects, looked up in small tables.
 class SparsePictures {
   public:
-    explicit SparsePictures(const Scene& scene) : all_(scene) {
+    SparsePictures(const Scene& scene, double pixels) : all_(scene), pixels_(pixels) {
         all_.effects.sun_size = all_.effects.sun_size && all_.sun_diameter > 0;
     }
 
@@ -136,7 +140,7 @@ class SparsePictures {
     const Image& with(const SceneEffects& effects) {
         const auto known = std::ranges::find(made_, effects, &Made::effects);
         if (known != made_.end()) return *known->picture;
-        const Scene scene = sparse(with_effects(all_, effects));
+        const Scene scene = sparse(with_effects(all_, effects), pixels_);
         RenderOptions options;
         options.threads = 1;
         const LayerLight light(scene, tables(effects), 1, LightDetail::sketch);
@@ -156,6 +160,7 @@ class SparsePictures {
     };
 
     Scene all_;
+    double pixels_;
     std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
     std::vector<Made> made_;
 };
@@ -235,6 +240,7 @@ std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
         const PictureChange change = change_of(effect, pictures);
         share.mean = change.mean;
         share.max = change.max;
+        share.changes = change.relative;
         if (change.max > 0)
             share.where = "pixel (" + std::to_string(change.x) + ", " + std::to_string(change.y) +
                           ") of the sparse picture";
@@ -330,13 +336,13 @@ std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables
                              : PhaseFunction::mixture(middle.mixture, parts[0], parts[1]),
             middle.albedo, middle.optical_depth, side, directions, listed_orders);
         report.enough = orders_for(report.share, scene.tolerance);
-        report.where = joined(
-            {"optical depth " + short_number(middle.optical_depth, 3),
-             "albedo " + short_number(middle.albedo, 3),
-             range_text("mu_in", places,
-                        [](const SeenPlace& place) { return place.geometry.mu_in; }),
-             range_text("mu_out", places,
-                        [](const SeenPlace& place) { return place.geometry.mu_out; })});
+        report.where =
+            joined({"optical depth " + short_number(middle.optical_depth, 3),
+                    "albedo " + short_number(middle.albedo, 3),
+                    range_text("mu_in", places,
+                               [](const SeenPlace& place) { return place.geometry.mu_in; }),
+                    range_text("mu_out", places,
+                               [](const SeenPlace& place) { return place.geometry.mu_out; })});
         orders.push_back(std::move(report));
     }
     return orders;
@@ -503,7 +509,7 @@ void add_ray_costs(const Scene& scene, const LayerTables* tables, TimedLights& l
 }  // namespace
 
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
-                        TableCache* cache) {
+                        TableCache* cache, double pixels) {
     FileReport file;
     std::vector<SparsePictures> pictures;
     std::vector<Scene> planned, to_bake;
@@ -511,7 +517,7 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         PlanReport& report = file.scenes.emplace_back();
         report.plan = plan_scene(scene);
         planned.push_back(with_effects(scene, report.plan.effects));
-        pictures.emplace_back(scene);
+        pictures.emplace_back(scene, pixels);
         for (Scene& each : pictures.back().to_bake()) to_bake.push_back(std::move(each));
     }
     std::vector<ForecastTable> forecast;
@@ -538,11 +544,10 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         pictures[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
         report.shares = shares_of(pictures[s], report.plan);
         add_table_costs(forecast, scenes[s], first_channel, report.shares);
-        const Scene few = sparse(scenes[s]);
-        report.width = few.width;
-        report.height = few.height;
-        report.orders = orders_of(with_effects(few, plain_effects(scenes[s].effects)),
-                                  pictures[s].tables(scenes[s].effects));
+        const SceneEffects plain = plain_effects(scenes[s].effects);
+        report.picture = pictures[s].with(plain);
+        const Scene few = sparse(with_effects(scenes[s], plain), few_pixels);
+        report.orders = orders_of(few, pictures[s].tables(scenes[s].effects));
         add_ray_costs(planned[s], pictures[s].tables(planned[s].effects), lights, file.cost);
         first_channel += channel_scenes(scenes[s]).size();
     }

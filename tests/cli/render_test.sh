@@ -61,6 +61,11 @@ expect_says "$err" "plan: the picture: without azimuth"
 expect_ok plan untitled.toml --quiet
 expect_says "$out" "Simulate single" "their azimuth may be left out, without which light changes by nothing" "a sparse picture of 12 x 6 pixels, one ray each"
 
+# a plan shows where each effect changes the scene
+expect_ok plan untitled.toml --quiet --picture changes.png
+[ "$(head -c 4 changes.png | tail -c 3)" = PNG ] || fail "changes.png must be a PNG file"
+expect_refused 2 --picture .png "got changes.exr" -- plan untitled.toml --picture changes.exr
+
 # what a scene names is kept, unless it is dropped
 sed 's/^tolerance/effects = ["all", "multiple"]\n&/' dark.toml >named.toml
 expect_ok render named.toml -o named.exr

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <stratus/bake/bake.h>
+#include <stratus/io/image.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/order_estimates.h>
 #include <stratus/scene/scene.h>
@@ -49,6 +50,7 @@ struct EffectShare {
     std::string where;  // of `max`
     std::string fate;   // "kept", "left out", and why
     double table_seconds = 0, table_bytes = 0;
+    std::vector<float> changes{};  // of each pixel of the sparse picture, row by row
 };
 
 /// What tables take: seconds of one processor, and bytes in memory.
@@ -71,7 +73,7 @@ struct PlanReport {
     Plan plan;
     std::vector<EffectShare> shares;  // of the effects that are on in the scene
     std::vector<OrderReport> orders;  // a side each
-    int width = 0, height = 0;        // of the sparse picture, a ray each
+    Image picture;                    // sparse, a ray each, under a point sun
 };
 
 /// What the next `render` takes for all scenes of a file, which share tables: seconds of one
@@ -91,12 +93,15 @@ struct FileReport {
     double kept_seconds = 0;
 };
 
+/// Pixels of sparse pictures: enough to tell how much effects change.
+constexpr double few_pixels = 400;
+
 /// Reports on the scenes of a file. Mean changes, and those of effects that are never left out, are
 /// measured on a sparse picture, looked up in small tables that scenes share. The choices that a
 /// render's tables need are made, and kept in the cache.
 ///
 /// Cost     these choices, and beside them about a tenth of the render.
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options = {},
-                        TableCache* cache = nullptr);
+                        TableCache* cache = nullptr, double pixels = few_pixels);
 
 }  // namespace stratus

@@ -266,14 +266,15 @@ std::string text_of(Recipe recipe) {
 
 /// Seconds that packing a table and keeping it take per byte of it, measured on another one.
 double keep_seconds_per_byte(const LayerTables* tables) {
-    while (tables && !tables->packed) {  // channels
+    const LayerTables* one = tables;
+    while (one && !one->at(LightPath::sunlight)) {  // channels
         const LayerTables* next = nullptr;
-        for (const auto& channel : tables->channels)
+        for (const auto& channel : one->channels)
             if (channel) next = channel.get();
-        tables = next;
+        one = next;
     }
-    if (!tables) return 0;
-    const Table table = tables->packed->unpacked();
+    if (!one) return 0;
+    const Table table = one->at(LightPath::sunlight)->packed.unpacked();
     const double bytes =
         static_cast<double>(sizeof(float)) *
         static_cast<double>(table.reflection_multiple.size() + table.transmission_multiple.size());

@@ -111,8 +111,8 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
     std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
     scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
     scene.tolerance = 2e-2;
-    const auto tables = bake_layer_tables(*needed_recipe(scene));
-    const Table& table = tables->headers[0];
+    const auto baked = bake_layer_table(*needed_recipe(scene, LightPath::fluxes));
+    const Table& table = baked->headers[0];
     const std::size_t albedos = table.albedo.values.size(),
                       depths = table.optical_depth.values.size(),
                       cosines = table.mu_in.values.size();
@@ -121,7 +121,7 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
     const double albedo = table.albedo.values[a];
     for (const bool own : {false, true}) {
         const double given = own ? albedo : 0.5;
-        const LayerFluxes fluxes(tables->headers, {given, given, given});
+        const LayerFluxes fluxes(baked->headers, {given, given, given});
         LayerFluxes::Place place;
         fluxes.set_cosine(place, table.mu_in.values[m]);
         fluxes.set_albedo(place, 0, albedo);
@@ -320,8 +320,8 @@ TEST(LayerLight, OfAStackOverGroundMatchesTheSolver) {
     auto& ground = std::get<Planet>(scene.subject).surface.colour;
     ground = {0.2f, 0.6f, 1.0f};
     scene.tolerance = tolerance;
-    const auto tables = bake_layer_tables(*needed_recipe(scene));
-    const LayerLight light(scene, tables.get());
+    const auto tables = bake_for({scene});
+    const LayerLight light(scene, tables[0].get());
     const Matter matter = *uniform_matter(scene);
     const Rgb3 found = light.reflection(matter, {0.8, 0.3, 0.4}) +
                        light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);

@@ -152,7 +152,7 @@ TEST(PlannedPicture, DiffersFromThatWithEverythingByLessThanTheTolerance) {
         if (plan.left_out.empty()) continue;  // the same picture
         ++less;
         const Scene lean = planned(scene, plan);
-        without_table += !needed_recipe(lean);
+        without_table += needed_paths(lean).empty();
         EXPECT_LE(max_change(picture(scene), picture(lean)), scene.tolerance)
             << "scene " << n << " without " << plan.left_out[0].name << ", "
             << plan.left_out[0].change.where;

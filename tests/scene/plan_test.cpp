@@ -38,7 +38,7 @@ TEST(Plan, NeedsNoTableForDarkDust) {
     scene.tolerance = 0.05;
     const Plan plan = plan_scene(scene);
     EXPECT_FALSE(plan.effects.multiple);
-    EXPECT_FALSE(needed_recipe(with_effects(scene, plan.effects)));
+    EXPECT_TRUE(needed_paths(with_effects(scene, plan.effects)).empty());
     ASSERT_TRUE(leaves_out(plan, "multiple"));
     // Every order is about w/2 of the one before or less, and there is some.
     EXPECT_GT(plan.left_out[0].change.bound, 0);
@@ -178,8 +178,10 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     const auto multiple = static_cast<std::size_t>(share_of("multiple") - report.shares.begin());
     EXPECT_EQ(costs.without[multiple].bytes, 0);
     // What is counted is what a bake fills: samples and some fluxes.
-    const auto tables = bake_layer_tables(*needed_recipe(scene));
-    const double samples = static_cast<double>(tables->headers[0].sample_count());
+    const auto tables = bake_for({scene});
+    double samples = 0;
+    for (const auto& table : tables[0]->paths)
+        if (table) samples += static_cast<double>(table->headers[0].sample_count());
     EXPECT_NEAR(costs.all.bytes / (sizeof(float) * samples), 1, 0.1);
 }
 

@@ -90,10 +90,11 @@ Asked asked_by_sunlight(const Scene& scene) {
     return asked;
 }
 
-/// Fluxes are over mu_in and asked for at cosines of view, too. The one cosine beside them is
-/// straight on, where azimuths do not count.
+/// Fluxes are over mu_in and asked for at cosines of view, too. Samples that do for the mean over
+/// azimuth at one cosine of the others do for their sum: straight on too few would seem to suffice,
+/// at grazing cosines too many.
 Asked asked_by_fluxes(const Scene& scene) {
-    return {{all_cosines, {1, 1}, all_azimuths}, true, scene.effects.transmission};
+    return {{all_cosines, {0.5, 0.5}, all_azimuths}, true, scene.effects.transmission};
 }
 
 /// Light comes to the rings from any direction and leaves towards the camera, and from the sun's

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <map>
 #include <span>
 #include <stdexcept>
@@ -68,9 +67,11 @@ Scene without_shine(Scene scene) {
     return scene;
 }
 
-/// Whether slices of a stack scatter the background, by the fluxes of sunlight's own table.
-bool slice_needs_fluxes(const Scene& scene, const SeenLight& seen) {
-    return !scene.layer.stack.empty() && seen.fluxes && !scene.background.is_black();
+/// Whether sunlight's table gives the fluxes, too: of slabs, whose few cosines of view make a second
+/// table, with its own choices and check, dearer than all cosines of incidence in the first.
+bool has_fluxes_with_sunlight(const Scene& scene, const SeenLight& sunlight) {
+    return std::holds_alternative<Slab>(scene.subject) && sunlight.fluxes &&
+           (sunlight.reflection || sunlight.transmission);
 }
 
 /// What one light path asks of a table.
@@ -83,18 +84,17 @@ Asked asked_by_sunlight(const Scene& scene) {
     const Scene alone = without_shine(scene);
     const SeenLight seen = seen_light(alone);
     Asked asked{seen_directions(alone), seen.reflection, seen.transmission};
-    if (slice_needs_fluxes(scene, seen)) {
+    if (has_fluxes_with_sunlight(scene, seen)) {
         asked.directions.mu_in = all_cosines;
         asked.transmission = scene.effects.transmission;
     }
     return asked;
 }
 
-/// Fluxes are over mu_in and asked for at cosines of view, too. Samples that do for the mean over
-/// azimuth at one cosine of the others do for their sum: straight on too few would seem to suffice,
-/// at grazing cosines too many.
+/// Fluxes are over mu_in and asked for at cosines of view, too. The one cosine beside them is
+/// straight on, where azimuths do not count.
 Asked asked_by_fluxes(const Scene& scene) {
-    return {{all_cosines, {0.5, 0.5}, all_azimuths}, true, scene.effects.transmission};
+    return {{all_cosines, {1, 1}, all_azimuths}, true, scene.effects.transmission};
 }
 
 /// Light comes to the rings from any direction and leaves towards the camera, and from the sun's
@@ -120,10 +120,18 @@ Asked asked_by(LightPath path, const Scene& scene) {
     return asked;
 }
 
-/// Tolerance of the table for light that rings and their planet exchange.
-double shine_tolerance(const Scene& scene) {
-    static const double factor = std::getenv("SHINE") ? std::atof(std::getenv("SHINE")) : 10;
-    return std::max(scene.tolerance, std::min(factor * scene.tolerance, 0.1));
+/// The tolerance of a light path's table, with which pictures keep the scene's
+/// (bench/picture_bench.cpp). Light that rings and their planet exchange is a small part of most
+/// pixels, and a sum over many directions, whose errors cancel. Fluxes are judged by what they are
+/// sums of, along one cosine, which varies less with the depth than at grazing ones.
+double tolerance_of(LightPath path, const Scene& scene) {
+    constexpr double coarser = 10, coarsest = 0.1, finer = 3;
+    switch (path) {
+        case LightPath::shine:
+            return std::max(scene.tolerance, std::min(coarser * scene.tolerance, coarsest));
+        case LightPath::fluxes: return scene.tolerance / finer;
+        default: return scene.tolerance;
+    }
 }
 
 // Tabulated ranges of view end at these, so that a camera that moves a little asks for the same
@@ -247,11 +255,10 @@ std::vector<LightPath> needed_paths(const Scene& scene) {
     if (!scene.effects.multiple || range.optical_depth.max == 0 || range.albedo.max == 0) return {};
     const SeenLight seen = seen_light(scene), sunlight = seen_light(without_shine(scene));
     std::vector<LightPath> paths;
-    const bool of_slice = slice_needs_fluxes(scene, seen);
-    if (sunlight.reflection || sunlight.transmission || of_slice)
-        paths.push_back(LightPath::sunlight);
+    if (sunlight.reflection || sunlight.transmission) paths.push_back(LightPath::sunlight);
     // Nothing passes through layers that are infinitely deep.
-    if (seen.fluxes && !of_slice && range.optical_depth.min < infinity)
+    if (seen.fluxes && !has_fluxes_with_sunlight(scene, sunlight) &&
+        range.optical_depth.min < infinity)
         paths.push_back(LightPath::fluxes);
     if (seen.shine) paths.push_back(LightPath::shine);
     return paths;
@@ -295,14 +302,13 @@ std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
     for (const LightPath path : needed_paths(scene)) {
         Recipe recipe = recipe_of_matter(scene, range);
         const Asked asked = asked_by(path, scene);
-        recipe.tolerance = path == LightPath::shine ? shine_tolerance(scene) : scene.tolerance;
+        recipe.tolerance = tolerance_of(path, scene);
         recipe.mu_in = asked.directions.mu_in;
         recipe.mu_out = asked.directions.mu_out;
         const bool has_azimuth = scene.effects.azimuth && path != LightPath::fluxes;
-        if (has_azimuth) {
+        if (path != LightPath::fluxes)
             recipe.mu_out = tabulated_cosines(recipe.mu_in, recipe.mu_out);
-            recipe.azimuth = tabulated_azimuths(asked.directions.azimuth);
-        }
+        if (has_azimuth) recipe.azimuth = tabulated_azimuths(asked.directions.azimuth);
         take_fewer_pairs(recipe);
         recipe.transmission = asked.transmission && range.optical_depth.min < infinity;
         recipe.reflection = asked.reflection || !recipe.transmission;

@@ -1,6 +1,7 @@
 // What layers scatter in scenes, against the solver and against closed forms.
 #include <stratus/scene/layer_light.h>
 
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 

@@ -279,9 +279,7 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
         for (const Table* const each : tables) packed.emplace_back(pack(*each));
         return adopt_tables(scenes, std::move(packed));
     };
-    const auto adopted = adopt({scene}, {&table});
-    EXPECT_EQ(adopted[0]->paths[0], adopted[0]->paths[1]) << "one for all light paths";
-    EXPECT_TRUE(adopted[0]->paths[0]);
+    EXPECT_TRUE(adopt({scene}, {&table})[0]->at(LightPath::sunlight));
     auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
         expect_refusal<std::invalid_argument>([&] { adopt({scene, other}, {&table}); }, fragments);
     };
@@ -317,6 +315,28 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     refuse_table(narrowed(&Recipe::mu_out, {0.1, 0.45}),
                  {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
     refuse_table(narrowed(&Recipe::azimuth, {60, 170}), {"table.azimuth.min", "got 1.04"});
+}
+
+TEST(AdoptTables, TakesATableForEachLightPathOrOneForAll) {
+    Scene scene = small_planet(40, 1, 0.8);
+    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    scene.tolerance = 0.05;
+    const auto adopt = [&](const std::vector<Recipe>& recipes) {
+        std::vector<PackedTable> tables;
+        for (const Recipe& recipe : recipes) tables.emplace_back(pack(bake(recipe)));
+        return adopt_tables({scene}, std::move(tables))[0];
+    };
+    const Recipe sunlight = *needed_recipe(scene),
+                 fluxes = *needed_recipe(scene, LightPath::fluxes);
+    for (const auto& each : {adopt({sunlight, fluxes}), adopt({fluxes, sunlight})}) {
+        EXPECT_GT(each->at(LightPath::sunlight)->headers[0].mu_out.values.size(), 1u);
+        EXPECT_EQ(each->at(LightPath::fluxes)->headers[0].mu_out.values.size(), 1u);
+    }
+    const auto all = adopt({of_all_directions(sunlight)});
+    EXPECT_EQ(all->paths[0], all->paths[1]);
+    expect_refusal<std::invalid_argument>([&] { adopt({sunlight}); },
+                                          {"one with transmission", "got none"});
+    expect_refusal<std::invalid_argument>([&] { adopt({fluxes}); }, {"table.mu_out.min", "got 1"});
 }
 
 /// A slab in three lobes.

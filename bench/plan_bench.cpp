@@ -5,7 +5,7 @@
 // [COUNT [FIRST SEED]]`: processor seconds of random pictures over their forecasts.
 #include <stratus/bake/clock.h>
 
-#include "random_scene.h"
+#include "plan_scenes.h"
 
 #include <algorithm>
 #include <cstdio>

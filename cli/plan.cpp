@@ -22,10 +22,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -186,39 +188,46 @@ void print_cost(const FileReport& report, double reading, int threads, double pl
               << "\n";
 }
 
-/// Recipes of tables that serve all panels: one, or one each for red, green and blue.
-std::vector<Recipe> planned_recipes(const SceneFile& file, const std::vector<PlanReport>& reports) {
-    std::vector<std::vector<Scene>> channels;
+/// A recipe of a table that serves a light path of all panels, and the name of its file's ending:
+/// "", "_shine", "_red", "_shine_red".
+struct PlannedRecipe {
+    Recipe recipe;
+    std::string ending;
+};
+
+/// One for each light path, or for each and red, green and blue.
+std::vector<PlannedRecipe> planned_recipes(const SceneFile& file,
+                                           const std::vector<PlanReport>& reports) {
+    constexpr const char* colours[] = {"_red", "_green", "_blue"};
+    std::map<std::pair<std::size_t, LightPath>, PlannedRecipe> all;
     for (std::size_t k = 0; k < reports.size(); ++k) {
         Scene scene = file.panels[k];
         scene.effects = reports[k].plan.effects;
-        const std::vector<Scene> own = channel_scenes(scene);
-        channels.resize(std::max(channels.size(), own.size()));
-        for (std::size_t c = 0; c < own.size(); ++c) channels[c].push_back(own[c]);
+        const std::vector<Scene> channels = channel_scenes(scene);
+        for (std::size_t c = 0; c < channels.size(); ++c)
+            for (const auto& [path, own] : needed_recipes(channels[c])) {
+                const auto [planned, is_new] = all.try_emplace({c, path});
+                PlannedRecipe& both = planned->second;
+                const std::optional<Recipe> wider = is_new ? own : common_recipe(both.recipe, own);
+                if (!wider)
+                    throw std::invalid_argument(
+                        "plan: SCENE must have panels that can share a recipe" +
+                        (scene.title.empty() ? "" : "; '" + scene.title + "' needs its own"));
+                both.recipe = *wider;
+                if (channels.size() > 1) both.ending = colours[c];
+                if (path != LightPath::sunlight)
+                    both.ending = std::string("_") + light_path_name(path) +
+                                  (channels.size() > 1 ? colours[c] : "");
+            }
     }
-    std::vector<Recipe> all;
-    for (const std::vector<Scene>& scenes : channels) {
-        std::optional<Recipe> both;
-        for (const Scene& scene : scenes) {
-            const std::optional<Recipe> own = needed_recipe(scene);
-            if (!own) continue;
-            const std::optional<Recipe> wider = both ? common_recipe(*both, *own) : own;
-            if (!wider)
-                throw std::invalid_argument(
-                    "plan: SCENE must have panels that can share a recipe" +
-                    (scene.title.empty() ? "" : "; '" + scene.title + "' needs its own"));
-            both = wider;
-        }
-        if (both) all.push_back(*both);
-    }
-    return all;
+    std::vector<PlannedRecipe> recipes;
+    for (auto& [place, planned] : all) recipes.push_back(std::move(planned));
+    return recipes;
 }
 
 /// NAME_red.toml and so on.
-std::string coloured_path(const std::filesystem::path& path, std::size_t channel) {
-    constexpr const char* colours[] = {"red", "green", "blue"};
-    const std::string name =
-        path.stem().string() + "_" + colours[channel] + path.extension().string();
+std::string path_with(const std::filesystem::path& path, const std::string& ending) {
+    const std::string name = path.stem().string() + ending + path.extension().string();
     return (path.parent_path() / name).string();
 }
 
@@ -268,7 +277,7 @@ void run_plan(const PlanCommand& command) {
     }
     print_cost(report, reading, thread_count(command.threads), seconds_since(start),
                processor_seconds() - started);
-    const std::vector<Recipe> recipes = planned_recipes(file, reports);
+    const std::vector<PlannedRecipe> recipes = planned_recipes(file, reports);
     if (recipes.empty()) {
         std::cout << "\nNo table is needed: single scattering has a closed form.\n";
         if (!command.recipe.empty())
@@ -276,16 +285,17 @@ void run_plan(const PlanCommand& command) {
         return;
     }
     const std::string name = std::filesystem::path(command.scene).filename().string();
-    for (std::size_t k = 0; k < recipes.size(); ++k) {
-        Recipe recipe = recipes[k];
+    for (const PlannedRecipe& planned : recipes) {
+        Recipe recipe = planned.recipe;
         recipe.title = file.title;
         const std::string recipe_text =
             (recipes.size() == 1 ? "# The table that " : "# One of the tables that ") + name +
             " needs.\n" + resolved_text(recipe);
         std::cout << "\n" << recipe_text;
         if (!command.recipe.empty())
-            write_recipe(recipe_text,
-                         recipes.size() == 1 ? command.recipe : coloured_path(command.recipe, k));
+            write_recipe(recipe_text, recipes.size() == 1
+                                          ? command.recipe
+                                          : path_with(command.recipe, planned.ending));
     }
 }
 
@@ -299,8 +309,9 @@ void add_plan(CLI::App& app) {
                      "Relative change of a pixel that is tolerated, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
     plan->add_option("--write", command->recipe,
-                     "Recipe to write, .toml; three, NAME_red.toml and so on, for a phase function "
-                     "each")
+                     "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
+                     "paths with tables of their own, and NAME_red.toml and so on for a phase "
+                     "function each")
         ->check(file_name());
     plan->add_option("--picture", command->picture,
                      "Picture of where each effect changes the scene, in false colours, .png")

@@ -14,7 +14,8 @@ std::vector<std::string> recipes_of(Scene scene, const SceneEffects& effects) {
     scene.effects = effects;
     std::vector<std::string> recipes;
     for (const Scene& channel : channel_scenes(scene))
-        if (const auto recipe = needed_recipe(channel)) recipes.push_back(resolved_text(*recipe));
+        for (const NeededRecipe& needed : needed_recipes(channel))
+            recipes.push_back(resolved_text(needed.recipe));
     return recipes;
 }
 

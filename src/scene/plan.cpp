@@ -21,9 +21,8 @@ OrderEstimates estimates_of(const Scene& scene, double enough) {
 
 Plan plan_scene(const Scene& scene) {
     Plan plan{scene.tolerance, scene.effects, {}};
-    const bool needs_table = std::ranges::any_of(channel_scenes(scene), [](const Scene& channel) {
-        return needed_recipe(channel).has_value();
-    });
+    const bool needs_table = std::ranges::any_of(
+        channel_scenes(scene), [](const Scene& channel) { return !needed_paths(channel).empty(); });
     if (!needs_table) return plan;
     const auto may_go = [&](bool SceneEffects::*effect) {
         return scene.effects.*effect && std::ranges::find(scene.named, effect) == scene.named.end();

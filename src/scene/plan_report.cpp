@@ -88,7 +88,7 @@ PictureChange change_between(const Image& all, const Image& some) {
 }
 
 /// A table of few nodes and samples, which misses some 3 % of the light: for what effects change.
-std::shared_ptr<const LayerTables> small_table(const Recipe& recipe) {
+std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
     Recipe small = recipe;
     Discretisation& d = small.discretisation;
     const bool peaked = is_peaked(recipe.phase_function), has_azimuth = d.modes != 1;
@@ -109,7 +109,7 @@ std::shared_ptr<const LayerTables> small_table(const Recipe& recipe) {
             recipe.optical_depth.min,
             static_cast<int>(std::ceil(std::log2(std::max(
                 2.0, 20 / (1 - recipe.phase_function.asymmetry()) / recipe.optical_depth.min)))));
-    return make_layer_tables(PackedTable(pack(solve_table(small))));
+    return make_layer_table(PackedTable(pack(solve_table(small))));
 }
 
 double rays_of(const Scene& scene) {
@@ -350,13 +350,6 @@ std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables
 
 // ---- costs --------------------------------------------------------------------------------------
 
-std::vector<Scene> all_channel_scenes(const std::vector<Scene>& scenes) {
-    std::vector<Scene> channels;
-    for (const Scene& scene : scenes)
-        for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
-    return channels;
-}
-
 /// A table that some scenes share.
 struct ForecastTable {
     SharedRecipe shared;
@@ -422,11 +415,12 @@ TableCost cost_like(const std::vector<ForecastTable>& tables, const Scene& scene
         for (const ForecastTable& table : tables) {
             if (std::ranges::find(table.shared.scenes, first + c) == table.shared.scenes.end())
                 continue;
-            const std::optional<Recipe> recipe = needed_recipe(channels[c]);
-            if (!recipe) continue;
-            const TableCost one = cost_like(table, *recipe);
-            sum.solve_seconds += one.seconds();
-            sum.bytes += one.bytes;
+            for (const auto& [path, recipe] : needed_recipes(channels[c])) {
+                if (path != table.shared.path) continue;
+                const TableCost one = cost_like(table, recipe);
+                sum.solve_seconds += one.seconds();
+                sum.bytes += one.bytes;
+            }
         }
     return sum;
 }
@@ -521,7 +515,7 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         for (Scene& each : pictures.back().to_bake()) to_bake.push_back(std::move(each));
     }
     std::vector<ForecastTable> forecast;
-    for (const SharedRecipe& shared : shared_recipes(all_channel_scenes(planned))) {
+    for (const SharedRecipe& shared : shared_recipes(channel_scenes(planned))) {
         forecast.push_back(forecast_table(shared, options, cache));
         const TableCost& one = forecast.back().cost;
         TableCost& sum = file.cost.tables;

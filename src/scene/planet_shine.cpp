@@ -130,10 +130,12 @@ Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter
     for (const Source& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
         const Vector3 direction = normalised(source.direction);
-        const Geometry geometry = scattering_geometry({0, 0, 1}, direction, to_eye);
-        sum = sum + source.irradiance * ((direction.z > 0) == (to_eye.z > 0)
-                                             ? light.reflection(matter, geometry)
-                                             : light.transmission(matter, geometry));
+        const Side side =
+            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
+        const Scattering way =
+            light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye));
+        sum = sum + source.irradiance *
+                        (light.once(matter, way) + light.multiple(matter, way, LightPath::shine));
     }
     return sum;
 }
@@ -173,7 +175,7 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
     for (const Lamp& lamp : lamps.small)
         once = once + light.single(matter.mixture, depth, lamp.scattering) * lamp.irradiance;
     for (const Lamp& lamp : lamps.large)
-        more = more + lamp.irradiance * light.multiple(matter, lamp.scattering);
+        more = more + lamp.irradiance * light.multiple(matter, lamp.scattering, LightPath::shine);
     return matter.albedo * once + more;
 }
 

@@ -122,16 +122,19 @@ struct RingShine::Light {
         std::size_t at = orders_row(ringlet);
         for (const double mu : cosine.values)
             for (const double phi : azimuth.values) {
-                const Geometry geometry{to_sun, mu, phi};
-                for (const auto& [part, matter] : parts) {
-                    orders[0][at] =
-                        orders[0][at] +
-                        part * to_sun *
-                            light.multiple(matter, {Side::transmission, geometry, 0, {}});
-                    orders[1][at] =
-                        orders[1][at] +
-                        part * to_sun * light.multiple(matter, {Side::reflection, geometry, 0, {}});
-                }
+                // The other way round: of the table's mu_out, shine has few (layer_tables.cpp).
+                const Geometry geometry{mu, to_sun, phi};
+                for (const auto& [part, matter] : parts)
+                    for (const std::size_t side : {0u, 1u})
+                        orders[side][at] =
+                            orders[side][at] +
+                            part * to_sun *
+                                light.multiple(matter,
+                                               {side == 0 ? Side::transmission : Side::reflection,
+                                                geometry,
+                                                0,
+                                                {}},
+                                               LightPath::shine);
                 ++at;
             }
     }

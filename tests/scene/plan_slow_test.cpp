@@ -2,7 +2,7 @@
 // of pixels would misjudge.
 #include <stratus/scene/plan.h>
 
-#include "random_scene.h"
+#include "plan_scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ TEST(PlannedPicture, DiffersFromThatWithEverythingByLessThanTheTolerance) {
         if (plan.left_out.empty()) continue;  // the same picture
         ++less;
         const Scene lean = planned(scene, plan);
-        without_table += !needed_recipe(lean);
+        without_table += needed_paths(lean).empty();
         EXPECT_LE(test::max_change(test::picture(scene), test::picture(lean)), scene.tolerance)
             << "scene " << n << " without " << plan.left_out[0].name << ", "
             << plan.left_out[0].change.where;

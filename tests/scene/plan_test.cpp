@@ -4,7 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
-#include "random_scene.h"
+#include "plan_scenes.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(Plan, NeedsNoTableForDarkDust) {
     scene.tolerance = 0.05;
     const Plan plan = plan_scene(scene);
     EXPECT_FALSE(plan.effects.multiple);
-    EXPECT_FALSE(needed_recipe(with_effects(scene, plan.effects)));
+    EXPECT_TRUE(needed_paths(with_effects(scene, plan.effects)).empty());
     ASSERT_TRUE(leaves_out(plan, "multiple"));
     // Every order is about w/2 of the one before or less, and there is some.
     EXPECT_GT(plan.left_out[0].change.change, 0);
@@ -218,8 +218,10 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     EXPECT_EQ(share_of("opposition")->table_seconds, 0);
     EXPECT_GT(share_of("azimuth")->table_seconds, 0);
     // What is counted is what a bake fills: samples and some fluxes.
-    const auto tables = bake_layer_tables(*needed_recipe(scene));
-    const double samples = static_cast<double>(tables->headers[0].sample_count());
+    const auto tables = bake_for({scene});
+    double samples = 0;
+    for (const auto& table : tables[0]->paths)
+        if (table) samples += static_cast<double>(table->headers[0].sample_count());
     EXPECT_NEAR(file.cost.tables.bytes / (sizeof(float) * samples), 1, 0.1);
 }
 
@@ -253,8 +255,8 @@ TEST(PlanReport, CountsNothingForTablesThatAreKept) {
     report_plans({scene}, {}, &cache);
     const auto planned = bake_for({scene}, {}, &cache);
     const Geometry at{0.5, 0.7, 1};
-    EXPECT_EQ(planned[0]->packed->reflection(0.9, 1, at).total(),
-              alone[0]->packed->reflection(0.9, 1, at).total())
+    EXPECT_EQ(planned[0]->at(LightPath::sunlight)->packed.reflection(0.9, 1, at).total(),
+              alone[0]->at(LightPath::sunlight)->packed.reflection(0.9, 1, at).total())
         << "choices that are found make the same table";
     EXPECT_EQ(report_plans({scene}, {}, &cache).cost.tables.seconds(), 0);
 }

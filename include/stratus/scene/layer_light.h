@@ -87,8 +87,9 @@ class LayerLight {
     double single(double mixture, double optical_depth,
                   const Scattering& scattering) const noexcept;
     Rgb3 once(const Matter& matter, const Scattering& scattering) const noexcept;
-    /// Orders n >= 2.
-    Rgb3 multiple(const Matter& matter, const Scattering& scattering) const noexcept;
+    /// Orders n >= 2, of the table for a light path.
+    Rgb3 multiple(const Matter& matter, const Scattering& scattering,
+                  LightPath path = LightPath::sunlight) const noexcept;
 
     /// Whether a LightSum finds this layer's light: that of a uniform layer.
     bool has_sums() const noexcept;
@@ -149,6 +150,9 @@ class LayerLight {
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     bool is_stack() const noexcept { return !scene_.layer.stack.empty(); }
+    const LayerTable* table(LightPath path) const noexcept {
+        return tables_ ? tables_->at(path) : nullptr;
+    }
     void shine(int threads, LightDetail detail);
     void bind(const TableView* table, bool multiple, LightDetail detail = LightDetail::fine);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;

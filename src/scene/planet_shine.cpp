@@ -21,8 +21,8 @@ constexpr std::size_t nodes = 16;        // of chi and psi, on either half of th
 struct Cells {
     std::size_t chi, psi;
 };
-constexpr Cells small_cells{12, 12};  // for single scattering
-constexpr Cells large_cells{2, 2};    // for orders n >= 2, which vary slowly
+constexpr Cells small_cells{8, 12};  // for single scattering
+constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 
 constexpr int grid_azimuths = 24;
 

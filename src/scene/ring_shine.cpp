@@ -17,7 +17,7 @@ namespace stratus {
 namespace {
 
 constexpr int ringlets = 64;                               // of equal width
-constexpr int cosine_count = 20, azimuth_count = 13;       // of light that leaves the rings
+constexpr int cosine_count = 20, azimuth_count = 9;        // of light that leaves the rings
 constexpr int latitude_count = 32, solar_time_count = 25;  // of the grid
 
 /// Of a part of a ringlet: more where light is scattered by narrow angles.

@@ -245,10 +245,11 @@ void add_render(CLI::App& app) {
         ->allow_extra_args(false)
         ->check(file_name());
     render
-        ->add_option("--table", command->tables,
-                     "Table to look up instead of baking, .h5, .exr or .stratus; three times, for "
-                     "red, green and blue, where these have their own phase functions, or once, "
-                     "of a family that has all of the scene's")
+        ->add_option(
+            "--table", command->tables,
+            "Table to look up instead of baking, .h5, .exr or .stratus; as often as `stratus "
+            "plan` has recipes, for light paths or colours with tables of their own, or "
+            "fewer that serve several")
         ->allow_extra_args(false)
         ->check(file_name());
     add_max_memory(*render, command->reading);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <exception>
 #include <map>
 #include <span>
 #include <stdexcept>
@@ -464,17 +465,22 @@ class GivenTable {
     bool served_ = false;
 };
 
-/// The first of several tables that serves a light path of a scene.
+/// The first of several tables that serves a light path of a scene. All are tried, so that those that
+/// serve nothing are known.
 std::shared_ptr<const LayerTable> served(std::vector<GivenTable>& given, const Scene& scene,
                                          const NeededRecipe& needed) {
-    for (std::size_t k = 0; k + 1 < given.size(); ++k) {
+    std::shared_ptr<const LayerTable> first;
+    std::exception_ptr refusal;
+    for (GivenTable& table : given) {
         try {
-            return given[k].serve(scene, needed);
+            const std::shared_ptr<const LayerTable> serving = table.serve(scene, needed);
+            if (!first) first = serving;
         } catch (const std::invalid_argument&) {
-            continue;  // another may
+            refusal = std::current_exception();
         }
     }
-    return given.back().serve(scene, needed);
+    if (!first) std::rethrow_exception(refusal);
+    return first;
 }
 
 }  // namespace
@@ -494,8 +500,7 @@ std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<S
     }
     for (std::size_t k = 0; k < given.size(); ++k)
         require(given[k].has_served() || !needs_any, caller, "--table",
-                "one that the scene needs beside those before it",
-                "number " + std::to_string(k + 1));
+                "a table of something that the scene needs", "number " + std::to_string(k + 1));
     return of_all_channels(scenes, adopted);
 }
 

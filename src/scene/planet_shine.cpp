@@ -20,8 +20,8 @@ constexpr std::size_t nodes = 16;  // of chi and psi, on either half of the glob
 struct Cells {
     std::size_t chi, psi;
 };
-constexpr Cells small_cells{12, 12};  // for single scattering
-constexpr Cells large_cells{2, 2};    // for orders n >= 2, which vary slowly
+constexpr Cells small_cells{8, 12};  // for single scattering
+constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 
 /// Azimuths of the grid, radii from which the globe is seen, linear between, and which of the
 /// profile's rows count: one in so many.

@@ -39,6 +39,8 @@ class PlanetShine {
     AzimuthPlace place(const Vector3& point) const noexcept { return {point, azimuths_}; }
 
     /// For others, integrated.
+    ///
+    /// Range    directions that shine's table holds: those towards the camera, at least.
     static Rgb3 to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
                              double radius, const Matter& matter) noexcept;
 

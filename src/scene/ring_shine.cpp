@@ -23,7 +23,7 @@ struct Counts {
     int cosines, azimuths, latitudes, solar_times;
 };
 constexpr Counts counts_of(LightDetail detail) noexcept {
-    return detail == LightDetail::fine ? Counts{20, 13, 32, 25} : Counts{7, 4, 9, 8};
+    return detail == LightDetail::fine ? Counts{20, 9, 32, 25} : Counts{7, 4, 9, 8};
 }
 
 /// Of a part of a ringlet: more where light is scattered by narrow angles.

@@ -127,7 +127,8 @@ expect_ok plan colours.toml --quiet --write needs.toml
 for colour in red green blue; do expect_ok bake needs_$colour.toml -o $colour.h5 --quiet; done
 expect_ok render colours.toml -o tables.png --table red.h5 --table green.h5 --table blue.h5 --quiet
 expect_same tables.png colours.png
-expect_refused 2 --table "three times" "got 1" -- render colours.toml -o a.png --table red.h5
+expect_refused 2 "table.phase_function" "isotropic" "got rayleigh" -- render colours.toml -o a.png --table red.h5
+expect_refused 2 --table "that the scene needs" "number 2" -- render slab.toml -o a.png --table rayleigh.h5 --table blue.h5
 expect_ok plan colours.toml --quiet
 [ "$(grep -c '^phase_function' "$out")" = 3 ] || fail "three recipes must be printed"
 

@@ -295,9 +295,13 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});
     other.layer.channels = {3, PhaseFunction::rayleigh()};
     EXPECT_TRUE(adopt({other}, {&table})[0]->channels[2]);
+    EXPECT_TRUE(adopt({other}, {&table, &table, &table})[0]->channels[2]);
+    Recipe of_others = recipe;
+    of_others.phase_function = PhaseFunction::isotropic();
+    const Table foreign = bake(of_others);
     expect_refusal<std::invalid_argument>(
         [&] {
-            adopt({scene}, {&table, &table});
+            adopt({scene}, {&table, &foreign});
         },
         {"--table", "that the scene needs", "got number 2"});
     const auto refuse_table = [&](const Table& changed, const std::vector<const char*>& fragments) {

@@ -3,8 +3,9 @@
 //
 // Sunlight that the layer sends to the camera is all that most pixels hold: its table has the scene's
 // tolerance, and of a point sun over a plane one cosine of incidence. What lies behind the layer needs
-// fluxes alone, which have no azimuth and no second cosine. Light that rings and their planet exchange
-// comes along all directions, but is a small part of what is seen.
+// fluxes alone, which have no azimuth and no second cosine; those of slabs come with sunlight's table,
+// which costs less than a second one. Light that rings and their planet exchange comes along all
+// directions, but is a small part of what is seen.
 #pragma once
 
 #include <stratus/bake/bake.h>
@@ -26,7 +27,7 @@ namespace stratus {
 /// Ways of light that need orders n >= 2 of the layer.
 enum class LightPath {
     sunlight,  // off the layer or through it, to the camera
-    fluxes,    // through the layer: of a ground, or of a background of one colour
+    fluxes,    // of a ground or of a background of one colour, through the layer
     shine,     // between rings and their planet
 };
 constexpr std::size_t light_paths = 3;
@@ -44,9 +45,8 @@ struct NeededRecipe {
 
 /// The recipes of the tables that a scene needs, one for each of needed_paths. Channels with their
 /// own phase functions need tables each: those of `channel_scenes` (scene.h). Directions are those
-/// that the light takes, in wider ranges, or all where those would not halve the table.
-///
-/// Cost     milliseconds with shine, whose tolerance follows from what it adds to the picture.
+/// that the light takes, in wider ranges, or all where those would not halve the table; tolerances
+/// are such that the picture keeps the scene's (tests/scene/picture_test.cpp).
 std::vector<NeededRecipe> needed_recipes(const Scene& scene);
 
 /// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table

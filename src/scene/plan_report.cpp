@@ -101,9 +101,9 @@ std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
         d.azimuth_scale = AxisScale::linear;
     }
     d.optical_depth_samples_per_octave = 1;
-    d.albedo_samples = 4;
+    d.albedo_samples = 3;
     d.albedo_scale = AxisScale::square_root_of_complement;
-    d.family_samples.fill(3);
+    d.family_samples.fill(2);
     if (std::isinf(recipe.optical_depth.max) && !std::isinf(recipe.optical_depth.min))
         d.deepest_optical_depth = std::ldexp(
             recipe.optical_depth.min,

@@ -3,6 +3,7 @@
 #include <stratus/scene/plan.h>
 
 #include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/io/atomic_file.h>
@@ -10,6 +11,7 @@
 
 #include "allowed.h"
 #include "commands.h"
+#include "plan_picture.h"
 #include "progress.h"
 #include "query.h"
 #include "scene_options.h"
@@ -20,24 +22,26 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
 namespace {
 
 struct PlanCommand {
-    std::string scene, recipe, drop;
+    std::string scene, recipe, picture, drop;
     CacheOptions cache;
     double tolerance = 0;
     int width = 0, threads = 0;
     bool quiet = false;
 };
 
-constexpr double timing_share = 0.1;  // by which timings of choices vary
+constexpr double shown_pixels = 16384;  // of each panel of --picture
 
 template <class... Arguments>
 std::string text(const char* format, Arguments... arguments) {
@@ -55,29 +59,6 @@ std::string range_text(const Range& range, const char* unit = "") {
     if (range.min > range.max) return "none";
     return range.min == range.max ? text("%.3g%s", range.min, unit)
                                   : text("%.3g to %.3g%s", range.min, range.max, unit);
-}
-
-/// Seconds, or "< spread" where the difference is lost in how much a timing varies.
-std::string difference_text(double difference, double spread, int width, int digits) {
-    char line[64];
-    if (difference >= spread)
-        std::snprintf(line, sizeof line, "%*.*f", width, digits, std::max(0.0, difference));
-    else
-        std::snprintf(line, sizeof line, "%*s", width, text("< %.*f", digits, spread).c_str());
-    return line;
-}
-
-/// What an effect costs, in columns.
-std::string cost_text(const SceneCost& all, const SceneCost& some) {
-    return difference_text(all.table_seconds() - some.table_seconds(),
-                           timing_share * all.choose_seconds, 9, 2) +
-           difference_text((all.bytes - some.bytes) * 1e-6, 0, 10, 2) +
-           difference_text(all.ray_ns.median - some.ray_ns.median,
-                           all.ray_ns.spread + some.ray_ns.spread, 10, 0);
-}
-
-std::string total_text(const SceneCost& cost) {
-    return text("%9.2f%10.2f%10.0f", cost.table_seconds(), cost.bytes * 1e-6, cost.ray_ns.median);
 }
 
 void print_contents(const Scene& scene) {
@@ -114,114 +95,139 @@ void print_contents(const Scene& scene) {
               << range_text(seen.azimuth, " deg") << "\n\n";
 }
 
-void print_orders(const PlanReport& report) {
-    if (!report.orders) return;
-    const OrderReport& orders = *report.orders;
-    std::cout << "\norder of scattering: share of the light at " << orders.where << "\n";
-    double left = 1;
-    const std::size_t count =
-        orders.enough ? static_cast<std::size_t>(*orders.enough) : orders.share.size();
-    for (std::size_t n = 0; n < count; ++n) {
-        left -= orders.share[n];
-        if (n < 6 || n + 1 == count)
-            std::cout << text("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
-                              std::max(0.0, left));
-        else if (n == 6)
-            std::cout << "  ...\n";
+/// "multiple, azimuth and shadows".
+std::string listed(const std::vector<std::string>& names) {
+    if (names.size() < 2) return joined(names);
+    return joined({names.begin(), names.end() - 1}) + " and " + names.back();
+}
+
+/// What a scene should simulate, in one sentence.
+std::string answer_of(const PlanReport& report) {
+    std::vector<std::string> kept, idle;
+    for (const EffectShare& share : report.shares)
+        if (share.seen && report.plan.effects.*share.effect)
+            (share.max > 0 ? kept : idle).push_back(share.name);
+    std::string answer = kept.empty() ? "nothing" : listed(kept);
+    for (const auto& [name, change] : report.plan.left_out)
+        answer += "; " + std::string(name == "multiple" ? "orders n >= 2" : "their azimuth") +
+                  " may be left out, without which light changes by " +
+                  (change.change > 0 ? text("about %.2g at most", change.change) : "nothing");
+    if (report.plan.left_out.empty()) answer += "; leave out nothing";
+    if (!idle.empty()) answer += " but " + listed(idle) + ", which shows nowhere";
+    return answer + text(" (tolerance %.2g)", report.plan.tolerance);
+}
+
+/// What to simulate: a line for all panels of which the same is true.
+void print_answers(const SceneFile& file, const std::vector<PlanReport>& reports) {
+    std::vector<std::pair<std::string, std::vector<std::string>>> answers;
+    for (std::size_t k = 0; k < reports.size(); ++k) {
+        const std::string answer = answer_of(reports[k]);
+        auto same = std::ranges::find(answers, answer, [](const auto& each) { return each.first; });
+        if (same == answers.end()) same = answers.insert(answers.end(), {answer, {}});
+        same->second.push_back(panel_name(file, k));
     }
-    std::cout << (orders.enough
-                      ? text("orders <= %d suffice for the tolerance there.\n", *orders.enough)
-                      : text("orders <= %zu do not suffice for the tolerance there.\n",
-                             orders.share.size()));
+    for (const auto& [answer, panels] : answers)
+        std::cout << (answers.size() > 1 ? joined(panels, "; ") + ": simulate " : "Simulate ")
+                  << answer << ".\n";
+    std::cout << "\n";
+}
+
+void print_orders(const OrderReport& orders) {
+    std::cout << "\norder of scattering: share of the light that is seen of the "
+              << (orders.side == Side::reflection ? "lit" : "unlit") << " side, at " << orders.where
+              << "\n";
+    double left = 1;
+    for (std::size_t n = 0; n < orders.share.size(); ++n) {
+        left -= orders.share[n];
+        std::cout << text("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
+                          std::max(0.0, left));
+    }
+    const bool listed = orders.enough <= std::ssize(orders.share);
+    std::cout << (listed ? "" : "about ")
+              << text("%d orders suffice for the tolerance there.\n", orders.enough);
 }
 
 void print_plan(const PlanReport& report) {
-    const PlanCosts& costs = report.costs;
-    std::vector<std::string> without_effect;
-    std::cout
-        << "effect          mean       max   tables s        MB    ns/ray  fate, and where the "
-           "largest change is\n";
-    for (std::size_t e = 0; e < report.shares.size(); ++e) {
-        const EffectShare& share = report.shares[e];
-        if (share.seen && share.max == 0 && costs.without[e].bytes == costs.all.bytes) {
-            without_effect.push_back(share.name);
-            continue;
-        }
+    std::cout << "effect          mean       max   tables s        MB  fate, and where the largest "
+                 "change is\n";
+    for (const EffectShare& share : report.shares) {
         if (!share.seen) {
-            std::cout << text("%-12s        -         -          -         -         -  %s\n",
+            std::cout << text("%-12s        -         -          -         -  %s\n",
                               share.name.c_str(), share.fate.c_str());
             continue;
         }
-        std::cout << text("%-12s %7.2g  %s%7.2g  ", share.name.c_str(), share.mean,
-                          share.bounded ? "<=" : "  ", share.max)
-                  << cost_text(costs.all, costs.without[e]) << "  " << share.fate
-                  << (share.where.empty() ? "" : "; " + share.where) << '\n';
+        std::cout << text("%-12s %7.2g  %s%7.2g  %9.2f %9.2f  ", share.name.c_str(), share.mean,
+                          share.estimated ? "~ " : "  ", share.max, share.table_seconds,
+                          share.table_bytes * 1e-6)
+                  << share.fate << (share.where.empty() ? "" : "; " + share.where) << '\n';
     }
-    std::cout << "all effects                      " << total_text(costs.all)
-              << "\nthe plan                         " << total_text(costs.planned)
-              << "\nmeans, and maxima without <=, are those of a sparse picture of " << report.width
-              << " x " << report.height << " pixels, one ray each\n";
-    if (!without_effect.empty())
-        std::cout << "no visible effect there: " << joined(without_effect) << ".\n";
-    print_orders(report);
-    std::cout << text(
-        "\ntolerance %.2g, of which what is left out may change half; planning took "
-        "%.3f s.\n",
-        report.plan.tolerance, report.plan_seconds);
-    for (const auto& [name, change] : report.plan.left_out)
-        std::cout << "without " << name << ": it changes no light"
-                  << (change.bound > 0 ? text(" by more than %.2g", change.bound) : "")
-                  << (change.found > 0
-                          ? text(" (found: %.2g, %s)", change.found, change.where.c_str())
-                          : "")
-                  << "\n";
-    if (report.plan.left_out.empty()) std::cout << "nothing is left out.\n";
+    std::cout
+        << "means, and maxima without ~, which marks estimates, are those of a sparse picture "
+           "of "
+        << report.picture.width << " x " << report.picture.height << " pixels, one ray each\n";
+    for (const OrderReport& orders : report.orders) print_orders(orders);
 }
 
-void print_cost(const RenderCost& cost, double reading) {
-    const SceneCost& tables = cost.tables;
+void print_cost(const FileReport& report, double reading, int threads, double planning,
+                double planning_processor) {
+    const TableCost& tables = report.cost.tables;
+    const double seconds = reading + report.cost.seconds();
     std::cout << text(
-        "\nrender takes about %.2f s: reading %.2f, choosing %.2f, solving %.2f, checking %.2f, "
-        "keeping and "
-        "preparing tables %.2f, preparing light %.2f, rays %.2f (+- %.2f)\n",
-        reading + cost.seconds(), reading, tables.choose_seconds, tables.solve_seconds,
-        tables.check_seconds, tables.keep_seconds, cost.light_seconds, cost.ray_seconds,
-        cost.ray_spread);
+        "\nrender takes about %.2f s of processor time, %.2f s on %d thread%s: reading %.2f, "
+        "choosing %.2f, solving %.2f, checking %.2f, packing tables %.2f, preparing light %.2f, "
+        "rays %.2f\n",
+        seconds, reading + report.cost.seconds() / threads, threads, threads == 1 ? "" : "s",
+        reading, tables.choose_seconds, tables.solve_seconds, tables.check_seconds,
+        tables.pack_seconds, report.cost.light_seconds, report.cost.ray_seconds);
+    std::cout << text("planning took %.2f s, %.2f s of processor time", planning,
+                      planning_processor)
+              << (report.kept_seconds > 0
+                      ? text(", of which %.2f s made choices that render will find",
+                             report.kept_seconds)
+                      : "")
+              << "\n";
 }
 
-/// Recipes of tables that serve all panels: one, or one each for red, green and blue.
-std::vector<Recipe> planned_recipes(const SceneFile& file, const std::vector<PlanReport>& reports) {
-    std::vector<std::vector<Scene>> channels;
+/// A recipe of a table that serves a light path of all panels, and the name of its file's ending:
+/// "", "_shine", "_red", "_shine_red".
+struct PlannedRecipe {
+    Recipe recipe;
+    std::string ending;
+};
+
+/// One for each light path, or for each and red, green and blue.
+std::vector<PlannedRecipe> planned_recipes(const SceneFile& file,
+                                           const std::vector<PlanReport>& reports) {
+    constexpr const char* colours[] = {"_red", "_green", "_blue"};
+    std::map<std::pair<std::size_t, LightPath>, PlannedRecipe> all;
     for (std::size_t k = 0; k < reports.size(); ++k) {
         Scene scene = file.panels[k];
         scene.effects = reports[k].plan.effects;
-        const std::vector<Scene> own = channel_scenes(scene);
-        channels.resize(std::max(channels.size(), own.size()));
-        for (std::size_t c = 0; c < own.size(); ++c) channels[c].push_back(own[c]);
+        const std::vector<Scene> channels = channel_scenes(scene);
+        for (std::size_t c = 0; c < channels.size(); ++c)
+            for (const auto& [path, own] : needed_recipes(channels[c])) {
+                const auto [planned, is_new] = all.try_emplace({c, path});
+                PlannedRecipe& both = planned->second;
+                const std::optional<Recipe> wider = is_new ? own : common_recipe(both.recipe, own);
+                if (!wider)
+                    throw std::invalid_argument(
+                        "plan: SCENE must have panels that can share a recipe" +
+                        (scene.title.empty() ? "" : "; '" + scene.title + "' needs its own"));
+                both.recipe = *wider;
+                if (channels.size() > 1) both.ending = colours[c];
+                if (path != LightPath::sunlight)
+                    both.ending = std::string("_") + light_path_name(path) +
+                                  (channels.size() > 1 ? colours[c] : "");
+            }
     }
-    std::vector<Recipe> all;
-    for (const std::vector<Scene>& scenes : channels) {
-        std::optional<Recipe> both;
-        for (const Scene& scene : scenes) {
-            const std::optional<Recipe> own = needed_recipe(scene);
-            if (!own) continue;
-            const std::optional<Recipe> wider = both ? common_recipe(*both, *own) : own;
-            if (!wider)
-                throw std::invalid_argument(
-                    "plan: SCENE must have panels that can share a recipe" +
-                    (scene.title.empty() ? "" : "; '" + scene.title + "' needs its own"));
-            both = wider;
-        }
-        if (both) all.push_back(*both);
-    }
-    return all;
+    std::vector<PlannedRecipe> recipes;
+    for (auto& [place, planned] : all) recipes.push_back(std::move(planned));
+    return recipes;
 }
 
 /// NAME_red.toml and so on.
-std::string coloured_path(const std::filesystem::path& path, std::size_t channel) {
-    constexpr const char* colours[] = {"red", "green", "blue"};
-    const std::string name =
-        path.stem().string() + "_" + colours[channel] + path.extension().string();
+std::string path_with(const std::filesystem::path& path, const std::string& ending) {
+    const std::string name = path.stem().string() + ending + path.extension().string();
     return (path.parent_path() / name).string();
 }
 
@@ -235,8 +241,13 @@ void run_plan(const PlanCommand& command) {
         require_writable("plan", "--write", command.recipe);
         require_different_files("plan", command.scene, command.recipe);
     }
+    if (!command.picture.empty()) {
+        require_writable("plan", "--picture", command.picture, {".png"});
+        require_different_files("plan", command.scene, command.picture);
+    }
     Progress progress(command.quiet);
     std::vector<std::string> notes;
+    const auto start = Clock::now();
     const double started = processor_seconds();
     SceneFile file = read_scene(command.scene, &notes);
     const double reading = processor_seconds() - started;
@@ -253,16 +264,20 @@ void run_plan(const PlanCommand& command) {
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
     std::optional<TableCache> cache = open_cache(command.cache);
-    const FileReport report = report_plans(file.panels, options, cache ? &*cache : nullptr);
+    const FileReport report = report_plans(file.panels, options, cache ? &*cache : nullptr,
+                                           command.picture.empty() ? few_pixels : shown_pixels);
+    if (!command.picture.empty()) write_change_picture(file, report.scenes, command.picture);
     const std::vector<PlanReport>& reports = report.scenes;
+    print_answers(file, reports);
     for (std::size_t k = 0; k < reports.size(); ++k) {
         if (file.panels.size() > 1)
             std::cout << (k > 0 ? "\n" : "") << "== " << panel_name(file, k) << "\n";
         print_contents(file.panels[k]);
         print_plan(reports[k]);
     }
-    print_cost(report.cost, reading);
-    const std::vector<Recipe> recipes = planned_recipes(file, reports);
+    print_cost(report, reading, thread_count(command.threads), seconds_since(start),
+               processor_seconds() - started);
+    const std::vector<PlannedRecipe> recipes = planned_recipes(file, reports);
     if (recipes.empty()) {
         std::cout << "\nNo table is needed: single scattering has a closed form.\n";
         if (!command.recipe.empty())
@@ -270,16 +285,17 @@ void run_plan(const PlanCommand& command) {
         return;
     }
     const std::string name = std::filesystem::path(command.scene).filename().string();
-    for (std::size_t k = 0; k < recipes.size(); ++k) {
-        Recipe recipe = recipes[k];
+    for (const PlannedRecipe& planned : recipes) {
+        Recipe recipe = planned.recipe;
         recipe.title = file.title;
         const std::string recipe_text =
             (recipes.size() == 1 ? "# The table that " : "# One of the tables that ") + name +
             " needs.\n" + resolved_text(recipe);
         std::cout << "\n" << recipe_text;
         if (!command.recipe.empty())
-            write_recipe(recipe_text,
-                         recipes.size() == 1 ? command.recipe : coloured_path(command.recipe, k));
+            write_recipe(recipe_text, recipes.size() == 1
+                                          ? command.recipe
+                                          : path_with(command.recipe, planned.ending));
     }
 }
 
@@ -293,8 +309,12 @@ void add_plan(CLI::App& app) {
                      "Relative change of a pixel that is tolerated, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
     plan->add_option("--write", command->recipe,
-                     "Recipe to write, .toml; three, NAME_red.toml and so on, for a phase function "
-                     "each")
+                     "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
+                     "paths with tables of their own, and NAME_red.toml and so on for a phase "
+                     "function each")
+        ->check(file_name());
+    plan->add_option("--picture", command->picture,
+                     "Picture of where each effect changes the scene, in false colours, .png")
         ->check(file_name());
     add_drop(*plan, command->drop);
     add_width(*plan, command->width);
@@ -302,18 +322,19 @@ void add_plan(CLI::App& app) {
     add_threads(*plan, command->threads);
     plan->add_flag("--quiet", command->quiet, "No progress, no notes");
     plan->footer(
-        "Largest changes with <= are bounds over all that the scene contains: every knot of its\n"
-        "profiles, all depths, colours and directions that it sees, by the solver itself. Others, "
-        "and\n"
-        "means, are those of a sparse picture of some 16000 pixels, relative to at least 1 % of "
+        "The first line says what to simulate. Largest changes with ~ are estimates over all that "
         "the\n"
-        "brightest. The orders n >= 2, or their azimuth, are left out where their bound is within\n"
-        "half the tolerance, unless the scene names them. Costs are what an effect adds: seconds "
-        "to\n"
-        "make its tables, MB of them, ns per ray on one thread; < is lost in the spread of "
-        "timings.\n"
-        "`stratus render` follows the plan unless --effects says otherwise. The recipe is that of\n"
-        "`stratus bake RECIPE -o TABLE.h5`, `stratus render SCENE --table TABLE.h5`.\n"
+        "scene contains: its albedos, depths and the directions that it sees, by the solver "
+        "itself,\n"
+        "with a margin. Others, and means, are those of a sparse picture of some 400 pixels,\n"
+        "relative to at least 1 % of the brightest. The orders n >= 2, or their azimuth, are left\n"
+        "out where they are estimated to change no more than half the tolerance, unless the scene\n"
+        "names them. Costs are what tables take more for an effect: seconds of one processor and\n"
+        "MB.\n"
+        "`stratus render` follows the plan unless --effects says otherwise, and finds the choices "
+        "of\n"
+        "its tables that the plan made. The recipe is that of `stratus bake RECIPE -o TABLE.h5`,\n"
+        "`stratus render SCENE --table TABLE.h5`.\n"
         "Example:\n  stratus plan tables/scenes/saturn_lit.toml --write saturn_lit_needs.toml");
     plan->callback([command] { run_plan(*command); });
 }

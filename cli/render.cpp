@@ -124,8 +124,8 @@ void follow_plans(SceneFile& file, Progress& progress) {
         file.panels[k].effects = plan.effects;
         for (const LeftOut& effect : plan.left_out)
             progress.note("plan: " + panel_name(file, k) + ": without " + effect.name +
-                          ", which changes no more than " + short_number(effect.change.bound) +
-                          " of any light");
+                          ", which changes about " + short_number(effect.change.change, 2) +
+                          " of any light at most, by an estimate");
     }
 }
 
@@ -245,10 +245,11 @@ void add_render(CLI::App& app) {
         ->allow_extra_args(false)
         ->check(file_name());
     render
-        ->add_option("--table", command->tables,
-                     "Table to look up instead of baking, .h5, .exr or .stratus; three times, for "
-                     "red, green and blue, where these have their own phase functions, or once, "
-                     "of a family that has all of the scene's")
+        ->add_option(
+            "--table", command->tables,
+            "Table to look up instead of baking, .h5, .exr or .stratus; as often as `stratus "
+            "plan` has recipes, for light paths or colours with tables of their own, or "
+            "fewer that serve several")
         ->allow_extra_args(false)
         ->check(file_name());
     add_max_memory(*render, command->reading);
@@ -268,8 +269,8 @@ void add_render(CLI::App& app) {
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"
-        "What changes no light by more than half the scene's tolerance is left out, unless "
-        "--effects "
+        "What is estimated to change no light by more than half the scene's tolerance is left out, "
+        "unless --effects "
         "or the scene names it; `stratus plan` tells more. Tables are kept for the next picture in "
         "$STRATUS_CACHE, $XDG_CACHE_HOME/stratus or ~/.cache/stratus.\n"
         "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "

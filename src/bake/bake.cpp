@@ -59,6 +59,9 @@ const std::map<std::string, std::string>& conventions() {
     return sentences;
 }
 
+/// Names the pieces of an attempt in the log.
+std::string name_of_attempt(int n) { return "attempt " + std::to_string(n); }
+
 /// A resolved recipe's table and the result of the bake's own check.
 struct Attempt {
     Table table;
@@ -185,7 +188,9 @@ Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
 }
 
 Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options) {
-    return resolve_to(recipe, first_strictness, options);
+    BakeOptions of_attempt = options;
+    of_attempt.log = part_of(options.log, name_of_attempt(0));
+    return resolve_to(recipe, first_strictness, of_attempt);
 }
 
 namespace {
@@ -202,7 +207,7 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
         if (n > 0)
             note("the tolerance is not met with a margin: baking again with stricter choices");
         BakeOptions of_attempt = options;
-        of_attempt.log = part_of(options.log, "attempt " + std::to_string(n));
+        of_attempt.log = part_of(options.log, name_of_attempt(n));
         const Resolution resolution = resolve_to(recipe, strictness, of_attempt);
         if (resolved_text(resolution.recipe) == last) {
             note("no choice can be refined further");

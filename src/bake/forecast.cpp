@@ -20,29 +20,11 @@ namespace stratus {
 
 namespace {
 
-struct Size {
-    double samples_a_side, bytes;
-};
-
 Axis depth_axis(const Recipe& resolved) {
     const Discretisation& d = resolved.discretisation;
     return optical_depth_axis(resolved.optical_depth,
                               std::max(1, d.optical_depth_samples_per_octave),
                               d.deepest_optical_depth);
-}
-
-Size size_of(const Recipe& resolved) {
-    const Discretisation& d = resolved.discretisation;
-    const auto members = static_cast<double>(member_count(family_axes(resolved)));
-    const double layers =
-        members * static_cast<double>(
-                      albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
-                      depth_axis(resolved).values.size());
-    const double samples = layers * static_cast<double>(direction_axes(resolved).count());
-    const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
-    const double of_mu = is_narrow(resolved.mu_in, all_cosines) ? 0 : d.mu_samples;
-    const double fluxes = layers * (of_mu * (resolved.transmission ? 2 : 1) + 1);
-    return {samples, sizeof(float) * (sides * samples + fluxes)};
 }
 
 /// Sets an axis by its name in recipes.
@@ -91,9 +73,12 @@ void predict_check(const Recipe& resolved, ShareableWork& work) {
     VerifyOptions few;
     few.samples = points_of_ladder(range);
     few.threads = 1;
-    const double started = processor_seconds();
-    solve_random_points(resolved.phase_function, range, solver, few);
-    work.ladder_seconds = processor_seconds() - started;
+    constexpr double brief = 0.01;  // seconds; the first of brief ladders sets up what all share
+    for (int ladder = 0; ladder == 0 || (ladder == 1 && work.ladder_seconds < brief); ++ladder) {
+        const double started = processor_seconds();
+        solve_random_points(resolved.phase_function, range, solver, few);
+        work.ladder_seconds = processor_seconds() - started;
+    }
     work.ladders = (check_samples + points_of_ladder(range) - 1) / points_of_ladder(range);
 }
 
@@ -110,6 +95,20 @@ std::string text_of_bytes(double bytes) {
 
 }  // namespace
 
+TableSize size_of(const Recipe& resolved) {
+    const Discretisation& d = resolved.discretisation;
+    const auto members = static_cast<double>(member_count(family_axes(resolved)));
+    const double layers =
+        members * static_cast<double>(
+                      albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
+                      depth_axis(resolved).values.size());
+    const double samples = layers * static_cast<double>(direction_axes(resolved).count());
+    const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
+    const double of_mu = is_narrow(resolved.mu_in, all_cosines) ? 0 : d.mu_samples;
+    const double fluxes = layers * (of_mu * (resolved.transmission ? 2 : 1) + 1);
+    return {layers, samples, sizeof(float) * (sides * samples + fluxes)};
+}
+
 bool Forecast::misses(double tolerance) const {
     return std::ranges::any_of(shortfalls,
                                [&](const Shortfall& axis) { return axis.error > tolerance; });
@@ -118,7 +117,7 @@ bool Forecast::misses(double tolerance) const {
 Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
     Forecast forecast;
     forecast.resolved = resolution.recipe;
-    const Size size = size_of(resolution.recipe);
+    const TableSize size = size_of(resolution.recipe);
     forecast.samples_a_side = size.samples_a_side;
     forecast.bytes = size.bytes;
     std::set<std::string> named;  // mixtures may share an axis at its cap

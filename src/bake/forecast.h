@@ -9,6 +9,13 @@ namespace stratus {
 /// Points of the bake's own check.
 constexpr int check_samples = 2000;
 
+/// What a table holds.
+struct TableSize {
+    double layers, samples_a_side, bytes;
+};
+
+TableSize size_of(const Recipe& resolved);
+
 /// The forecast of a resolved recipe; with ranks, which would wait for it, without times.
 Forecast forecast_of(const Resolution& resolution, const BakeOptions& options);
 

@@ -25,7 +25,7 @@ struct Resolution {
 /// Resolves with every choice measured against `strictness` times the tolerance.
 Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options);
 
-/// The choices of a bake's first attempt.
+/// The choices of a bake's first attempt, found in the bake's log and kept there.
 Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options);
 
 }  // namespace stratus

@@ -14,14 +14,15 @@ std::vector<std::string> recipes_of(Scene scene, const SceneEffects& effects) {
     scene.effects = effects;
     std::vector<std::string> recipes;
     for (const Scene& channel : channel_scenes(scene))
-        if (const auto recipe = needed_recipe(channel)) recipes.push_back(resolved_text(*recipe));
+        for (const NeededRecipe& needed : needed_recipes(channel))
+            recipes.push_back(resolved_text(needed.recipe));
     return recipes;
 }
 
 py::dict dict_of(const Scene& scene, const Plan& plan) {
     py::list left_out;
     for (const LeftOut& effect : plan.left_out)
-        left_out.append(py::make_tuple(effect.name, effect.change.bound, effect.change.found,
+        left_out.append(py::make_tuple(effect.name, effect.change.change, effect.change.found,
                                        effect.change.where));
     py::dict told;
     told["title"] = scene.title;
@@ -40,16 +41,14 @@ py::dict dict_of(const Scene& scene, const Plan& plan) {
 /// What each effect changes and costs.
 void add_report(const PlanReport& report, py::dict& told) {
     py::list shares;
-    for (std::size_t e = 0; e < report.shares.size(); ++e) {
-        const EffectShare& share = report.shares[e];
-        const SceneCost &all = report.costs.all, &without = report.costs.without[e];
-        shares.append(py::make_tuple(share.name, share.seen, share.mean, share.max, share.bounded,
-                                     share.where, share.fate,
-                                     all.table_seconds() - without.table_seconds(),
-                                     all.ray_ns.median - without.ray_ns.median));
-    }
+    for (const EffectShare& share : report.shares)
+        shares.append(py::make_tuple(share.name, share.seen, share.mean, share.max, share.estimated,
+                                     share.where, share.fate, share.table_seconds));
     told["shares"] = shares;
-    told["orders"] = report.orders ? py::cast(report.orders->share) : py::none();
+    py::dict orders;
+    for (const OrderReport& side : report.orders)
+        orders[side.side == Side::reflection ? "lit" : "unlit"] = side.share;
+    told["orders"] = orders;
 }
 
 py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,

@@ -1,12 +1,20 @@
 #include "layer_fluxes.h"
 
+#include <stratus/layer/single_scattering.h>
+
+#include <algorithm>
 #include <cmath>
 
 namespace stratus {
 namespace {
 
-std::vector<double> widened(const std::vector<float>& values) {
-    return {values.begin(), values.end()};
+/// Fluxes over (albedo, optical_depth, mu), divided by the share of light that is intercepted.
+std::vector<double> per_intercepted(const std::vector<float>& fluxes, const Table& table) {
+    std::vector<double> divided(fluxes.begin(), fluxes.end());
+    const auto &mu = table.mu_in.values, &depth = table.optical_depth.values;
+    for (std::size_t k = 0; k < divided.size(); ++k)
+        divided[k] /= intercepted_share(depth[k / mu.size() % depth.size()], mu[k % mu.size()]);
+    return divided;
 }
 
 LayerFluxes::Weights weights_of(const AxisView& axis, double value) noexcept {
@@ -24,8 +32,9 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
       mu_(tables[0].mu_in.view()),
       own_albedo_(albedo) {
     for (const Table& table : tables)
-        all_.push_back({widened(table.diffuse_transmittance), widened(table.plane_albedo),
-                        widened(table.spherical_albedo)});
+        all_.push_back({per_intercepted(table.diffuse_transmittance, table),
+                        per_intercepted(table.plane_albedo, table),
+                        {table.spherical_albedo.begin(), table.spherical_albedo.end()}});
     for (std::size_t c = 0; c < own_albedo_.size(); ++c) {
         const Weights at = weights_of(albedo_, own_albedo_[c]);
         for (const Values& all : all_) {
@@ -51,6 +60,7 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
 }
 
 void LayerFluxes::set_cosine(Place& place, double mu) const noexcept {
+    place.cosine = mu;
     place.mu = weights_of(mu_, mu);
 }
 
@@ -61,15 +71,14 @@ void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) c
 }
 
 void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const noexcept {
+    place.intercepted = intercepted_share(optical_depth, place.cosine);
+    place.thinness = 1;
     if (optical_depth_.count == 0 || std::isinf(optical_depth)) {
         place.optical_depth = {optical_depth_.size() - 1, {1, 0, 0, 0}};
         return;
     }
     place.optical_depth = weights_of(optical_depth_, optical_depth);
-    // Thinner than the table: proportional to the depth.
-    if (optical_depth < optical_depth_.lowest)
-        for (double& weight : place.optical_depth.weight)
-            weight *= optical_depth / optical_depth_.lowest;
+    place.thinness = std::min(1.0, optical_depth / optical_depth_.lowest);
 }
 
 double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const noexcept {
@@ -78,6 +87,7 @@ double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const n
     const bool of_all_cosines = flux == spherical_albedo;
     const std::size_t cosines = of_all_cosines ? 1 : static_cast<std::size_t>(mu_.count);
     double sum = 0;
+    const double factor = of_all_cosines ? place.thinness : place.intercepted;
     for (std::size_t a = 0; a < stencil_size; ++a) {
         if (place.albedo.weight[a] == 0) continue;
         for (std::size_t d = 0; d < stencil_size; ++d) {
@@ -97,7 +107,7 @@ double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const n
                             weight[3] * near[3]);
         }
     }
-    return sum;
+    return factor * sum;
 }
 
 }  // namespace stratus

@@ -1,6 +1,7 @@
-// Fluxes of a scene's layer by its tables, cubic in albedo, optical depth and cosine. A picture asks
-// at every sample, nearly always for the layer's own albedo: its fluxes in each channel are found
-// beforehand.
+// Fluxes of a scene's layer by its tables, cubic in albedo, optical depth and cosine. Those over
+// cosines are divided by the share of light that is intercepted, and smooth then at grazing cosines and
+// in thin layers. A picture asks at every sample, nearly always for the layer's own albedo: its fluxes
+// in each channel are found beforehand.
 #pragma once
 
 #include <stratus/table/table.h>
@@ -25,15 +26,19 @@ class LayerFluxes {
 
     /// A layer and a cosine among the samples of the tables.
     struct Place {
-        Weights mu, albedo, optical_depth;            // of thinner layers than the tables', smaller
+        Weights mu, albedo, optical_depth;
+        double cosine = 1;
+        double intercepted = 1;                       // share, of light along the cosine
+        double thinness = 1;                          // of layers thinner than the tables', below 1
         const std::vector<Values>* values = nullptr;  // of all albedos, or of the layer's
     };
 
     /// `tables` differ in their mixtures alone; `albedo` of the layer in each channel.
     LayerFluxes(const std::vector<Table>& tables, const std::array<double, 3>& albedo);
 
-    void set_cosine(Place& place, double mu) const noexcept;
     void set_albedo(Place& place, std::size_t channel, double albedo) const noexcept;
+    void set_cosine(Place& place, double mu) const noexcept;
+    /// After the cosine.
     void set_optical_depth(Place& place, double optical_depth) const noexcept;
 
     /// By one of the tables, at a place whose parts are all set; 0 where it has no such flux.

@@ -40,19 +40,23 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
     widen(mu_out, geometry.mu_out);
     widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
     widen(optical_depth, matter.optical_depth);
+    widen(mixture, matter.mixture);
     for (const double each : matter.albedo) widen(albedo, each);
     (side == Side::reflection ? reflection : transmission) = true;
 }
 
-LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads)
+LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads,
+                       LightDetail detail)
     : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
-    const bool needed = needed_recipe(scene).has_value();
+    const bool needed = !needed_paths(scene).empty();
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
             "none");
     if (!needed) tables_ = nullptr;
-    if (tables_ && seen_light(scene).fluxes)
-        for (const Table& table : tables_->headers)
-            require(!tables_->packed->has_transmission() || !table.diffuse_transmittance.empty(),
+    const LayerTable *const sunlight = table(LightPath::sunlight), *const through =
+                                                                       table(LightPath::fluxes);
+    if (through && seen_light(scene).fluxes)
+        for (const Table& header : through->headers)
+            require(!through->packed.has_transmission() || !header.diffuse_transmittance.empty(),
                     "LayerLight", "table",
                     "one of all mu_in, whose fluxes light what lies behind the layer",
                     "one without diffuse_transmittance");
@@ -60,7 +64,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
         channel_scenes_ = channel_scenes(scene);
         for (std::size_t c = 0; c < channel_scenes_.size(); ++c)
             channels_.emplace_back(channel_scenes_[c],
-                                   tables_ ? tables_->channels[c].get() : nullptr);
+                                   tables_ ? tables_->channels[c].get() : nullptr, threads, detail);
         return;
     }
     const bool background_scatters = scene.effects.background && scene.effects.transmission &&
@@ -70,13 +74,12 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
         for (const PhaseFunction& component : scene.layer.components)
             scattered_once_.emplace_back(component);
     background_scatters_ = background_scatters;
-    std::optional<TableView> table;
-    if (tables_) {
-        table = tables_->packed->view();
-        fluxes_ = std::make_shared<const LayerFluxes>(tables_->headers, scene.layer.albedo);
-    }
-    bind(table ? &*table : nullptr, needed);
-    shine(threads);
+    if (through)
+        fluxes_ = std::make_shared<const LayerFluxes>(through->headers, scene.layer.albedo);
+    const std::optional<TableView> view =
+        sunlight ? std::optional(sunlight->packed.view()) : std::nullopt;
+    bind(view ? &*view : nullptr, view.has_value(), detail);
+    shine(threads, detail);
 }
 
 LayerLight::LayerLight(const Scene& scene, const TableView& table)
@@ -84,25 +87,28 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
     bind(&table, scene.effects.multiple);
 }
 
-void LayerLight::shine(int threads) {
+void LayerLight::shine(int threads, LightDetail detail) {
     const Rings* const rings = std::get_if<Rings>(&scene_.subject);
     if (!rings) return;
-    if (tables_ && tabulates_orders(scene_, *rings)) {
-        const auto orders = std::make_shared<const RingOrders>(scene_, *rings, *this, threads);
+    if (table(LightPath::sunlight) && tabulates_orders(scene_, *rings)) {
+        const auto orders =
+            std::make_shared<const RingOrders>(scene_, *rings, *this, threads, detail);
         if (!orders->empty()) ring_orders_ = orders;
     }
     if (scene_.effects.ringshine)
-        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, *this, threads);
+        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, *this, threads, detail);
     if (scene_.effects.planetshine && !rings->surface.is_black())
-        planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads);
+        planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads, detail);
 }
 
 Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
     return ring_shine_ ? ring_shine_->irradiance(point) : Rgb3{};
 }
 
-void LayerLight::bind(const TableView* table, bool multiple) {
-    const std::optional<Matter> matter = uniform_matter(scene_);
+void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail) {
+    std::optional<Matter> matter = uniform_matter(scene_);
+    // A stack's light is that of its slices alone.
+    if (detail == LightDetail::sketch && !is_stack()) matter.reset();
     if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
@@ -185,15 +191,17 @@ double LayerLight::single(double mixture, double optical_depth,
     return light * opposition_table_.factor(cosine, optical_depth, geometry.mu_in, geometry.mu_out);
 }
 
-Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering) const noexcept {
-    if (!tables_ || !is_wanted(scattering.side) || matter.optical_depth == 0) return {};
+Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
+                          LightPath path) const noexcept {
+    const LayerTable* const own = table(path);
+    if (!own || !is_wanted(scattering.side) || matter.optical_depth == 0) return {};
     PackedLayers layers;
     for (std::size_t c = 0; c < 3; ++c) {
         layers.albedo[c] = matter.albedo[c];
         layers.optical_depth[c] = seen_depth_of(matter, c);
     }
     double value[3] = {};
-    tables_->packed->multiple(scattering.side, layers, scattering.geometry, matter.mixture, value);
+    own->packed.multiple(scattering.side, layers, scattering.geometry, matter.mixture, value);
     return {value[0], value[1], value[2]};
 }
 
@@ -342,7 +350,7 @@ double LayerLight::transmittance(const Channel& channel, FluxLookup& fluxes) con
 
 double LayerLight::spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
     if (!fluxes_ || channel.optical_depth == 0) return 0;
-    if (is_stack()) return tables_->headers[0].spherical_albedo_below;
+    if (is_stack()) return table(LightPath::fluxes)->headers[0].spherical_albedo_below;
     return fluxes_->at(fluxes.place(channel), LayerFluxes::spherical_albedo);
 }
 
@@ -358,7 +366,8 @@ double LayerLight::diffuse_transmittance(const Matter& matter, const Channel& ch
     }
     if (!fluxes_) return scene_.effects.single ? once : 0;
     Stencil mixture{0, {1, 0, 0, 0}};
-    if (!tables_->mixture.values.empty()) mixture = tables_->mixture.view().stencil(matter.mixture);
+    const Axis& mixtures = table(LightPath::fluxes)->mixture;
+    if (!mixtures.values.empty()) mixture = mixtures.view().stencil(matter.mixture);
     const LayerFluxes::Place& place = fluxes.place(channel);
     double all = 0;
     for (int k = 0; k < stencil_size; ++k)

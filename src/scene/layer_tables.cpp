@@ -11,8 +11,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <exception>
 #include <map>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -60,16 +62,77 @@ MatterRange matter_range(const Scene& scene) {
     return range;
 }
 
-/// Directions at which a scene looks its layer up. Fluxes are over mu_in and asked for at cosines of
-/// view, too.
-SeenDirections asked_directions(const Scene& scene, const SeenLight& light) {
-    SeenDirections asked = seen_directions(scene);
-    if (light.fluxes || light.underside) asked.mu_in = all_cosines;
-    for (Range* const range : {&asked.mu_in, &asked.mu_out}) {
+/// The scene without light that rings and their planet exchange.
+Scene without_shine(Scene scene) {
+    scene.effects.ringshine = scene.effects.planetshine = false;
+    return scene;
+}
+
+/// Whether sunlight's table gives the fluxes, too: of slabs, whose few cosines of view make a second
+/// table, with its own choices and check, dearer than all cosines of incidence in the first.
+bool has_fluxes_with_sunlight(const Scene& scene, const SeenLight& sunlight) {
+    return std::holds_alternative<Slab>(scene.subject) && sunlight.fluxes &&
+           (sunlight.reflection || sunlight.transmission);
+}
+
+/// What one light path asks of a table.
+struct Asked {
+    SeenDirections directions;
+    bool reflection = true, transmission = true;
+};
+
+Asked asked_by_sunlight(const Scene& scene) {
+    const Scene alone = without_shine(scene);
+    const SeenLight seen = seen_light(alone);
+    Asked asked{seen_directions(alone), seen.reflection, seen.transmission};
+    if (has_fluxes_with_sunlight(scene, seen)) {
+        asked.directions.mu_in = all_cosines;
+        asked.transmission = scene.effects.transmission;
+    }
+    return asked;
+}
+
+/// Fluxes are over mu_in and asked for at cosines of view, too. The one cosine beside them is
+/// straight on, where azimuths do not count.
+Asked asked_by_fluxes(const Scene& scene) {
+    return {{all_cosines, {1, 1}, all_azimuths}, true, scene.effects.transmission};
+}
+
+/// Light comes to the rings from any direction and leaves towards the camera, and from the sun's
+/// towards any; the latter is looked up the other way round, R and T being the same.
+Asked asked_by_shine(const Scene& scene) {
+    Range out{1, 0};
+    const SeenDirections sunlight = seen_directions(without_shine(scene));
+    const double sun = std::abs(scene.to_sun.z);
+    if (scene.effects.ringshine) widen(out, sun);
+    if (scene.effects.planetshine)
+        for (const double end : {sunlight.mu_out.min, sunlight.mu_out.max}) widen(out, end);
+    return {{all_cosines, out, all_azimuths}, scene.effects.reflection, scene.effects.transmission};
+}
+
+Asked asked_by(LightPath path, const Scene& scene) {
+    Asked asked = path == LightPath::sunlight ? asked_by_sunlight(scene)
+                  : path == LightPath::fluxes ? asked_by_fluxes(scene)
+                                              : asked_by_shine(scene);
+    for (Range* const range : {&asked.directions.mu_in, &asked.directions.mu_out}) {
         range->max = std::max(range->max, min_mu);
         if (range->min <= min_mu) range->min = range->max == min_mu ? min_mu : all_cosines.min;
     }
     return asked;
+}
+
+/// The tolerance of a light path's table, with which pictures keep the scene's
+/// (bench/picture_bench.cpp). Light that rings and their planet exchange is a small part of most
+/// pixels, and a sum over many directions, whose errors cancel. Fluxes are judged by what they are
+/// sums of, along one cosine, which varies less with the depth than at grazing ones.
+double tolerance_of(LightPath path, const Scene& scene) {
+    constexpr double coarser = 10, coarsest = 0.1, finer = 3;
+    switch (path) {
+        case LightPath::shine:
+            return std::max(scene.tolerance, std::min(coarser * scene.tolerance, coarsest));
+        case LightPath::fluxes: return scene.tolerance / finer;
+        default: return scene.tolerance;
+    }
 }
 
 // Tabulated ranges of view end at these, so that a camera that moves a little asks for the same
@@ -123,12 +186,11 @@ bool have_same_layers(const Recipe& one, const Recipe& other) {
         });
 }
 
-/// Refuses a table that does not serve a scene.
-void check_table(const Scene& scene, const PackedTable& packed) {
+/// Refuses a table that does not serve a light path of a scene, for which it needs a recipe.
+void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable& packed) {
     const Table& table = packed.header();
     require(!table.lower_boundary.is_present(), caller, "table.below", "absent", "one");
-    const std::optional<Recipe> needed = needed_recipe(scene);
-    if (!needed) return;
+    const Recipe* const needed = &need.recipe;
     const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
         require(met.text() == own.text(), caller, name, own.text(), met.text());
     };
@@ -158,17 +220,20 @@ void check_table(const Scene& scene, const PackedTable& packed) {
         require(depths.ends_at_infinity, caller, "table.optical_depth.max", "inf", depths.highest);
     if (!std::isinf(needed->optical_depth.min))
         covers("table.optical_depth", depths, needed->optical_depth);
-    const SeenDirections asked = asked_directions(scene, seen_light(scene));
+    const Asked asked_for = asked_by(need.path, scene);
+    const SeenDirections& asked = asked_for.directions;
     covers("table.mu_in", table.mu_in.view(), {std::max(min_mu, asked.mu_in.min), asked.mu_in.max},
            rounding);
-    covers("table.mu_out", table.mu_out.view(),
-           {std::max(min_mu, asked.mu_out.min), asked.mu_out.max}, rounding);
-    const AxisView azimuth = table.azimuth.view();
-    if (azimuth.count > 1 || azimuth.highest > 0)  // else nothing depends on it
-        covers("table.azimuth", azimuth, {radians(asked.azimuth.min), radians(asked.azimuth.max)},
-               rounding);
-    require(!needed->reflection || packed.has_reflection(), caller, "table", "one with reflection",
-            "none");
+    if (need.path != LightPath::fluxes) {
+        covers("table.mu_out", table.mu_out.view(),
+               {std::max(min_mu, asked.mu_out.min), asked.mu_out.max}, rounding);
+        const AxisView azimuth = table.azimuth.view();
+        if (azimuth.count > 1 || azimuth.highest > 0)  // else nothing depends on it
+            covers("table.azimuth", azimuth,
+                   {radians(asked.azimuth.min), radians(asked.azimuth.max)}, rounding);
+        require(!needed->reflection || packed.has_reflection(), caller, "table",
+                "one with reflection", "none");
+    }
     require(!needed->transmission || packed.has_transmission(), caller, "table",
             "one with transmission", "none");
 }
@@ -181,12 +246,29 @@ std::optional<Matter> uniform_matter(const Scene& scene) {
     return Matter{scene.layer.optical_depth.max, scene.layer.albedo, 1};
 }
 
-std::optional<Recipe> needed_recipe(const Scene& scene) {
+const char* light_path_name(LightPath path) noexcept {
+    constexpr const char* names[] = {"sunlight", "fluxes", "shine"};
+    return names[static_cast<std::size_t>(path)];
+}
+
+std::vector<LightPath> needed_paths(const Scene& scene) {
     const MatterRange range = matter_range(scene);
-    const SeenLight seen = seen_light(scene);
-    if (!scene.effects.multiple || !seen.any() || range.optical_depth.max == 0 ||
-        range.albedo.max == 0)
-        return std::nullopt;
+    if (!scene.effects.multiple || range.optical_depth.max == 0 || range.albedo.max == 0) return {};
+    const SeenLight seen = seen_light(scene), sunlight = seen_light(without_shine(scene));
+    std::vector<LightPath> paths;
+    if (sunlight.reflection || sunlight.transmission) paths.push_back(LightPath::sunlight);
+    // Nothing passes through layers that are infinitely deep.
+    if (seen.fluxes && !has_fluxes_with_sunlight(scene, sunlight) &&
+        range.optical_depth.min < infinity)
+        paths.push_back(LightPath::fluxes);
+    if (seen.shine) paths.push_back(LightPath::shine);
+    return paths;
+}
+
+namespace {
+
+/// The recipe for the matter of a scene's layer.
+Recipe recipe_of_matter(const Scene& scene, const MatterRange& range) {
     Recipe recipe;
     if (!scene.layer.stack.empty()) recipe = recipe_of_stack(scene.layer.stack, {});
     recipe.title = scene.title;
@@ -201,7 +283,6 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
         }
     }
     recipe.phase_text = recipe.phase_function.text();
-    recipe.tolerance = scene.tolerance;
     // Beyond the limits of tables, lookups follow the laws of thin and deep layers (lookup.h).
     auto tabulated = [](double depth) {
         return std::isinf(depth) ? depth : std::clamp(depth, min_table_depth, max_table_depth);
@@ -211,19 +292,34 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
                          std::min(min_mapped_depth, tabulated(range.optical_depth.max))),
                 tabulated(range.optical_depth.max)});
     recipe.albedo = merged(range.albedo);
-    const SeenDirections asked = asked_directions(scene, seen);
-    recipe.mu_in = asked.mu_in;
-    recipe.mu_out = tabulated_cosines(asked.mu_in, asked.mu_out);
-    if (scene.effects.azimuth) recipe.azimuth = tabulated_azimuths(asked.azimuth);
-    take_fewer_pairs(recipe);
-    recipe.transmission = scene.effects.transmission && (seen.transmission || seen.fluxes) &&
-                          range.optical_depth.min < infinity;
-    recipe.reflection = seen.reflection || !recipe.transmission;
-    if (!scene.effects.azimuth) {
-        recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
-        recipe.discretisation.azimuth_scale = AxisScale::linear;
-    }
     return recipe;
+}
+
+}  // namespace
+
+std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
+    std::vector<NeededRecipe> needed;
+    const MatterRange range = matter_range(scene);
+    for (const LightPath path : needed_paths(scene)) {
+        Recipe recipe = recipe_of_matter(scene, range);
+        const Asked asked = asked_by(path, scene);
+        recipe.tolerance = tolerance_of(path, scene);
+        recipe.mu_in = asked.directions.mu_in;
+        recipe.mu_out = asked.directions.mu_out;
+        const bool has_azimuth = scene.effects.azimuth && path != LightPath::fluxes;
+        if (path != LightPath::fluxes)
+            recipe.mu_out = tabulated_cosines(recipe.mu_in, recipe.mu_out);
+        if (has_azimuth) recipe.azimuth = tabulated_azimuths(asked.directions.azimuth);
+        take_fewer_pairs(recipe);
+        recipe.transmission = asked.transmission && range.optical_depth.min < infinity;
+        recipe.reflection = asked.reflection || !recipe.transmission;
+        if (!has_azimuth) {
+            recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
+            recipe.discretisation.azimuth_scale = AxisScale::linear;
+        }
+        needed.push_back({path, std::move(recipe)});
+    }
+    return needed;
 }
 
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
@@ -252,12 +348,13 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     return both;
 }
 
-std::unique_ptr<LayerTables> make_layer_tables(PackedTable table) {
-    auto made = std::make_unique<LayerTables>();
+std::shared_ptr<const LayerTable> make_layer_table(PackedTable table) {
+    Axis mixture{AxisScale::linear, {}};
+    std::vector<Table> headers;
     const Table& header = table.header();
-    if (header.has_family()) made->mixture = header.family[0].axis;
+    if (header.has_family()) mixture = header.family[0].axis;
     for (std::size_t m = 0; m < header.member_count(); ++m) {
-        Table& one = made->headers.emplace_back(header);
+        Table& one = headers.emplace_back(header);
         for_each_of_members(
             [&](auto& numbers) {
                 const auto size =
@@ -267,37 +364,55 @@ std::unique_ptr<LayerTables> make_layer_tables(PackedTable table) {
             },
             one);
     }
-    made->packed = std::move(table);
-    return made;
+    return std::make_shared<const LayerTable>(
+        LayerTable{std::move(mixture), std::move(headers), std::move(table)});
 }
 
-std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions& options,
-                                               TableCache* cache) {
+std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOptions& options,
+                                                   TableCache* cache) {
     recipe.text = resolved_text(recipe);
     if (cache)
         if (std::optional<PackedTable> table = cache->find(recipe))
-            return make_layer_tables(std::move(*table));
+            return make_layer_table(std::move(*table));
     std::vector<char> packed;
     BakeOptions straight = options;
     straight.packed = &packed;
+    const std::unique_ptr<Checkpoint> choices = cache ? cache->open_choices(recipe) : nullptr;
+    if (choices) straight.log.find = [&](const std::string& piece) { return choices->find(piece); };
     Table header = bake(recipe, straight);
     if (cache) packed = cache->keep(recipe, std::move(header), std::move(packed));
-    return make_layer_tables(PackedTable(packed));
+    return make_layer_table(PackedTable(packed));
 }
 
 namespace {
 
-/// The tables of a scene, from those of its channel_scenes.
-std::shared_ptr<const LayerTables> of_channels(
-    const Scene& scene, std::span<const std::shared_ptr<const LayerTables>> own) {
-    if (scene.layer.channels.empty()) return own[0];
+/// The tables of a scene, from those of its channel_scenes; none where none is needed.
+std::shared_ptr<const LayerTables> of_channels(const Scene& scene,
+                                               std::span<const LayerTables> own) {
+    const auto tables = [](const LayerTables& some) -> std::shared_ptr<const LayerTables> {
+        const bool needed =
+            std::ranges::any_of(some.paths, [](const auto& path) { return !!path; });
+        return needed ? std::make_shared<const LayerTables>(some) : nullptr;
+    };
+    if (scene.layer.channels.empty()) return tables(own[0]);
     const auto all = std::make_shared<LayerTables>();
     bool needed = false;
     for (std::size_t c = 0; c < all->channels.size(); ++c) {
-        all->channels[c] = own[c];
-        needed = needed || own[c];
+        all->channels[c] = tables(own[c]);
+        needed = needed || all->channels[c];
     }
     return needed ? all : nullptr;
+}
+
+/// The tables of each of several scenes, from those of all their channel_scenes.
+std::vector<std::shared_ptr<const LayerTables>> of_all_channels(const std::vector<Scene>& scenes,
+                                                                std::span<const LayerTables> own) {
+    std::vector<std::shared_ptr<const LayerTables>> tables;
+    for (const Scene& scene : scenes) {
+        tables.push_back(of_channels(scene, own));
+        own = own.subspan(scene.layer.channels.empty() ? 1 : scene.layer.channels.size());
+    }
+    return tables;
 }
 
 /// The point of a table's family where it has a scene's phase function.
@@ -323,106 +438,110 @@ class GivenTable {
         if (table.header().varies_parameters())
             family_ = table.unpacked();
         else
-            made_[""] = make_layer_tables(std::move(table));
+            made_[""] = make_layer_table(std::move(table));
     }
 
-    /// For a scene of one phase function, or of two that mix; none where it needs none of a family.
-    std::shared_ptr<const LayerTables> serve(const Scene& scene) {
-        const std::optional<Recipe> needed = needed_recipe(scene);
-        if (family_ && !needed) return nullptr;
-        std::shared_ptr<const LayerTables>& made = made_[family_ ? needed->phase_text : ""];
+    /// For a light path of a scene of one phase function, or of two that mix.
+    std::shared_ptr<const LayerTable> serve(const Scene& scene, const NeededRecipe& needed) {
+        const Recipe& recipe = needed.recipe;
+        std::shared_ptr<const LayerTable>& made = made_[family_ ? recipe.phase_text : ""];
         if (!made) {
-            require(mixture_of(*needed) == nullptr, caller, "table",
+            require(mixture_of(recipe) == nullptr, caller, "table",
                     "one with a mixture axis alone where there are rings of two components",
                     "another family");
-            made = make_layer_tables(
-                PackedTable(pack(table_at(*family_, point_of(*family_, needed->phase_function)))));
+            made = make_layer_table(
+                PackedTable(pack(table_at(*family_, point_of(*family_, recipe.phase_function)))));
         }
-        check_table(scene, *made->packed);
+        check_table(scene, needed, made->packed);
+        served_ = true;
         return made;
     }
 
+    bool has_served() const noexcept { return served_; }
+
   private:
     std::optional<Table> family_;
-    std::map<std::string, std::shared_ptr<const LayerTables>> made_;  // by phase function, or ""
+    std::map<std::string, std::shared_ptr<const LayerTable>> made_;  // by phase function, or ""
+    bool served_ = false;
 };
+
+/// The first of several tables that serves a light path of a scene. All are tried, so that those that
+/// serve nothing are known.
+std::shared_ptr<const LayerTable> served(std::vector<GivenTable>& given, const Scene& scene,
+                                         const NeededRecipe& needed) {
+    std::shared_ptr<const LayerTable> first;
+    std::exception_ptr refusal;
+    for (GivenTable& table : given) {
+        try {
+            const std::shared_ptr<const LayerTable> serving = table.serve(scene, needed);
+            if (!first) first = serving;
+        } catch (const std::invalid_argument&) {
+            refusal = std::current_exception();
+        }
+    }
+    if (!first) std::rethrow_exception(refusal);
+    return first;
+}
 
 }  // namespace
 
 std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<Scene>& scenes,
                                                              std::vector<PackedTable> tables) {
-    const auto has_channels = [](const Scene& scene) { return !scene.layer.channels.empty(); };
-    const bool coloured = std::ranges::any_of(scenes, has_channels);
-    const bool one_family = tables.size() == 1 && tables[0].header().varies_parameters();
-    require(one_family || !coloured || std::ranges::all_of(scenes, has_channels), caller, "panels",
-            "alike in the number of their phase functions where tables are given", "one and three");
-    require(one_family || tables.size() == (coloured ? 3 : 1), caller, "--table",
-            coloured ? "given three times, for red, green and blue, or once, of a family"
-                     : "given once",
-            std::to_string(tables.size()));
     std::vector<GivenTable> given;
     for (PackedTable& table : tables) given.emplace_back(std::move(table));
-    std::vector<std::shared_ptr<const LayerTables>> adopted;
-    for (const Scene& scene : scenes) {
-        std::vector<std::shared_ptr<const LayerTables>> own;
-        for (const Scene& channel : channel_scenes(scene))
-            own.push_back(given[one_family ? 0 : own.size()].serve(channel));
-        adopted.push_back(of_channels(scene, own));
+    std::vector<LayerTables> adopted;
+    bool needs_any = false;
+    for (const Scene& scene : channel_scenes(scenes)) {
+        LayerTables& own = adopted.emplace_back();
+        for (const NeededRecipe& needed : needed_recipes(scene)) {
+            own.paths[static_cast<std::size_t>(needed.path)] = served(given, scene, needed);
+            needs_any = true;
+        }
     }
-    return adopted;
+    for (std::size_t k = 0; k < given.size(); ++k)
+        require(given[k].has_served() || !needs_any, caller, "--table",
+                "a table of something that the scene needs", "number " + std::to_string(k + 1));
+    return of_all_channels(scenes, adopted);
 }
 
 std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes) {
     std::vector<SharedRecipe> all;
     for (std::size_t s = 0; s < scenes.size(); ++s) {
-        const std::optional<Recipe> needed = needed_recipe(scenes[s]);
-        if (!needed) continue;
         const bool uniform = uniform_matter(scenes[s]).has_value();
-        bool found = false;
-        for (SharedRecipe& shared : all) {
-            const std::optional<Recipe> both = common_recipe(shared.recipe, *needed);
-            if (!both || shared.uniform != uniform) continue;
-            shared.recipe = *both;
-            shared.scenes.push_back(s);
-            found = true;
-            break;
+        for (NeededRecipe& needed : needed_recipes(scenes[s])) {
+            bool found = false;
+            for (SharedRecipe& shared : all) {
+                if (shared.path != needed.path || shared.uniform != uniform) continue;
+                const std::optional<Recipe> both = common_recipe(shared.recipe, needed.recipe);
+                if (!both) continue;
+                shared.recipe = *both;
+                shared.scenes.push_back(s);
+                found = true;
+                break;
+            }
+            if (!found) all.push_back({needed.path, std::move(needed.recipe), uniform, {s}});
         }
-        if (!found) all.push_back({*needed, uniform, {s}});
     }
     return all;
 }
 
-namespace {
-
-/// Of scenes with one phase function each.
-std::vector<std::shared_ptr<const LayerTables>> bake_shared(const std::vector<Scene>& scenes,
-                                                            const BakeOptions& options,
-                                                            TableCache* cache) {
-    std::vector<std::shared_ptr<const LayerTables>> tables(scenes.size());
-    for (const SharedRecipe& shared : shared_recipes(scenes)) {
-        const std::shared_ptr<const LayerTables> made =
-            bake_layer_tables(shared.recipe, options, cache);
-        for (const std::size_t s : shared.scenes) tables[s] = made;
-    }
-    return tables;
-}
-
-}  // namespace
-
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
                                                          const BakeOptions& options,
                                                          TableCache* cache) {
-    std::vector<Scene> channels;
-    for (const Scene& scene : scenes)
-        for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
-    const auto baked = bake_shared(channels, options, cache);
-    std::vector<std::shared_ptr<const LayerTables>> tables;
-    std::span<const std::shared_ptr<const LayerTables>> next = baked;
-    for (const Scene& scene : scenes) {
-        tables.push_back(of_channels(scene, next));
-        next = next.subspan(scene.layer.channels.empty() ? 1 : 3);
+    return make_tables(
+        scenes, [&](const Recipe& recipe) { return bake_layer_table(recipe, options, cache); });
+}
+
+std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
+                                                            const TableMaker& make) {
+    const std::vector<Scene> channels = channel_scenes(scenes);
+    std::vector<LayerTables> made(channels.size());
+    for (const SharedRecipe& shared : shared_recipes(channels)) {
+        const std::shared_ptr<const LayerTable> table = make(shared.recipe);
+        for (const std::size_t s : shared.scenes)
+            made[s].paths[static_cast<std::size_t>(shared.path)] = table;
     }
-    return tables;
+    return of_all_channels(scenes, made);
 }
 
 }  // namespace stratus

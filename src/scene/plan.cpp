@@ -6,13 +6,13 @@ namespace stratus {
 namespace {
 
 /// Of all channels of a scene; ends at the first that needs both.
-OrderBounds bounds_of(const Scene& scene, double enough) {
-    OrderBounds all;
+OrderEstimates estimates_of(const Scene& scene, double enough) {
+    OrderEstimates all;
     for (const Scene& channel : channel_scenes(scene)) {
-        const OrderBounds one = bound_orders(channel, enough);
+        const OrderEstimates one = estimate_orders(channel, enough);
         join(all.multiple, one.multiple);
         join(all.azimuth, one.azimuth);
-        if (all.multiple.bound > enough && all.azimuth.bound > enough) break;
+        if (all.multiple.change > enough && all.azimuth.change > enough) break;
     }
     return all;
 }
@@ -21,9 +21,8 @@ OrderBounds bounds_of(const Scene& scene, double enough) {
 
 Plan plan_scene(const Scene& scene) {
     Plan plan{scene.tolerance, scene.effects, {}};
-    const bool needs_table = std::ranges::any_of(channel_scenes(scene), [](const Scene& channel) {
-        return needed_recipe(channel).has_value();
-    });
+    const bool needs_table = std::ranges::any_of(
+        channel_scenes(scene), [](const Scene& channel) { return !needed_paths(channel).empty(); });
     if (!needs_table) return plan;
     const auto may_go = [&](bool SceneEffects::*effect) {
         return scene.effects.*effect && std::ranges::find(scene.named, effect) == scene.named.end();
@@ -32,13 +31,13 @@ Plan plan_scene(const Scene& scene) {
                azimuth = may_go(&SceneEffects::azimuth);
     if (!multiple && !azimuth) return plan;
     const double enough = share_left_out * scene.tolerance;
-    const OrderBounds bounds = bounds_of(scene, enough);
-    if (multiple && bounds.multiple.bound <= enough) {
+    const OrderEstimates estimates = estimates_of(scene, enough);
+    if (multiple && estimates.multiple.change <= enough) {
         plan.effects.multiple = false;
-        plan.left_out.push_back({"multiple", bounds.multiple});
-    } else if (azimuth && bounds.azimuth.bound <= enough) {
+        plan.left_out.push_back({"multiple", estimates.multiple});
+    } else if (azimuth && estimates.azimuth.change <= enough) {
         plan.effects.azimuth = false;
-        plan.left_out.push_back({"azimuth", bounds.azimuth});
+        plan.left_out.push_back({"azimuth", estimates.azimuth});
     }
     return plan;
 }

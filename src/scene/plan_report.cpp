@@ -1,39 +1,40 @@
 // What each effect of a scene changes and costs, for people.
+#include <stratus/bake/accuracy.h>
 #include <stratus/bake/clock.h>
-#include <stratus/bake/parallel.h>
 #include <stratus/base/angle.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/table_file.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
 #include "forecast.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
-#include <map>
+#include <cstdint>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 namespace stratus {
 namespace {
 
-constexpr double coarse_tolerance = 1e-2;  // of the sparse picture's tables
-constexpr double max_pixels = 16384;       // of the sparse picture
 constexpr double min_reference =
     0.01;  // a pixel's change is relative to at least this share of the brightest
-constexpr int timings = 5;
-constexpr int timed_rows = 6;
-constexpr int listed_orders = 64;
+constexpr double timed_rays = 4000;
+constexpr int min_timed_rows = 3;
+constexpr int listed_orders = 5;
+constexpr std::size_t order_places = 3;  // of each side, at which orders are counted
 
-Scene without(Scene scene, bool SceneEffects::*effect) {
-    scene.effects.*effect = false;
+Scene with_effects(Scene scene, const SceneEffects& effects) {
+    scene.effects = effects;
     return scene;
+}
+
+SceneEffects without(SceneEffects effects, bool SceneEffects::*effect) {
+    effects.*effect = false;
+    return effects;
 }
 
 /// The same picture with at most so many pixels, one ray each.
@@ -54,7 +55,8 @@ double brightest_channel(const float* pixel) {
 
 struct PictureChange {
     double mean = 0, max = 0;
-    int x = 0, y = 0;  // of max
+    int x = 0, y = 0;             // of max
+    std::vector<float> relative;  // of each pixel
 };
 
 PictureChange change_between(const Image& all, const Image& some) {
@@ -75,33 +77,58 @@ PictureChange change_between(const Image& all, const Image& some) {
             sum += difference;
             const double relative =
                 difference / std::max(brightest_channel(one), min_reference * brightest);
-            if (relative > change.max) {
-                change.max = relative;
-                change.x = x;
-                change.y = y;
-            }
+            change.relative.push_back(static_cast<float>(relative));
+            if (relative <= change.max) continue;
+            change.max = relative;
+            change.x = x;
+            change.y = y;
         }
     change.mean = sum / light;
     return change;
 }
 
-/// Of a whole picture.
+/// A table of few nodes and samples, which misses some 3 % of the light: for what effects change.
+std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
+    Recipe small = recipe;
+    Discretisation& d = small.discretisation;
+    const bool peaked = is_peaked(recipe.phase_function), has_azimuth = d.modes != 1;
+    small.leaves_path_law = false;
+    d.nodes = peaked ? 12 : 8;
+    d.mu_samples = 10;
+    if (has_azimuth) {
+        d.modes = peaked ? 8 : 6;
+        d.azimuth_samples = 9;
+        d.azimuth_scale = AxisScale::linear;
+    }
+    d.optical_depth_samples_per_octave = 1;
+    d.albedo_samples = 3;
+    d.albedo_scale = AxisScale::square_root_of_complement;
+    d.family_samples.fill(2);
+    if (std::isinf(recipe.optical_depth.max) && !std::isinf(recipe.optical_depth.min))
+        d.deepest_optical_depth = std::ldexp(
+            recipe.optical_depth.min,
+            static_cast<int>(std::ceil(std::log2(std::max(
+                2.0, 20 / (1 - recipe.phase_function.asymmetry()) / recipe.optical_depth.min)))));
+    return make_layer_table(PackedTable(pack(solve_table(small))));
+}
+
 double rays_of(const Scene& scene) {
     return static_cast<double>(scene.width) * scene.height *
            std::max(static_cast<double>(scene.samples) * scene.samples,
                     static_cast<double>(sun_directions(scene).size()));
 }
 
-/// Pictures of one scene with some of its effects, looked up in coarse tables.
-class CoarseScene {
+/// Sparse pictures of one scene with some of its effects, looked up in small tables.
+class SparsePictures {
   public:
-    CoarseScene(const Scene& scene, int threads) : all_(scene), threads_(threads) {
-        all_.tolerance = std::max(all_.tolerance, coarse_tolerance);
+    SparsePictures(const Scene& scene, double pixels) : all_(scene), pixels_(pixels) {
+        all_.effects.sun_size = all_.effects.sun_size && all_.sun_diameter > 0;
     }
 
     /// The scenes that tables have to serve: two with azimuth, for one table, and one without.
     std::vector<Scene> to_bake() const {
-        return {all_, without(all_, &SceneEffects::density), without(all_, &SceneEffects::azimuth)};
+        return {all_, with_effects(all_, without(all_.effects, &SceneEffects::density)),
+                with_effects(all_, without(all_.effects, &SceneEffects::azimuth))};
     }
     void set_tables(std::shared_ptr<const LayerTables> tables,
                     std::shared_ptr<const LayerTables> without_azimuth) {
@@ -109,76 +136,38 @@ class CoarseScene {
         without_azimuth_ = std::move(without_azimuth);
     }
 
-    /// A sparse picture, and what a ray costs.
-    struct Trial {
-        Image picture;
-        Measured ray_ns;
-    };
-    /// Made once for each set of effects: light that rings and their planet exchange takes a second.
-    const Trial& with(SceneEffects effects) {
-        effects.sun_size = effects.sun_size && all_.sun_diameter > 0;
-        const auto known = std::ranges::find(tried_, effects, &Tried::effects);
-        if (known != tried_.end()) return *known->trial;
-        Scene scene = all_;
-        scene.effects = effects;
-        const LayerLight light(scene, tables(effects));
+    /// Made once for each set of effects.
+    const Image& with(const SceneEffects& effects) {
+        const auto known = std::ranges::find(made_, effects, &Made::effects);
+        if (known != made_.end()) return *known->picture;
+        const Scene scene = sparse(with_effects(all_, effects), pixels_);
         RenderOptions options;
-        options.threads = threads_;
-        Image picture = render(sparse(scene, max_pixels), light, options);
-        tried_.push_back({effects, std::make_unique<const Trial>(
-                                       Trial{std::move(picture), ray_ns(scene, light)})});
-        return *tried_.back().trial;
+        options.threads = 1;
+        const LayerLight light(scene, tables(effects), 1, LightDetail::sketch);
+        made_.push_back({effects, std::make_unique<Image>(render(scene, light, options))});
+        return *made_.back().picture;
     }
 
-    /// Seconds on one thread until a picture may begin: binding the layer, and what rings and their
-    /// planet send one another.
-    double light_seconds(const SceneEffects& effects) const {
-        Scene scene = all_;
-        scene.effects = effects;
-        const double started = processor_seconds();
-        const LayerLight light(scene, tables(effects), 1);
-        return processor_seconds() - started;
-    }
-
-    const LayerTables* tables() const { return with_azimuth_.get(); }
-
-  private:
-    struct Tried {
-        SceneEffects effects;
-        std::unique_ptr<const Trial> trial;
-    };
-
+    const Scene& scene() const { return all_; }
     const LayerTables* tables(const SceneEffects& effects) const {
         return effects.azimuth ? with_azimuth_.get() : without_azimuth_.get();
     }
 
-    static Measured ray_ns(const Scene& scene, const LayerLight& light) {
-        // A few whole rows: neighbouring rays, as in the picture, are faster than scattered ones.
-        RenderOptions options;
-        options.threads = 1;
-        options.row_step = std::max(1, scene.height / timed_rows);
-        const int rows = (scene.height - 1 - options.row_step / 2) / options.row_step + 1;
-        const double rays = rays_of(scene) * rows / scene.height;
-        std::vector<double> ns;
-        for (int round = 0; round < timings; ++round) {
-            const double started = processor_seconds();
-            render(scene, light, options);
-            ns.push_back(1e9 * (processor_seconds() - started) / rays);
-        }
-        std::ranges::sort(ns);
-        // The outermost two are left out: what the machine does besides.
-        return {ns[timings / 2], (ns[timings - 2] - ns[1]) / 2};
-    }
+  private:
+    struct Made {
+        SceneEffects effects;
+        std::unique_ptr<const Image> picture;
+    };
 
     Scene all_;
-    int threads_;
+    double pixels_;
     std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
-    std::vector<Tried> tried_;
+    std::vector<Made> made_;
 };
 
 /// What the opposition of single scattering adds, at the smallest phase angle that is seen.
-ChangeBound opposition_bound(const Scene& scene) {
-    ChangeBound change;
+ChangeEstimate opposition_estimate(const Scene& scene) {
+    ChangeEstimate change;
     const SeenDirections seen = seen_directions(scene);
     const double angle = seen_scattering_angles(scene, Side::reflection).max;
     const Opposition opposition =
@@ -190,7 +179,7 @@ ChangeBound opposition_bound(const Scene& scene) {
                     1 - 1 / opposition_factor(opposition, std::cos(radians(angle)),
                                               span.optical_depth.max, mu_in, mu_out);
                 if (share <= change.found) continue;
-                change.found = change.bound = share;
+                change.found = change.change = share;
                 change.where = "phase angle " + short_number(180 - angle, 3) +
                                " deg, optical depth " + short_number(span.optical_depth.max, 3);
             }
@@ -212,190 +201,350 @@ bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
     return true;
 }
 
-std::vector<EffectShare> shares_of(const Scene& scene, CoarseScene& coarse, const Plan& plan,
-                                   const OrderBounds& bounds) {
-    // The size of the sun is measured by itself and all else under a point sun, which needs far
-    // fewer rays.
-    const auto sun_size = &SceneEffects::sun_size;
-    SceneEffects point_sun = scene.effects;
-    point_sun.sun_size = false;
-    const Image& all = coarse.with(point_sun).picture;
+/// The effects under a point sun, which needs far fewer rays, and without what rings and their planet
+/// exchange, which takes long: each of these is measured by itself.
+SceneEffects plain_effects(SceneEffects effects) {
+    effects.sun_size = effects.ringshine = effects.planetshine = false;
+    return effects;
+}
+
+/// Pictures with and without an effect.
+PictureChange change_of(bool SceneEffects::*effect, SparsePictures& pictures) {
+    SceneEffects effects = plain_effects(pictures.scene().effects);
+    const Image& plain = pictures.with(effects);
+    for (const auto extra :
+         {&SceneEffects::sun_size, &SceneEffects::ringshine, &SceneEffects::planetshine})
+        if (effect == extra) {
+            effects.*extra = true;
+            return change_between(pictures.with(effects), plain);
+        }
+    const PictureChange change = change_between(plain, pictures.with(without(effects, effect)));
+    if (change.max > 0 || !seen_light(pictures.scene()).shine) return change;
+    // It may show in what rings and their planet exchange alone.
+    const bool rings = pictures.scene().effects.ringshine;
+    effects.*(rings ? &SceneEffects::ringshine : &SceneEffects::planetshine) = true;
+    return change_between(pictures.with(effects), pictures.with(without(effects, effect)));
+}
+
+std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
+    const Scene& scene = pictures.scene();
     std::vector<EffectShare> shares;
     for (const auto& [name, effect] : scene_effects()) {
         if (!(scene.effects.*effect)) continue;
-        EffectShare share{name, effect, is_seen(scene, effect), false, 0, 0, "", "kept"};
-        if (!share.seen) {
-            share.fate = "not seen";
-            shares.push_back(share);
-            continue;
-        }
-        SceneEffects less = point_sun;
-        less.*effect = false;
-        const PictureChange change = effect == sun_size
-                                         ? change_between(coarse.with(scene.effects).picture, all)
-                                         : change_between(all, coarse.with(less).picture);
+        EffectShare& share = shares.emplace_back();
+        share.name = name;
+        share.effect = effect;
+        share.seen = is_seen(scene, effect);
+        share.fate = share.seen ? "kept" : "not seen";
+        if (!share.seen) continue;
+        const PictureChange change = change_of(effect, pictures);
         share.mean = change.mean;
         share.max = change.max;
+        share.changes = change.relative;
         if (change.max > 0)
             share.where = "pixel (" + std::to_string(change.x) + ", " + std::to_string(change.y) +
                           ") of the sparse picture";
-        std::optional<ChangeBound> bound;
-        if (effect == &SceneEffects::multiple) bound = bounds.multiple;
-        if (effect == &SceneEffects::azimuth) bound = bounds.azimuth;
-        if (effect == &SceneEffects::opposition) bound = opposition_bound(scene);
-        if (bound && (bound->bound < 1 || bound->found > 0)) {
-            share.bounded = true;
-            share.max = bound->bound;
-            share.where = bound->where;
+        std::optional<ChangeEstimate> estimate;
+        if (effect == &SceneEffects::opposition) estimate = opposition_estimate(scene);
+        for (const LeftOut& left : plan.left_out)
+            if (left.name == name) estimate = left.change;
+        if (estimate) {
+            share.estimated = true;
+            share.max = estimate->change;
+            share.where = estimate->where;
         }
         if (std::ranges::find(scene.named, effect) != scene.named.end())
             share.fate = "kept, being named";
         if (!(plan.effects.*effect)) share.fate = "left out";
-        shares.push_back(share);
     }
     return shares;
 }
 
+// ---- orders -------------------------------------------------------------------------------------
+
+/// What one ray of the sparse picture sees of the layer.
+struct SeenPlace {
+    Geometry geometry;
+    double albedo, optical_depth, mixture;
+    double light;  // R or T
+};
+
+/// The places on one side that rays of a scene see under a point sun, by their light.
+std::vector<SeenPlace> seen_places(const Scene& scene, const LayerTables* tables, Side side) {
+    LayerLight light(scene, tables, 1, LightDetail::sketch);
+    const PictureRays rays(scene.camera, scene.width, scene.height);
+    std::vector<SeenPlace> places;
+    for (int y = 0; y < scene.height; ++y)
+        for (int x = 0; x < scene.width; ++x) {
+            LookupRange seen;
+            light.record(&seen);
+            radiance_along(scene, light, rays.through(x + 0.5, y + 0.5), scene.to_sun);
+            light.record(nullptr);
+            if (side == Side::reflection ? !seen.reflection : !seen.transmission) continue;
+            const Geometry at{seen.mu_in.max, seen.mu_out.max, radians(seen.azimuth.max)};
+            const Matter matter{seen.optical_depth.max,
+                                {seen.albedo.max, seen.albedo.max, seen.albedo.max},
+                                seen.mixture.max};
+            const Rgb3 sent = side == Side::reflection ? light.reflection(matter, at)
+                                                       : light.transmission(matter, at);
+            if (sent[1] > 0)
+                places.push_back({at, seen.albedo.max, seen_depth(scene, seen.optical_depth.max),
+                                  seen.mixture.max, sent[1]});
+        }
+    return places;
+}
+
+/// A few places that stand for equal parts of all light.
+std::vector<SeenPlace> places_of_equal_light(const std::vector<SeenPlace>& places) {
+    double light = 0, sum = 0;
+    for (const SeenPlace& place : places) light += place.geometry.mu_in * place.light;
+    std::vector<SeenPlace> chosen;
+    for (const SeenPlace& place : places) {
+        sum += place.geometry.mu_in * place.light;
+        if (sum > light * (static_cast<double>(chosen.size()) + 0.5) / order_places)
+            chosen.push_back(place);
+    }
+    return chosen;
+}
+
+std::string range_text(const std::string& name, const std::vector<SeenPlace>& places,
+                       const auto& value) {
+    Range range{infinity, -infinity};
+    for (const SeenPlace& place : places) widen(range, value(place));
+    return name + " " + short_number(range.min, 3) +
+           (range.min == range.max ? "" : " to " + short_number(range.max, 3));
+}
+
+std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables) {
+    std::vector<OrderReport> orders;
+    if (!tables || !whole.effects.single || !whole.layer.stack.empty()) return orders;
+    // Of three channels with phase functions of their own, green stands for all.
+    const bool has_channels = !whole.layer.channels.empty();
+    const Scene scene = has_channels ? channel_scenes(whole)[1] : whole;
+    if (has_channels) tables = tables->channels[1].get();
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        const auto places = places_of_equal_light(seen_places(scene, tables, side));
+        if (places.empty()) continue;
+        const SeenPlace& middle = places[places.size() / 2];
+        std::vector<WeightedGeometry> directions;
+        for (const SeenPlace& place : places)
+            directions.push_back({place.geometry, 1 / place.light});
+        const auto& parts = scene.layer.components;
+        OrderReport report{side, {}, 0, ""};
+        report.share = order_shares(
+            parts.size() < 2 ? parts[0]
+                             : PhaseFunction::mixture(middle.mixture, parts[0], parts[1]),
+            middle.albedo, middle.optical_depth, side, directions, listed_orders);
+        report.enough = orders_for(report.share, scene.tolerance);
+        report.where =
+            joined({"optical depth " + short_number(middle.optical_depth, 3),
+                    "albedo " + short_number(middle.albedo, 3),
+                    range_text("mu_in", places,
+                               [](const SeenPlace& place) { return place.geometry.mu_in; }),
+                    range_text("mu_out", places,
+                               [](const SeenPlace& place) { return place.geometry.mu_out; })});
+        orders.push_back(std::move(report));
+    }
+    return orders;
+}
+
 // ---- costs --------------------------------------------------------------------------------------
 
-/// Identifies a recipe, whatever its title.
-std::string text_of(Recipe recipe) {
-    recipe.title.clear();
-    return resolved_text(recipe);
-}
+/// A table that some scenes share.
+struct ForecastTable {
+    SharedRecipe shared;
+    Recipe resolved;
+    TableCost cost;
+};
 
-/// Seconds that packing a table and keeping it take per byte of it, measured on another one.
-double keep_seconds_per_byte(const LayerTables* tables) {
-    while (tables && !tables->packed) {  // channels
-        const LayerTables* next = nullptr;
-        for (const auto& channel : tables->channels)
-            if (channel) next = channel.get();
-        tables = next;
+/// Packing solves all layers once and those that it is founded on once more, which makes up most of a
+/// small table; finding functions takes about as long per byte of samples whatever these are.
+double packing_solves(double layers) {
+    constexpr double founding_layers = 1000;  // with those that they share a run of doubling with
+    return 1.1 + std::min(1.0, founding_layers / layers);
+}
+constexpr double packing_seconds_per_byte = 5.5e-9;
+
+/// Chooses what a recipe leaves open, for the render to find, and times pieces of its bake.
+ForecastTable forecast_table(const SharedRecipe& shared, const BakeOptions& options,
+                             TableCache* cache) {
+    ForecastTable table{shared, shared.recipe, {}};
+    if (cache && cache->find(shared.recipe)) return table;
+    BakeOptions choosing = options;
+    const std::unique_ptr<Checkpoint> kept = cache ? cache->open_choices(shared.recipe) : nullptr;
+    if (kept) {
+        choosing.log.find = [&](const std::string& piece) { return kept->find(piece); };
+        choosing.log.keep = [&](const std::string& piece, std::span<const char> result) {
+            kept->keep(piece, result);
+        };
     }
-    if (!tables) return 0;
-    const Table table = tables->packed->unpacked();
-    const double bytes =
-        static_cast<double>(sizeof(float)) *
-        static_cast<double>(table.reflection_multiple.size() + table.transmission_multiple.size());
     const double started = processor_seconds();
-    const std::vector<char> packed = pack(table);
-    return (processor_seconds() - started) / bytes;
+    const Resolution resolution = resolve_as_first(shared.recipe, choosing);
+    table.resolved = resolution.recipe;
+    table.cost.choose_seconds = processor_seconds() - started;
+    const Forecast ahead = forecast_of(resolution, options);
+    const auto& units = ahead.work.unit_seconds;
+    const double all_layers = std::accumulate(units.begin(), units.end(), 0.0);
+    table.cost.solve_seconds = packing_solves(size_of(table.resolved).layers) * all_layers;
+    table.cost.pack_seconds = packing_seconds_per_byte * ahead.bytes;
+    table.cost.check_seconds = ahead.work.ladder_seconds * ahead.work.ladders;
+    table.cost.bytes = ahead.bytes;
+    return table;
 }
 
-/// Costs of tables, each recipe's forecast made once.
-class TableCosts {
-  public:
-    explicit TableCosts(const BakeOptions& options) : options_(options) {}
+/// What a recipe takes that is sampled like a table's, by its layers, modes and bytes.
+TableCost cost_like(const ForecastTable& table, const Recipe& recipe) {
+    if (table.cost.bytes == 0) return {};  // the table is kept already
+    Recipe resolved = recipe;
+    resolved.discretisation = table.resolved.discretisation;
+    Discretisation& d = resolved.discretisation;
+    if (recipe.discretisation.modes == 1) d.modes = d.azimuth_samples = 1;
+    const auto work = [](const Recipe& of) { return size_of(of).layers * of.discretisation.modes; };
+    const double share = work(resolved) / work(table.resolved);
+    const TableCost& whole = table.cost;
+    return {share * whole.choose_seconds, share * whole.solve_seconds, share * whole.check_seconds,
+            share * whole.pack_seconds, size_of(resolved).bytes};
+}
 
-    /// Of scenes that share tables.
-    SceneCost of(const std::vector<Scene>& scenes, double keep_seconds_per_byte) {
-        std::vector<Scene> channels;
-        for (const Scene& scene : scenes)
-            for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
-        SceneCost sum;
-        for (const SharedRecipe& shared : shared_recipes(channels)) {
-            const SceneCost& one = of(shared.recipe);
-            sum.choose_seconds += one.choose_seconds;
-            sum.solve_seconds += one.solve_seconds;
-            sum.check_seconds += one.check_seconds;
-            sum.bytes += one.bytes;
+/// What a scene's tables take that are sampled like those for all; `first` is its first channel.
+TableCost cost_like(const std::vector<ForecastTable>& tables, const Scene& scene,
+                    std::size_t first) {
+    TableCost sum;
+    const std::vector<Scene> channels = channel_scenes(scene);
+    for (std::size_t c = 0; c < channels.size(); ++c)
+        for (const ForecastTable& table : tables) {
+            if (std::ranges::find(table.shared.scenes, first + c) == table.shared.scenes.end())
+                continue;
+            for (const auto& [path, recipe] : needed_recipes(channels[c])) {
+                if (path != table.shared.path) continue;
+                const TableCost one = cost_like(table, recipe);
+                sum.solve_seconds += one.seconds();
+                sum.bytes += one.bytes;
+            }
         }
-        sum.keep_seconds = keep_seconds_per_byte * sum.bytes;
-        return sum;
+    return sum;
+}
+
+void add_table_costs(const std::vector<ForecastTable>& tables, const Scene& scene,
+                     std::size_t first, std::vector<EffectShare>& shares) {
+    const TableCost all = cost_like(tables, scene, first);
+    for (EffectShare& share : shares) {
+        if (!share.seen) continue;
+        const TableCost less =
+            cost_like(tables, with_effects(scene, without(scene.effects, share.effect)), first);
+        share.table_seconds = std::max(0.0, all.seconds() - less.seconds());
+        share.table_bytes = std::max(0.0, all.bytes - less.bytes);
+    }
+}
+
+/// Lights of layers for timing rays. Those of uniform layers take long to bind, so that scenes whose
+/// layers are alike share one.
+class TimedLights {
+  public:
+    struct Timed {
+        std::string layer;
+        Scene scene;  // that the light refers to
+        std::optional<LayerLight> light;
+        double seconds = 0;  // that a render takes to prepare it
+    };
+
+    const Timed& prepare(const Scene& scene, const LayerTables* tables) {
+        const bool uniform = uniform_matter(scene).has_value();
+        const std::string layer = uniform ? layer_text(scene, tables) : "";
+        for (const auto& timed : timed_)
+            if (uniform && timed->layer == layer) return *timed;
+        Timed& timed = *timed_.emplace_back(std::make_unique<Timed>(Timed{layer, scene, {}}));
+        const double started = processor_seconds();
+        timed.light.emplace(timed.scene, tables, 1,
+                            uniform ? LightDetail::fine : LightDetail::sketch);
+        const bool shines = seen_light(scene).shine;
+        timed.seconds = (shines ? fine_over_sketch : 1) * (processor_seconds() - started);
+        return timed;
     }
 
   private:
-    const SceneCost& of(const Recipe& recipe) {
-        const auto [known, fresh] = known_.try_emplace(text_of(recipe));
-        if (!fresh) return known->second;
-        SceneCost& cost = known->second;
-        const double started = processor_seconds();
-        const Resolution resolution = resolve_as_first(recipe, options_);
-        cost.choose_seconds = (processor_seconds() - started) / thread_count(options_.threads);
-        const Forecast ahead = forecast_of(resolution, options_);
-        cost.solve_seconds = ahead.bake_seconds;
-        cost.check_seconds = ahead.check_seconds;
-        cost.bytes = ahead.bytes;
-        return cost;
+    static std::string layer_text(const Scene& scene, const LayerTables* tables) {
+        const SceneLayer& layer = scene.layer;
+        std::string text = joined(scene_effect_names(scene.effects)) +
+                           std::to_string(reinterpret_cast<std::uintptr_t>(tables));
+        for (const auto* const functions : {&layer.components, &layer.channels})
+            for (const PhaseFunction& each : *functions) text += each.text() + ";";
+        for (std::size_t c = 0; c < 3; ++c)
+            text += shortest_text(layer.albedo[c]) + " " + shortest_text(layer.extinction[c]) + " ";
+        for (const double number :
+             {layer.optical_depth.max, layer.density, layer.opposition.width,
+              layer.opposition.amplitude, static_cast<double>(layer.opposition.law),
+              static_cast<double>(scene.background.is_black()),
+              static_cast<double>(scene.background.pattern)})
+            text += shortest_text(number) + " ";
+        return text;
     }
 
-    BakeOptions options_;
-    std::map<std::string, SceneCost> known_;  // by recipe
+    std::vector<std::unique_ptr<Timed>> timed_;
 };
 
-PlanCosts costs_of(const Scene& scene, CoarseScene& coarse, const PlanReport& report,
-                   TableCosts& tables, double keeping) {
-    const auto cost = [&](const Scene& some) {
-        SceneCost all = tables.of({some}, keeping);
-        all.ray_ns = coarse.with(some.effects).ray_ns;
-        all.rays = rays_of(some);
-        return all;
-    };
-    PlanCosts costs;
-    costs.all = cost(scene);
-    Scene planned = scene;
-    planned.effects = report.plan.effects;
-    costs.planned = report.plan.left_out.empty() ? costs.all : cost(planned);
-    for (const EffectShare& share : report.shares)
-        costs.without.push_back(share.seen ? cost(without(scene, share.effect)) : costs.all);
-    return costs;
+/// Adds what light and rays of a scene take, from a few whole rows: neighbouring rays, as in the
+/// picture, are faster than scattered ones.
+void add_ray_costs(const Scene& scene, const LayerTables* tables, TimedLights& lights,
+                   RenderCost& cost) {
+    const TimedLights::Timed& timed = lights.prepare(scene, tables);
+    cost.light_seconds += timed.seconds;
+    RenderOptions few;
+    few.threads = 1;
+    const int rows = std::clamp(static_cast<int>(timed_rays * scene.height / rays_of(scene)),
+                                std::min(min_timed_rows, scene.height), scene.height);
+    few.row_step = std::max(1, scene.height / rows);
+    const int rendered = (scene.height - 1 - few.row_step / 2) / few.row_step + 1;
+    const double started = processor_seconds();
+    render(scene, *timed.light, few);
+    cost.ray_seconds += (processor_seconds() - started) * scene.height / rendered;
 }
 
 }  // namespace
 
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
-                        TableCache* cache) {
-    std::vector<CoarseScene> coarse;
-    std::vector<Scene> to_bake;
-    for (const Scene& scene : scenes) {
-        coarse.emplace_back(scene, options.threads);
-        for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
-    }
-    const auto tables = bake_for(to_bake, options, cache);
-    TableCosts table_costs(options);
+                        TableCache* cache, double pixels) {
     FileReport file;
-    std::vector<Scene> planned;
-    double keeping = 0;
-    const double threads = thread_count(options.threads);
-    for (std::size_t s = 0; s < scenes.size(); ++s) {
-        const Scene& scene = scenes[s];
-        const std::size_t each = tables.size() / scenes.size();
-        coarse[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
-
-        PlanReport report;
-        const auto started = Clock::now();
+    std::vector<SparsePictures> pictures;
+    std::vector<Scene> planned, to_bake;
+    for (const Scene& scene : scenes) {
+        PlanReport& report = file.scenes.emplace_back();
         report.plan = plan_scene(scene);
-        report.plan_seconds = seconds_since(started);
-        OrderBounds bounds;
-        if (scene.effects.multiple)
-            for (const Scene& channel : channel_scenes(scene)) {
-                const OrderBounds one =
-                    bound_orders(channel, std::numeric_limits<double>::infinity());
-                join(bounds.multiple, one.multiple);
-                join(bounds.azimuth, one.azimuth);
-            }
-        report.shares = shares_of(scene, coarse[s], report.plan, bounds);
-        const Scene few = sparse(scene, max_pixels);
-        report.width = few.width;
-        report.height = few.height;
-        if (bounds.multiple.place) {
-            report.orders.emplace();
-            report.orders->share = order_shares(*bounds.multiple.place, listed_orders);
-            report.orders->enough = orders_for(report.orders->share, scene.tolerance);
-            report.orders->where = bounds.multiple.place->text();
-        }
-        const double keeping_here = keep_seconds_per_byte(coarse[s].tables());
-        keeping = std::max(keeping, keeping_here);
-        report.costs = costs_of(scene, coarse[s], report, table_costs, keeping_here);
-        const SceneCost& cost = report.costs.planned;
-        file.cost.light_seconds += coarse[s].light_seconds(report.plan.effects) / threads;
-        file.cost.ray_seconds += 1e-9 * cost.ray_ns.median * cost.rays / threads;
-        file.cost.ray_spread += 1e-9 * cost.ray_ns.spread * cost.rays / threads;
-        planned.push_back(scene);
-        planned.back().effects = report.plan.effects;
-        file.scenes.push_back(std::move(report));
+        planned.push_back(with_effects(scene, report.plan.effects));
+        pictures.emplace_back(scene, pixels);
+        for (Scene& each : pictures.back().to_bake()) to_bake.push_back(std::move(each));
     }
-    file.cost.tables = table_costs.of(planned, keeping);
+    std::vector<ForecastTable> forecast;
+    for (const SharedRecipe& shared : shared_recipes(channel_scenes(planned))) {
+        forecast.push_back(forecast_table(shared, options, cache));
+        const TableCost& one = forecast.back().cost;
+        TableCost& sum = file.cost.tables;
+        sum.choose_seconds += one.choose_seconds;
+        sum.solve_seconds += one.solve_seconds;
+        sum.check_seconds += one.check_seconds;
+        sum.pack_seconds += one.pack_seconds;
+        sum.bytes += one.bytes;
+    }
+    if (cache) {
+        file.kept_seconds = file.cost.tables.choose_seconds;
+        file.cost.tables.choose_seconds = 0;
+    }
+    const auto tables = make_tables(to_bake, small_table);
+    const std::size_t each = scenes.empty() ? 0 : tables.size() / scenes.size();
+    TimedLights lights;
+    std::size_t first_channel = 0;
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        PlanReport& report = file.scenes[s];
+        pictures[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
+        report.shares = shares_of(pictures[s], report.plan);
+        add_table_costs(forecast, scenes[s], first_channel, report.shares);
+        const SceneEffects plain = plain_effects(scenes[s].effects);
+        report.picture = pictures[s].with(plain);
+        const Scene few = sparse(with_effects(scenes[s], plain), few_pixels);
+        report.orders = orders_of(few, pictures[s].tables(scenes[s].effects));
+        add_ray_costs(planned[s], pictures[s].tables(planned[s].effects), lights, file.cost);
+        first_channel += channel_scenes(scenes[s]).size();
+    }
     return file;
 }
 

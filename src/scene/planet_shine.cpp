@@ -14,23 +14,35 @@
 namespace stratus {
 namespace {
 
-constexpr std::size_t globe_radii = 16;  // from which the globe is seen; linear between
-constexpr std::size_t nodes = 16;        // of chi and psi, on either half of the globe
+constexpr std::size_t nodes = 16;  // of chi and psi, on either half of the globe
 
 /// Cells of either half, along chi and psi.
 struct Cells {
     std::size_t chi, psi;
 };
-constexpr Cells small_cells{12, 12};  // for single scattering
-constexpr Cells large_cells{2, 2};    // for orders n >= 2, which vary slowly
+constexpr Cells small_cells{8, 12};  // for single scattering
+constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 
-constexpr int grid_azimuths = 24;
+/// Azimuths of the grid, radii from which the globe is seen, linear between, and which of the
+/// profile's rows count: one in so many.
+struct GridCounts {
+    std::size_t azimuths, globe_radii, rows;
+};
+constexpr GridCounts grid_of(LightDetail detail) noexcept {
+    return detail == LightDetail::fine ? GridCounts{24, 16, 1} : GridCounts{6, 6, 3};
+}
 
 /// Linear interpolation between radii holds where neither changes by more.
 constexpr double max_step = 0.05, max_intercepted_step = 0.1;
 
-std::vector<double> radii_of(const RingProfile& profile) {
+std::vector<double> radii_of(const RingProfile& profile, const GridCounts& counts) {
     std::vector<double> radii{profile.inner()};
+    if (counts.rows > 1) {
+        for (std::size_t k = counts.rows; k + 1 < profile.radius.size(); k += counts.rows)
+            radii.push_back(profile.radius[k]);
+        radii.push_back(profile.outer());
+        return radii;
+    }
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
         const double from = profile.radius[k - 1], to = profile.radius[k];
         const double intercepted =
@@ -118,10 +130,12 @@ Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter
     for (const Source& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
         const Vector3 direction = normalised(source.direction);
-        const Geometry geometry = scattering_geometry({0, 0, 1}, direction, to_eye);
-        sum = sum + source.irradiance * ((direction.z > 0) == (to_eye.z > 0)
-                                             ? light.reflection(matter, geometry)
-                                             : light.transmission(matter, geometry));
+        const Side side =
+            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
+        const Scattering way =
+            light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye));
+        sum = sum + source.irradiance *
+                        (light.once(matter, way) + light.multiple(matter, way, LightPath::shine));
     }
     return sum;
 }
@@ -161,22 +175,27 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
     for (const Lamp& lamp : lamps.small)
         once = once + light.single(matter.mixture, depth, lamp.scattering) * lamp.irradiance;
     for (const Lamp& lamp : lamps.large)
-        more = more + lamp.irradiance * light.multiple(matter, lamp.scattering);
+        more = more + lamp.irradiance * light.multiple(matter, lamp.scattering, LightPath::shine);
     return matter.albedo * once + more;
 }
 
 }  // namespace
 
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
-                         int threads)
-    : radius_(radii_of(rings.profile)), grid_(radius_.size() * grid_azimuths) {
+                         int threads, LightDetail detail)
+    : azimuths_(grid_of(detail).azimuths),
+      radius_(radii_of(rings.profile, grid_of(detail))),
+      grid_(radius_.size() * azimuths_) {
+    const std::size_t globe_radii = grid_of(detail).globe_radii;
     const auto globe_radius = [&](std::size_t r) {
-        const double share = static_cast<double>(r) / (globe_radii - 1);
+        const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1);
         return rings.profile.inner() +
                share * share * (rings.profile.outer() - rings.profile.inner());
     };
-    const auto azimuth_of = [](int k) { return direction_at(0, 2 * pi * k / grid_azimuths); };
-    parallel_for(grid_azimuths, threads, [&](int k) {
+    const auto azimuth_of = [&](int k) {
+        return direction_at(0, 2 * pi * k / static_cast<double>(azimuths_));
+    };
+    parallel_for(static_cast<int>(azimuths_), threads, [&](int k) {
         std::vector<GlobeLamps> globe;
         for (std::size_t r = 0; r < globe_radii; ++r) {
             const Vector3 point = globe_radius(r) * azimuth_of(k),
@@ -194,22 +213,20 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
             const double below = globe_radius(above - 1),
                          share = (radius - below) / (globe_radius(above) - below);
-            grid_[row * grid_azimuths + static_cast<std::size_t>(k)] =
+            grid_[row * azimuths_ + static_cast<std::size_t>(k)] =
                 (1 - share) * scattered(globe[above - 1], scene, light, matter) +
                 share * scattered(globe[above], scene, light, matter);
         }
     });
 }
 
-AzimuthPlace PlanetShine::place(const Vector3& point) noexcept { return {point, grid_azimuths}; }
-
 Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const noexcept {
     const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
     const auto row = static_cast<std::size_t>(above - radius_.begin());
     const double share =
         std::clamp((radius - radius_[row - 1]) / (radius_[row] - radius_[row - 1]), 0.0, 1.0);
-    return (1 - share) * place.interpolated(&grid_[(row - 1) * grid_azimuths]) +
-           share * place.interpolated(&grid_[row * grid_azimuths]);
+    return (1 - share) * place.interpolated(&grid_[(row - 1) * azimuths_]) +
+           share * place.interpolated(&grid_[row * azimuths_]);
 }
 
 Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,

@@ -16,6 +16,7 @@
 
 #include "azimuth_place.h"
 
+#include <cstddef>
 #include <vector>
 
 namespace stratus {
@@ -29,18 +30,22 @@ class PlanetShine {
     /// `light` without planetshine.
     ///
     /// Accuracy 2e-3 of the rings' radiance, or of 5e-3 where they are darker.
-    PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads);
+    PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads,
+                LightDetail detail);
 
     /// Of the rings' matter at a radius, in the direction from their centre to `point`, where the
     /// view's ray meets them: for rays to the camera, interpolated.
     Rgb3 to_camera(const AzimuthPlace& place, double radius) const noexcept;
-    static AzimuthPlace place(const Vector3& point) noexcept;
+    AzimuthPlace place(const Vector3& point) const noexcept { return {point, azimuths_}; }
 
     /// For others, integrated.
+    ///
+    /// Range    directions that shine's table holds: those towards the camera, at least.
     static Rgb3 to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
                              double radius, const Matter& matter) noexcept;
 
   private:
+    std::size_t azimuths_;
     std::vector<double> radius_;  // every row of the profile, and between where depth changes
     std::vector<Rgb3> grid_;      // over radius and azimuth
 };

@@ -53,7 +53,8 @@ void divide(const LightAt& light, double from, double to, double accuracy,
 
 }  // namespace
 
-RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight& light, int threads)
+RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight& light, int threads,
+                       LightDetail detail)
     : azimuth_count_(least_azimuths), radius_{rings.profile.inner()} {
     const RingProfile& profile = rings.profile;
     const auto light_at = [&](double radius, double azimuth) {
@@ -68,7 +69,10 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
     std::vector<std::vector<double>> ends(profile.radius.size() - 1);
     parallel_for(static_cast<int>(ends.size()), threads, [&](int row) {
         const auto k = static_cast<std::size_t>(row);
-        divide(light_at, profile.radius[k], profile.radius[k + 1], accuracy, ends[k]);
+        if (detail == LightDetail::sketch)
+            ends[k].push_back(profile.radius[k + 1]);
+        else
+            divide(light_at, profile.radius[k], profile.radius[k + 1], accuracy, ends[k]);
     });
     for (const auto& some : ends) radius_.insert(radius_.end(), some.begin(), some.end());
     const auto node_radius = [&](std::size_t node) {
@@ -87,6 +91,7 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
             for (std::size_t node = 0; node < nodes; ++node)
                 grid_[node * azimuth_count_ + column] = light_at(node_radius(node), k * step);
         });
+        if (detail == LightDetail::sketch) return;
         parallel_for(static_cast<int>(azimuth_count_), threads, [&](int k) {
             const double azimuth = (k + 0.5) * step;
             const AzimuthPlace between = place(direction_at(0, azimuth));

@@ -17,7 +17,8 @@ class RingOrders {
     /// `light` must have tables.
     ///
     /// Accuracy a twentieth of the scene's tolerance where it is not empty.
-    RingOrders(const Scene& scene, const Rings& rings, const LayerLight& light, int threads);
+    RingOrders(const Scene& scene, const Rings& rings, const LayerLight& light, int threads,
+               LightDetail detail);
 
     /// Whether it has no values: of a camera so close that azimuths would have to be too many.
     bool empty() const noexcept { return grid_.empty(); }

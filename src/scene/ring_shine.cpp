@@ -16,9 +16,15 @@
 namespace stratus {
 namespace {
 
-constexpr int ringlets = 64;                               // of equal width
-constexpr int cosine_count = 20, azimuth_count = 13;       // of light that leaves the rings
-constexpr int latitude_count = 32, solar_time_count = 25;  // of the grid
+constexpr int ringlets = 64;  // of equal width
+
+/// Samples of light that leaves the rings, and of the grid.
+struct Counts {
+    int cosines, azimuths, latitudes, solar_times;
+};
+constexpr Counts counts_of(LightDetail detail) noexcept {
+    return detail == LightDetail::fine ? Counts{20, 9, 32, 25} : Counts{7, 4, 9, 8};
+}
 
 /// Of a part of a ringlet: more where light is scattered by narrow angles.
 std::size_t azimuth_nodes(const std::vector<PhaseFunction>& components) {
@@ -52,8 +58,11 @@ Rgb3 interpolated(const Rgb3* values, int width, const Stencil& row,
 /// Light that leaves the rings, averaged over ringlets, for the sun's own direction: what was
 /// scattered once over the phase function, which may be narrow, apart from the orders n >= 2.
 struct RingShine::Light {
-    Light(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
-        : inner(rings.profile.inner()),
+    Light(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
+          const Counts& counts)
+        : cosine_count(static_cast<std::size_t>(counts.cosines)),
+          azimuth_count(static_cast<std::size_t>(counts.azimuths)),
+          inner(rings.profile.inner()),
           width((rings.profile.outer() - inner) / ringlets),
           to_sun(std::max(std::abs(scene.to_sun.z), 1e-6)),
           components(scene.layer.components),
@@ -113,22 +122,25 @@ struct RingShine::Light {
         std::size_t at = orders_row(ringlet);
         for (const double mu : cosine.values)
             for (const double phi : azimuth.values) {
-                const Geometry geometry{to_sun, mu, phi};
-                for (const auto& [part, matter] : parts) {
-                    orders[0][at] =
-                        orders[0][at] +
-                        part * to_sun *
-                            light.multiple(matter, {Side::transmission, geometry, 0, {}});
-                    orders[1][at] =
-                        orders[1][at] +
-                        part * to_sun * light.multiple(matter, {Side::reflection, geometry, 0, {}});
-                }
+                // The other way round: of the table's mu_out, shine has few (layer_tables.cpp).
+                const Geometry geometry{mu, to_sun, phi};
+                for (const auto& [part, matter] : parts)
+                    for (const std::size_t side : {0u, 1u})
+                        orders[side][at] =
+                            orders[side][at] +
+                            part * to_sun *
+                                light.multiple(matter,
+                                               {side == 0 ? Side::transmission : Side::reflection,
+                                                geometry,
+                                                0,
+                                                {}},
+                                               LightPath::shine);
                 ++at;
             }
     }
 
-    static std::size_t orders_row(int ringlet) {
-        return static_cast<std::size_t>(ringlet * cosine_count * azimuth_count);
+    std::size_t orders_row(int ringlet) const {
+        return static_cast<std::size_t>(ringlet) * cosine_count * azimuth_count;
     }
     std::size_t once_row(int ringlet, std::size_t component) const {
         return (static_cast<std::size_t>(ringlet) * components.size() + component) * cosine_count;
@@ -149,16 +161,18 @@ struct RingShine::Light {
         const Stencil around =
             azimuth_view.mirrored_stencil(std::atan2(std::abs(towards.y), -towards.x));
         for (const std::size_t side : {0u, 1u})
-            sum[side] = sum[side] + interpolated(&orders[side][orders_row(ringlet)], azimuth_count,
-                                                 along, around);
+            sum[side] = sum[side] + interpolated(&orders[side][orders_row(ringlet)],
+                                                 azimuth_view.count, along, around);
         return sum;
     }
 
+    std::size_t cosine_count, azimuth_count;
     double inner, width, to_sun;
     const std::vector<PhaseFunction>& components;
     bool has_more;
-    Axis cosine = make_axis(AxisScale::arcsine_of_fourth_root, 1e-3, 1, cosine_count),
-         azimuth = make_axis(AxisScale::linear, 0, pi, azimuth_count);
+    Axis cosine =
+             make_axis(AxisScale::arcsine_of_fourth_root, 1e-3, 1, static_cast<int>(cosine_count)),
+         azimuth = make_axis(AxisScale::linear, 0, pi, static_cast<int>(azimuth_count));
     AxisView cosine_view = cosine.view(), azimuth_view = azimuth.view();
     GaussLegendre gauss{azimuth_nodes(components)};
     // Of the unlit and the lit side, over ringlet, component and cosine; over ringlet, cosine and
@@ -166,16 +180,20 @@ struct RingShine::Light {
     std::vector<Rgb3> once[2], orders[2];
 };
 
-RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
+RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
+                     LightDetail detail)
     : to_sun_(scene.to_sun),
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),
-      latitude_(
-          make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()), latitude_count)),
-      solar_time_(make_axis(AxisScale::linear, 0, pi, solar_time_count)) {
-    const Light light(scene, rings, layer, threads);
-    for (auto& side : grid_) side.resize(latitude_count * solar_time_count);
-    parallel_for(latitude_count, threads, [&](int i) {
+      latitude_(make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()),
+                          counts_of(detail).latitudes)),
+      solar_time_(make_axis(AxisScale::linear, 0, pi, counts_of(detail).solar_times)) {
+    const Counts counts = counts_of(detail);
+    const Light light(scene, rings, layer, threads, counts);
+    const auto solar_time_count = static_cast<std::size_t>(counts.solar_times);
+    for (auto& side : grid_)
+        side.resize(static_cast<std::size_t>(counts.latitudes) * solar_time_count);
+    parallel_for(counts.latitudes, threads, [&](int i) {
         const auto row = static_cast<std::size_t>(i);
         for (std::size_t k = 0; k < solar_time_count; ++k) {
             const auto sides = integrals(light, latitude_.values[row], solar_time_.values[k]);
@@ -237,7 +255,7 @@ Rgb3 RingShine::irradiance(const Vector3& point) const noexcept {
     const double solar_time = std::abs(
         std::remainder(std::atan2(point.y, point.x) - std::atan2(to_sun_.y, to_sun_.x), 2 * pi));
     const bool lit = (point.z > 0) == (to_sun_.z > 0);
-    return interpolated(grid_[lit].data(), solar_time_count, latitudes.stencil(latitude),
+    return interpolated(grid_[lit].data(), solar_time_.view().count, latitudes.stencil(latitude),
                         solar_time_.view().mirrored_stencil(solar_time));
 }
 

@@ -27,7 +27,8 @@ class RingShine {
     ///
     /// Accuracy 5e-3 of E, 5e-6 where the rings hardly rise above the horizon; of light scattered
     ///          once for phase functions to asymmetry 0.9, of higher orders to 0.5.
-    RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads);
+    RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
+              LightDetail detail);
 
     /// E at a point of the globe, of a white sun.
     Rgb3 irradiance(const Vector3& point) const noexcept;

@@ -124,8 +124,7 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const RingOrders* const orders =
         is_to_camera && is_suns_centre ? view.light.ring_orders() : nullptr;
     const AzimuthPlace orders_place = orders ? orders->place(point) : AzimuthPlace(),
-                       shine_place =
-                           shine && is_to_camera ? PlanetShine::place(point) : AzimuthPlace();
+                       shine_place = shine && is_to_camera ? shine->place(point) : AzimuthPlace();
     Rgb3 sunlight{}, planetlight{}, beam{}, background_share{};
     footprint.visit(
         rings.profile, view.scene.layer.albedo,

@@ -76,6 +76,13 @@ std::vector<Scene> channel_scenes(const Scene& scene) {
     return scenes;
 }
 
+std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes) {
+    std::vector<Scene> channels;
+    for (const Scene& scene : scenes)
+        for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
+    return channels;
+}
+
 double seen_depth(const Scene& scene, double optical_depth) noexcept {
     return scene.effects.density ? effective_optical_depth(optical_depth, scene.layer.density)
                                  : optical_depth;

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* key_attribute = "cache_key";
 constexpr const char* ending = packed_ending;
+constexpr const char* choices_ending = ".choices";
 
 /// FNV-1a.
 std::string hash_of(const std::string& text) {
@@ -73,7 +74,7 @@ std::string key_of(const Recipe& recipe) { return name_of(recipe) + "\n" + kind_
 
 /// The fields of a file's name; empty: of none of ours.
 std::vector<std::string> fields_of(const fs::path& path) {
-    if (path.extension() != ending) return {};
+    if (path.extension() != ending && path.extension() != choices_ending) return {};
     const std::string stem = path.stem().string();
     std::vector<std::string> fields;
     std::size_t start = 0;
@@ -173,11 +174,24 @@ std::vector<char> TableCache::keep(const Recipe& recipe, Table header, std::vect
         fs::create_directories(folder_);
         const fs::path path = folder_ / name_of(recipe);
         write_content_atomically(path, packed);
+        fs::remove(fs::path(path).replace_extension(choices_ending));
         remove_oldest(path);
     } catch (const std::exception& error) {
         trouble_ = error.what();
     }
     return packed;
+}
+
+std::unique_ptr<Checkpoint> TableCache::open_choices(const Recipe& recipe) {
+    if (limit_ == 0) return nullptr;
+    try {
+        fs::create_directories(folder_);
+        return std::make_unique<Checkpoint>(
+            (folder_ / name_of(recipe)).replace_extension(choices_ending),
+            CheckpointOwner{baking_program(), resolved_text(recipe)});
+    } catch (const std::exception&) {  // of another process, or of a folder that is only read
+        return nullptr;
+    }
 }
 
 void TableCache::remove_oldest(const fs::path& newest) const {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# stratus plan, bake, render --table: the recipe that a plan writes makes the table that its scene is rendered with, for every
+# stratus plan, bake, render --table: the recipes that a plan writes make the tables that its scene is rendered with, for every
 # picture of the gallery that needs one. At a coarse tolerance and one ray a pixel of few, so that plans, bakes and pictures take little.
 tables=$(realpath "$(dirname "$0")/../../tables")
 # shellcheck source=tests/cli/expect.sh
@@ -15,7 +15,7 @@ for scene in "$scenes"/*.toml; do
     expect_ok plan "$scene" --width 64 --quiet --tolerance 0.05 --write "$name.toml"
     expect_says "$out" "render takes about" "tolerance 0.05"
     tables=()
-    for recipe in "$name.toml" "${name}"_{red,green,blue}.toml; do
+    for recipe in "$name.toml" "${name}"_{fluxes,shine,red,green,blue}.toml; do
         [ -e "$recipe" ] || continue
         expect_ok bake "$recipe" -o "${recipe%.toml}.h5" --quiet --accept
         tables+=(--table "${recipe%.toml}.h5")
@@ -27,5 +27,5 @@ done
 [ $chains -ge 7 ] || fail "the gallery has seven pictures at least"
 
 # a table without what the scene looks up is refused
-expect_refused 2 --table "got 1" -- render "$scenes"/fogbow.toml -o a.png --table fogbow_red.h5
+expect_refused 2 "table.phase_function" "wavelength=0.55" -- render "$scenes"/fogbow.toml -o a.png --table fogbow_red.h5
 finish

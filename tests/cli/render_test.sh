@@ -59,8 +59,12 @@ sed '/^title/d; s/rayleigh/isotropic/' slab.toml >untitled.toml
 expect_ok render untitled.toml -o untitled.exr
 expect_says "$err" "plan: the picture: without azimuth"
 expect_ok plan untitled.toml --quiet
-expect_says "$out" "without azimuth: it changes no light" "a sparse picture of 12 x 6 pixels, one ray each"
-grep -q "found: 0" "$out" && fail "nothing was found"
+expect_says "$out" "Simulate single" "their azimuth may be left out, without which light changes by nothing" "a sparse picture of 12 x 6 pixels, one ray each"
+
+# a plan shows where each effect changes the scene
+expect_ok plan untitled.toml --quiet --picture changes.png
+[ "$(head -c 4 changes.png | tail -c 3)" = PNG ] || fail "changes.png must be a PNG file"
+expect_refused 2 --picture .png "got changes.exr" -- plan untitled.toml --picture changes.exr
 
 # what a scene names is kept, unless it is dropped
 sed 's/^tolerance/effects = ["all", "multiple"]\n&/' dark.toml >named.toml
@@ -123,7 +127,8 @@ expect_ok plan colours.toml --quiet --write needs.toml
 for colour in red green blue; do expect_ok bake needs_$colour.toml -o $colour.h5 --quiet; done
 expect_ok render colours.toml -o tables.png --table red.h5 --table green.h5 --table blue.h5 --quiet
 expect_same tables.png colours.png
-expect_refused 2 --table "three times" "got 1" -- render colours.toml -o a.png --table red.h5
+expect_refused 2 "table.phase_function" "isotropic" "got rayleigh" -- render colours.toml -o a.png --table red.h5
+expect_refused 2 --table "that the scene needs" "number 2" -- render slab.toml -o a.png --table rayleigh.h5 --table blue.h5
 expect_ok plan colours.toml --quiet
 [ "$(grep -c '^phase_function' "$out")" = 3 ] || fail "three recipes must be printed"
 

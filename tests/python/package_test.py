@@ -306,7 +306,7 @@ surface = {surface}
         self.assertNotIn("multiple", dark.effects)
         self.assertEqual(dark.recipes, [])
         self.assertIn("multiple", [effect.name for effect in dark.left_out])
-        self.assertLessEqual(dark.left_out[0].bound, dark.tolerance / 2)
+        self.assertLessEqual(dark.left_out[0].change, dark.tolerance / 2)
 
 
 class Fits(unittest.TestCase):

@@ -3,7 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/layer_tables.h>
-#include <stratus/scene/order_bounds.h>
+#include <stratus/scene/order_estimates.h>
 #include <stratus/scene/render.h>
 
 #include "small_scene.h"
@@ -60,7 +60,7 @@ TEST(SeenLight, OfADeckFromBeneathIsTransmittedAndReflectedDown) {
     EXPECT_TRUE(seen_light(slab).underside);
     EXPECT_TRUE(seen_light(slab).transmission);
     EXPECT_FALSE(seen_light(slab).reflection);
-    EXPECT_EQ(bound_orders(slab, 0.01).multiple.bound, 1);
+    EXPECT_EQ(estimate_orders(slab, 0.01).multiple.change, 1);
 }
 
 TEST(SeenLight, OfPlanetsIsReflected) {

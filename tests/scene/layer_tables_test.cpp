@@ -31,23 +31,25 @@ TEST(NeededRecipe, HasOnlyReflectionForASemiInfiniteLayer) {
 }
 
 TEST(NeededRecipe, IsEmptyWithoutMultipleScattering) {
-    EXPECT_FALSE(needed_recipe(once(small_planet(0, 2, 0.4))));
-    EXPECT_FALSE(needed_recipe(small_planet(0, 0, 0.4)));
-    EXPECT_FALSE(needed_recipe(small_planet(0, 2, 0)));
+    EXPECT_TRUE(needed_recipes(once(small_planet(0, 2, 0.4))).empty());
+    EXPECT_TRUE(needed_recipes(small_planet(0, 0, 0.4)).empty());
+    EXPECT_TRUE(needed_recipes(small_planet(0, 2, 0)).empty());
 }
 
 TEST(NeededRecipe, HasTheSidesThatTheSceneUses) {
     Scene planet = small_planet(0, 2, 0.4);
-    EXPECT_FALSE(needed_recipe(planet)->transmission) << "what passes is lost";
+    EXPECT_FALSE(needed_recipe(planet)->transmission);
+    EXPECT_FALSE(needed_recipe(planet, LightPath::fluxes)) << "what passes is lost";
     std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
-    EXPECT_TRUE(needed_recipe(planet)->transmission) << "it lights the ground";
+    EXPECT_TRUE(needed_recipe(planet, LightPath::fluxes)->transmission) << "it lights the ground";
     Scene slab = small_slab(2, 0.4);
     EXPECT_TRUE(needed_recipe(slab)->transmission) << "the background shines through";
     slab.effects.transmission = false;
     EXPECT_FALSE(needed_recipe(slab)->transmission);
     slab.effects.transmission = true;
     slab.effects.reflection = false;
-    EXPECT_FALSE(needed_recipe(slab)->reflection);
+    EXPECT_FALSE(needed_recipe(slab)) << "of the lit side";
+    EXPECT_TRUE(needed_recipe(slab, LightPath::fluxes));
     slab.effects.reflection = true;
     slab.background.colour = {0, 0, 0};
     EXPECT_FALSE(needed_recipe(slab)->transmission) << "of the far side";
@@ -92,14 +94,49 @@ TEST(NeededRecipe, HasTheOneCosineOfAPointSun) {
     slab.effects.background = false;
     EXPECT_GT(needed_recipe(slab)->mu_in.min, 0);
     EXPECT_EQ(needed_recipe(small_planet(0, 2, 0.4))->mu_in.min, 0);
+}
+
+TEST(NeededRecipe, OfFluxesHasAllCosinesAndNoAzimuth) {
     Scene rings = small_rings(1);
-    std::get<Rings>(rings.subject).surface.colour = {0.5f, 0.5f, 0.5f};
-    rings.effects.planetshine = false;
-    EXPECT_GT(needed_recipe(rings)->mu_in.min, 0);
-    rings.effects.planetshine = true;
-    EXPECT_EQ(needed_recipe(rings)->mu_in.min, 0);
+    rings.background.colour = {1, 1, 1};
+    Scene planet = small_planet(0, 2, 0.4);
+    std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    for (const Scene& scene : {rings, planet}) {
+        const auto recipe = needed_recipe(scene, LightPath::fluxes);
+        ASSERT_TRUE(recipe);
+        EXPECT_EQ(recipe->mu_in.min, 0);
+        EXPECT_EQ(recipe->mu_in.max, 1);
+        EXPECT_EQ(recipe->mu_out.min, recipe->mu_out.max);
+        EXPECT_EQ(recipe->discretisation.modes, 1);
+        EXPECT_FALSE(needed_recipe(scene)->transmission) << "nothing of it is seen";
+    }
+    EXPECT_EQ(needed_recipe(rings)->mu_in.min, needed_recipe(rings)->mu_in.max) << "a point sun";
+    rings.effects.background = false;
+    EXPECT_FALSE(needed_recipe(rings, LightPath::fluxes));
+    planet.layer.optical_depth.max = infinity;
+    EXPECT_FALSE(needed_recipe(planet, LightPath::fluxes)) << "nothing passes";
+}
+
+/// Its directions are those that sunlight does not take; it is a small part of a picture.
+TEST(NeededRecipe, OfShineIsCoarserThanThatOfSunlight) {
+    Scene rings = small_rings(1);
+    EXPECT_FALSE(needed_recipe(rings, LightPath::shine));
+    rings.effects.ringshine = rings.effects.planetshine = true;
+    const auto shine = needed_recipe(rings, LightPath::shine);
+    ASSERT_TRUE(shine);
+    EXPECT_EQ(shine->mu_in.min, 0);
+    EXPECT_EQ(shine->mu_in.max, 1);
+    for (const double cosine : {rings.to_sun.z, -rings.camera.forward().z}) {
+        EXPECT_LE(shine->mu_out.min, cosine);
+        EXPECT_GE(shine->mu_out.max, cosine);
+    }
+    EXPECT_TRUE(shine->reflection && shine->transmission);
+    EXPECT_GT(shine->tolerance, rings.tolerance);
+    const auto sunlight = needed_recipe(rings);
+    EXPECT_EQ(sunlight->mu_in.min, sunlight->mu_in.max);
+    EXPECT_EQ(sunlight->tolerance, rings.tolerance);
     std::get<Rings>(rings.subject).surface.colour = {0, 0, 0};
-    EXPECT_GT(needed_recipe(rings)->mu_in.min, 0) << "a black planet";
+    EXPECT_FALSE(needed_recipe(rings, LightPath::shine)) << "a black planet";
 }
 
 /// Small ranges that hold the camera's one direction.
@@ -126,9 +163,6 @@ TEST(NeededRecipe, HasTheDirectionsOfView) {
         EXPECT_EQ(recipe.azimuth.max, 180) << why;
     };
     expect_all(small_planet(30, 2, 0.4), "a globe");
-    std::get<Rings>(rings.subject).surface.colour = {0.5f, 0.5f, 0.5f};
-    rings.effects.ringshine = true;
-    expect_all(rings, "ringshine");
     slab.effects.azimuth = false;
     EXPECT_EQ(needed_recipe(slab)->azimuth.max, 180) << "nothing depends on it";
     slab.camera.orthographic = false;
@@ -153,7 +187,7 @@ TEST(NeededRecipe, OfTheDirectionsOfViewGivesTheSamePicture) {
         const auto narrow = bake_layer_tables(recipe);
         ASSERT_LT(recipe.azimuth.max - recipe.azimuth.min, 90);
         const auto all = bake_layer_tables(of_all_directions(recipe));
-        EXPECT_EQ(narrow->headers[0].mu_in.values.size(), 1u);
+        EXPECT_EQ(narrow->paths[0]->headers[0].mu_in.values.size(), 1u);
         const Image found = render(scene, LayerLight(scene, narrow.get())),
                     expected = render(scene, LayerLight(scene, all.get()));
         float brightest = 0;
@@ -225,16 +259,16 @@ TEST(BakeFor, SharesTheTablesOfChannels) {
     green.layer.channels.clear();
     const auto tables = bake_for({one, once(one), green});
     ASSERT_TRUE(tables[0]);
-    EXPECT_FALSE(tables[0]->packed);
-    EXPECT_EQ(tables[0]->channels[0]->headers[0].phase_function.text(), "isotropic");
-    EXPECT_EQ(tables[0]->channels[1], tables[2]) << "the same phase function";
+    EXPECT_FALSE(tables[0]->at(LightPath::sunlight));
+    EXPECT_EQ(tables[0]->channels[0]->paths[0]->headers[0].phase_function.text(), "isotropic");
+    EXPECT_EQ(tables[0]->channels[1]->paths, tables[2]->paths) << "the same phase function";
     EXPECT_FALSE(tables[0]->channels[2]) << "black";
     EXPECT_FALSE(tables[1]) << "scattered once";
 }
 
 TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     const Scene scene = small_slab(1, 0.8);
-    Recipe recipe = *needed_recipe(scene);
+    Recipe recipe = of_all_directions(*needed_recipe(scene));
     recipe.tolerance = 0.05;
     recipe.optical_depth = {0.5, 2};
     recipe.albedo = {0.5, 0.9};
@@ -245,7 +279,7 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
         for (const Table* const each : tables) packed.emplace_back(pack(*each));
         return adopt_tables(scenes, std::move(packed));
     };
-    EXPECT_TRUE(adopt({scene}, {&table})[0]->packed);
+    EXPECT_TRUE(adopt({scene}, {&table})[0]->at(LightPath::sunlight));
     auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
         expect_refusal<std::invalid_argument>([&] { adopt({scene, other}, {&table}); }, fragments);
     };
@@ -260,14 +294,16 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     other.layer.components = {PhaseFunction::isotropic()};
     refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});
     other.layer.channels = {3, PhaseFunction::rayleigh()};
-    expect_refusal<std::invalid_argument>([&] { adopt({other}, {&table}); },
-                                          {"--table", "three times", "got 1"});
+    EXPECT_TRUE(adopt({other}, {&table})[0]->channels[2]);
+    EXPECT_TRUE(adopt({other}, {&table, &table, &table})[0]->channels[2]);
+    Recipe of_others = recipe;
+    of_others.phase_function = PhaseFunction::isotropic();
+    const Table foreign = bake(of_others);
     expect_refusal<std::invalid_argument>(
         [&] {
-            adopt({scene}, {&table, &table});
+            adopt({scene}, {&table, &foreign});
         },
-        {"--table", "once", "got 2"});
-    EXPECT_TRUE(adopt({other}, {&table, &table, &table})[0]->channels[2]);
+        {"--table", "that the scene needs", "got number 2"});
     const auto refuse_table = [&](const Table& changed, const std::vector<const char*>& fragments) {
         expect_refusal<std::invalid_argument>([&] { adopt({scene}, {&changed}); }, fragments);
     };
@@ -285,6 +321,28 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     refuse_table(narrowed(&Recipe::azimuth, {60, 170}), {"table.azimuth.min", "got 1.04"});
 }
 
+TEST(AdoptTables, TakesATableForEachLightPathOrOneForAll) {
+    Scene scene = small_planet(40, 1, 0.8);
+    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    scene.tolerance = 0.05;
+    const auto adopt = [&](const std::vector<Recipe>& recipes) {
+        std::vector<PackedTable> tables;
+        for (const Recipe& recipe : recipes) tables.emplace_back(pack(bake(recipe)));
+        return adopt_tables({scene}, std::move(tables))[0];
+    };
+    const Recipe sunlight = *needed_recipe(scene),
+                 fluxes = *needed_recipe(scene, LightPath::fluxes);
+    for (const auto& each : {adopt({sunlight, fluxes}), adopt({fluxes, sunlight})}) {
+        EXPECT_GT(each->at(LightPath::sunlight)->headers[0].mu_out.values.size(), 1u);
+        EXPECT_EQ(each->at(LightPath::fluxes)->headers[0].mu_out.values.size(), 1u);
+    }
+    const auto all = adopt({of_all_directions(sunlight)});
+    EXPECT_EQ(all->paths[0], all->paths[1]);
+    expect_refusal<std::invalid_argument>([&] { adopt({sunlight}); },
+                                          {"one with transmission", "got none"});
+    expect_refusal<std::invalid_argument>([&] { adopt({fluxes}); }, {"table.mu_out.min", "got 1"});
+}
+
 /// A slab in three lobes.
 Scene lobes(const std::array<double, 3>& g) {
     Scene scene = small_slab(1, 0.8);
@@ -299,7 +357,7 @@ TEST(AdoptTables, FindsMembersOfAFamily) {
     const Scene scene = lobes({0.2, 0.3, 0.4}), other = lobes({0.3, 0.35, 0.2});
     Scene grey = lobes({0.3, 0.3, 0.3});
     grey.layer.channels.clear();
-    Recipe recipe = *needed_recipe(channel_scenes(scene)[0]);
+    Recipe recipe = of_all_directions(*needed_recipe(channel_scenes(scene)[0]));
     recipe.albedo = {0.5, 0.9};
     recipe.family = {{PhaseParameter::g, {0.1, 0.5}, {}}};
     const Table family = bake(recipe);
@@ -309,10 +367,11 @@ TEST(AdoptTables, FindsMembersOfAFamily) {
         return adopt_tables(scenes, std::move(tables));
     };
     const auto given = adopt({scene, other, once(other), grey});
-    EXPECT_EQ(given[0]->channels[0]->headers[0].phase_function.text(), "henyey_greenstein:g=0.2");
-    EXPECT_EQ(given[0]->channels[1], given[1]->channels[0]) << "one member";
+    EXPECT_EQ(given[0]->channels[0]->paths[0]->headers[0].phase_function.text(),
+              "henyey_greenstein:g=0.2");
+    EXPECT_EQ(given[0]->channels[1]->paths, given[1]->channels[0]->paths) << "one member";
     EXPECT_FALSE(given[2]) << "scattered once";
-    EXPECT_EQ(given[3], given[1]->channels[0]);
+    EXPECT_EQ(given[3]->paths, given[1]->channels[0]->paths);
     const auto baked = bake_for({scene});  // of each phase function alone
     const Image found = render(scene, LayerLight(scene, given[0].get())),
                 expected = render(scene, LayerLight(scene, baked[0].get()));

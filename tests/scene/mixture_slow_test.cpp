@@ -14,9 +14,7 @@ TEST(LayerLight, OfAMixtureMatchesTheSolver) {
     std::get<Rings>(scene.subject).profile = {{1.5, 2.5}, {1, 1.5}, {0.9, 0}, {0.1, 0.9}};
     constexpr double tolerance = 5e-3;
     scene.tolerance = tolerance;
-    Recipe recipe = of_all_directions(*needed_recipe(scene));
-    recipe.reflection = recipe.transmission = true;
-    const auto tables = bake_layer_tables(recipe);
+    const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
     const LayerLight light(scene, tables.get());
     for (const double mixture : {0.05, 0.37, 0.6, 0.88}) {
         const Geometry geometry{0.6, 0.5, 2.5};

@@ -2,7 +2,12 @@
 #pragma once
 
 #include <stratus/base/angle.h>
+#include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
 
 namespace stratus {
 
@@ -53,11 +58,28 @@ inline Scene small_rings(double optical_depth) {
     return scene;
 }
 
-/// For lookups beside what a scene's camera sees.
+/// The recipe for one light path of a scene; none where it needs none.
+inline std::optional<Recipe> needed_recipe(const Scene& scene,
+                                           LightPath path = LightPath::sunlight) {
+    for (const NeededRecipe& needed : needed_recipes(scene))
+        if (needed.path == path) return needed.recipe;
+    return std::nullopt;
+}
+
+/// For lookups beside what a scene's camera sees, of all light paths.
 inline Recipe of_all_directions(Recipe recipe) {
     recipe.mu_in = recipe.mu_out = {0, 1};
     recipe.azimuth = {0, 180};
+    recipe.reflection = true;
+    recipe.transmission = std::isfinite(recipe.optical_depth.min);
     return recipe;
+}
+
+/// One table for all light paths.
+inline std::unique_ptr<LayerTables> bake_layer_tables(const Recipe& recipe) {
+    auto tables = std::make_unique<LayerTables>();
+    tables->paths[0] = bake_layer_table(recipe);
+    return tables;
 }
 
 /// All effects but orders n >= 2: nothing is baked.

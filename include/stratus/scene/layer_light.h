@@ -31,7 +31,7 @@ inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
 /// What a picture looks up of its layer: directions, matter and sides.
 struct LookupRange {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
-    Range optical_depth{infinity, 0}, albedo{1, 0};
+    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
     bool reflection = false, transmission = false;
 
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
@@ -45,6 +45,13 @@ struct Scattering {
     std::array<double, 2> phase{};  // of each component; 0 where single scattering is left out
 };
 
+/// How a layer's light is prepared: for pictures, or, without slices and with coarse grids, for the few
+/// rays of a plan.
+enum class LightDetail { fine, sketch };
+
+/// About how many times as long the former takes where rings and their planet light one another.
+constexpr double fine_over_sketch = 11;
+
 class LayerFluxes;
 class RingOrders;
 class RingShine;
@@ -54,10 +61,11 @@ class LayerLight {
   public:
     /// `tables` is null where none is needed. Both must outlive this.
     ///
-    /// Cost     of rings and a planet that light one another: up to a second.
+    /// Cost     of rings and a planet that light one another: up to a second; a tenth of a sketch.
     /// Threads  that many; 0: all.
     /// Errors   std::invalid_argument for orders n >= 2 without a table.
-    LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0);
+    LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0,
+               LightDetail detail = LightDetail::fine);
 
     /// A uniform layer with the table's phase function and lower boundary, in a scene without
     /// ground.
@@ -79,8 +87,9 @@ class LayerLight {
     double single(double mixture, double optical_depth,
                   const Scattering& scattering) const noexcept;
     Rgb3 once(const Matter& matter, const Scattering& scattering) const noexcept;
-    /// Orders n >= 2.
-    Rgb3 multiple(const Matter& matter, const Scattering& scattering) const noexcept;
+    /// Orders n >= 2, of the table for a light path.
+    Rgb3 multiple(const Matter& matter, const Scattering& scattering,
+                  LightPath path = LightPath::sunlight) const noexcept;
 
     /// Whether a LightSum finds this layer's light: that of a uniform layer.
     bool has_sums() const noexcept;
@@ -141,8 +150,11 @@ class LayerLight {
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     bool is_stack() const noexcept { return !scene_.layer.stack.empty(); }
-    void shine(int threads);
-    void bind(const TableView* table, bool multiple);
+    const LayerTable* table(LightPath path) const noexcept {
+        return tables_ ? tables_->at(path) : nullptr;
+    }
+    void shine(int threads, LightDetail detail);
+    void bind(const TableView* table, bool multiple, LightDetail detail = LightDetail::fine);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     bool is_wanted(Side side) const noexcept {
         return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;

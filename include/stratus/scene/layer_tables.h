@@ -1,5 +1,11 @@
-// The tables that a scene's layer is looked up in: the recipe that the scene needs, and what is
-// baked from it.
+// The tables that a scene's layer is looked up in: the recipes that the scene needs, one for each way
+// of light, and what is baked from them.
+//
+// Sunlight that the layer sends to the camera is all that most pixels hold: its table has the scene's
+// tolerance, and of a point sun over a plane one cosine of incidence. What lies behind the layer needs
+// fluxes alone, which have no azimuth and no second cosine; those of slabs come with sunlight's table,
+// which costs less than a second one. Light that rings and their planet exchange comes along all
+// directions, but is a small part of what is seen.
 #pragma once
 
 #include <stratus/bake/bake.h>
@@ -10,56 +16,92 @@
 #include <stratus/table/table.h>
 
 #include <array>
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 namespace stratus {
 
-/// The recipe of the table that a scene needs; none where its effects need no table. Channels with
-/// their own phase functions need a table each: that of `channel_scenes` (scene.h). Directions are
-/// those that the scene sees, in wider ranges, or all where those would not halve the table.
-std::optional<Recipe> needed_recipe(const Scene& scene);
+/// Ways of light that need orders n >= 2 of the layer.
+enum class LightPath {
+    sunlight,  // off the layer or through it, to the camera
+    fluxes,    // of a ground or of a background of one colour, through the layer
+    shine,     // between rings and their planet
+};
+constexpr std::size_t light_paths = 3;
+
+const char* light_path_name(LightPath path) noexcept;
+
+/// The ways of light for which a scene needs a table; none where its effects need no table.
+std::vector<LightPath> needed_paths(const Scene& scene);
+
+/// The recipe of the table for one way of light.
+struct NeededRecipe {
+    LightPath path;
+    Recipe recipe;
+};
+
+/// The recipes of the tables that a scene needs, one for each of needed_paths. Channels with their
+/// own phase functions need tables each: those of `channel_scenes` (scene.h). Directions are those
+/// that the light takes, in wider ranges, or all where those would not halve the table; tolerances
+/// are such that the picture keeps the scene's (tests/scene/picture_test.cpp).
+std::vector<NeededRecipe> needed_recipes(const Scene& scene);
 
 /// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table
 /// cannot serve both.
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 
-/// Tables of one layer. Must not be moved while a LayerLight uses them.
-struct LayerTables {
+/// A table prepared for lookups. Must not be moved while a LayerLight uses it.
+struct LayerTable {
     Axis mixture{AxisScale::linear, {}};  // empty where there is one mixture
     std::vector<Table> headers;           // without samples, one for each mixture
-    std::optional<PackedTable> packed;    // none where channels have their own
-    /// Of red, green and blue where these have their own phase functions, in place of all above.
-    std::array<std::shared_ptr<const LayerTables>, 3> channels;
+    PackedTable packed;
 };
 
 /// Prepares a table for lookups.
-std::unique_ptr<LayerTables> make_layer_tables(PackedTable table);
+std::shared_ptr<const LayerTable> make_layer_table(PackedTable table);
 
-/// Bakes `recipe`, or takes its table from the cache, and prepares it for a scene.
-std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions& options = {},
-                                               TableCache* cache = nullptr);
+/// Bakes `recipe`, or takes its table from the cache, and prepares it for lookups.
+std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOptions& options = {},
+                                                   TableCache* cache = nullptr);
 
-/// Tables for each of several scenes out of those that are given: one, or three for scenes whose
-/// channels have their own phase functions, or one of a family that has the phase functions of all
-/// scenes and channels among its members, each of which becomes a table of its own (table_at).
+/// Tables of one scene.
+struct LayerTables {
+    /// By LightPath; null where there is none, and sunlight's, if any, stands in.
+    std::array<std::shared_ptr<const LayerTable>, light_paths> paths;
+    /// Of red, green and blue where these have their own phase functions, in place of the above.
+    std::array<std::shared_ptr<const LayerTables>, 3> channels;
+
+    const LayerTable* at(LightPath path) const noexcept {
+        const auto& own = paths[static_cast<std::size_t>(path)];
+        return own ? own.get() : paths[0].get();
+    }
+};
+
+/// Tables for each of several scenes out of those that are given: each light path of each channel
+/// gets the first that serves it. One of a family that has the phase functions of scenes and channels
+/// among its members serves all of these, each of which becomes a table of its own (table_at).
 ///
-/// Errors   std::invalid_argument for a table of another phase function, or that does not cover
-///          what a scene needs; for another number of tables.
+/// Errors   std::invalid_argument where none of the tables serves what a scene needs, saying why the
+///          last does not; for a table that serves nothing.
 std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<Scene>& scenes,
                                                              std::vector<PackedTable> tables);
 
 /// The layer's matter, if it is uniform.
 std::optional<Matter> uniform_matter(const Scene& scene);
 
-/// Recipes that serve several scenes, each of as many as it can.
+/// A recipe that serves one light path of several scenes.
 struct SharedRecipe {
+    LightPath path;
     Recipe recipe;
     bool uniform;                     // the layers of all its scenes
     std::vector<std::size_t> scenes;  // positions
 };
 
+/// Each of as many scenes as it can serve.
+///
 /// Range    scenes of one phase function, or of two that mix (channel_scenes of others).
 std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes);
 
@@ -67,5 +109,10 @@ std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes);
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
                                                          const BakeOptions& options = {},
                                                          TableCache* cache = nullptr);
+
+/// The same of tables that are made in another way, each from a recipe.
+using TableMaker = std::function<std::shared_ptr<const LayerTable>(const Recipe& recipe)>;
+std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
+                                                            const TableMaker& make);
 
 }  // namespace stratus

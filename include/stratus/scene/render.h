@@ -24,7 +24,7 @@ Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y);
 /// Along one ray, with the sun in one direction.
 ///
 /// Range    directions that the light's tables hold: those baked for the scene may hold no more than
-///          its camera sees (needed_recipe, layer_tables.h).
+///          its camera sees (needed_recipes, layer_tables.h).
 Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
                     const Vector3& to_sun);
 

@@ -171,6 +171,9 @@ SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>
 /// one's, its depth, and grey in its albedo; else the scene itself.
 std::vector<Scene> channel_scenes(const Scene& scene);
 
+/// Those of several scenes, one after the other.
+std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
+
 /// The optical depth with the effect of density, where that is on.
 double seen_depth(const Scene& scene, double optical_depth) noexcept;
 

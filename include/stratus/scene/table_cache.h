@@ -8,10 +8,12 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
+#include <stratus/io/checkpoint.h>
 #include <stratus/table/packed_table.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +31,10 @@ class TableCache {
     /// Keeps a packed table, unless it alone exceeds the limit; what its file holds. `header`: the
     /// table with or without its samples.
     std::vector<char> keep(const Recipe& recipe, Table header, std::vector<char> packed);
+
+    /// The choices that a plan has made of a recipe's discretisation, as pieces of its bake's log, and
+    /// the place to keep more of them until the recipe's table is kept; null where there is no place.
+    std::unique_ptr<Checkpoint> open_choices(const Recipe& recipe);
 
     /// Why tables could not be kept; empty: they could.
     const std::string& trouble() const noexcept { return trouble_; }

@@ -15,7 +15,7 @@ class LeftOut:
     """An effect that is left out, and the largest relative change that this makes."""
 
     name: str
-    bound: float  # not exceeded anywhere in the scene
+    change: float  # estimated, of any light in the scene
     found: float  # at an exact geometry
     where: str
 
@@ -28,11 +28,10 @@ class EffectShare:
     seen: bool  # by the camera; not: nothing below counts
     mean: float  # relative change of a sparse picture
     max: float
-    bounded: bool  # max is a bound over all that the scene contains, not one pixel's
+    estimated: bool  # max is an estimate over all that the scene contains, not one pixel's
     where: str  # of max
     fate: str  # kept or left out, and why
-    table_seconds: float
-    ray_ns: float
+    table_seconds: float  # of one processor, that tables take more for it
 
 
 @dataclass(frozen=True)
@@ -45,13 +44,13 @@ class ScenePlan:
     left_out: list[LeftOut]
     recipes: list[str]  # TOML of the tables that it needs; three where colours have their own
     shares: list[EffectShare] = field(default_factory=list)  # where measured
-    orders: list[float] | None = None  # order n's share of the light, [n - 1], where measured
+    orders: dict[str, list[float]] = field(default_factory=dict)  # by side, "lit" or "unlit": order n's share, [n - 1]
 
 
 @dataclass(frozen=True)
 class Plan:
     scenes: list[ScenePlan]
-    seconds: float  # that rendering all of them takes, where measured; else not-a-number
+    seconds: float  # of one processor, that rendering all of them takes, where measured; else not-a-number
 
 
 def plan(
@@ -68,7 +67,7 @@ def plan(
     scene      TOML text, or the path of a scene file: an os.PathLike, or a str that ends in .toml
     tolerance  relative change of a pixel, [1e-6, 0.5], in place of the scene's own
     drop       effects to leave out whatever they change
-    measure    also what each effect changes and costs, on a sparse picture: seconds
+    measure    also what each effect changes and costs, on a sparse picture
     progress   as of `bake`, of measuring
 
     Errors   ValueError naming the key, the allowed range and the value met; OSError for a file that
@@ -86,7 +85,7 @@ def plan(
             left_out=[LeftOut(*effect) for effect in one["left_out"]],
             recipes=one["recipes"],
             shares=[EffectShare(*share) for share in one.get("shares", ())],
-            orders=one.get("orders"),
+            orders=one.get("orders", {}),
         )
         for one in told
     ]

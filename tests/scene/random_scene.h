@@ -1,0 +1,164 @@
+// Bright scenes that nobody chose, of a few pixels, and how much two pictures differ: whether pictures
+// keep their tolerance.
+#pragma once
+
+#include <stratus/io/image.h>
+#include <stratus/scene/scene.h>
+
+#include "small_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace stratus {
+
+/// The largest difference of a pixel relative to its own light, or to 1 % of the brightest pixel's, and
+/// how many pixels differ by more than `allowed`.
+struct PictureDifference {
+    double most = 0;
+    int exceeding = 0, lit = 0;
+    int x = 0, y = 0;  // of the largest
+};
+
+inline PictureDifference difference_between(const Image& expected, const Image& found,
+                                            double allowed) {
+    const auto light = [&](std::size_t pixel) {
+        const float* const rgb = &expected.rgb[3 * pixel];
+        return double{std::max({rgb[0], rgb[1], rgb[2]})};
+    };
+    const std::size_t pixels = expected.rgb.size() / 3;
+    double brightest = 0;
+    for (std::size_t k = 0; k < pixels; ++k) brightest = std::max(brightest, light(k));
+    PictureDifference difference;
+    for (std::size_t k = 0; k < pixels && brightest > 0; ++k) {
+        double here = 0;
+        for (std::size_t c = 3 * k; c < 3 * k + 3; ++c)
+            here = std::max(here, std::abs(double{expected.rgb[c]} - double{found.rgb[c]}));
+        here /= std::max(light(k), 0.01 * brightest);
+        difference.lit += light(k) > 0;
+        difference.exceeding += here > allowed;
+        if (here <= difference.most) continue;
+        difference.most = here;
+        difference.x = static_cast<int>(k) % expected.width;
+        difference.y = static_cast<int>(k) / expected.width;
+    }
+    return difference;
+}
+
+/// Half of them rings around a planet that light one another, the others slabs, with ground or a
+/// background more often than not, and planets.
+class RandomScene {
+  public:
+    explicit RandomScene(unsigned seed) : random_(seed) {}
+
+    Scene scene() {
+        Scene scene = happens(0.5) ? rings() : happens(0.7) ? slab() : planet();
+        scene.width = 36;
+        scene.height = 24;
+        scene.samples = 1;
+        scene.tolerance = happens(0.5) ? 5e-3 : 1e-2;
+        // Half of all suns are low.
+        const double elevation = happens(0.5) ? between(-1, 1) : between(-0.2, 0.2);
+        scene.to_sun = direction_at(std::asin(elevation), between(0, 2 * pi));
+        return scene;
+    }
+
+  private:
+    double between(double min, double max) {
+        return std::uniform_real_distribution<double>(min, max)(random_);
+    }
+    bool happens(double chance) { return between(0, 1) < chance; }
+    Rgb colour() {
+        return {static_cast<float>(between(0, 1)), static_cast<float>(between(0, 1)),
+                static_cast<float>(between(0, 1))};
+    }
+    PhaseFunction phase_function() {
+        switch (static_cast<int>(between(0, 4))) {
+            case 0: return PhaseFunction::isotropic();
+            case 1: return PhaseFunction::rayleigh();
+            case 2: return PhaseFunction::lambert_sphere();
+            default: return PhaseFunction::henyey_greenstein(between(-0.4, 0.75));
+        }
+    }
+    void look_from(Scene& scene, double distance, double degrees) {
+        scene.camera.position =
+            distance * direction_at(std::asin(between(-1, 1)), between(0, 2 * pi));
+        scene.camera.orthographic = happens(0.3);
+        scene.camera.width =
+            scene.camera.orthographic ? between(0.2, 0.6) * distance : radians(degrees);
+    }
+
+    Scene rings() {
+        Scene scene = small_rings(1);
+        scene.effects.ringshine = scene.effects.planetshine = true;
+        scene.layer.components = {phase_function(), phase_function()};
+        scene.layer.albedo = {1, between(0.5, 1), between(0.3, 1)};
+        Rings& rings = std::get<Rings>(scene.subject);
+        rings.surface.colour = colour();
+        rings.flattening = happens(0.5) ? 0.1 : 0;
+        RingProfile profile;
+        const int knots = 2 + static_cast<int>(between(0, 6));
+        double radius = between(1.1, 1.5);
+        const double deepest = std::pow(10, between(-1.5, 0.6)), white = between(0.3, 1);
+        const bool even = happens(0.4);
+        for (int k = 0; k < knots; ++k) {
+            profile.radius.push_back(radius);
+            profile.optical_depth.push_back(deepest * between(0.1, 1));
+            const double w = white * between(0.3, 1), share = even ? 0.7 : between(0, 1);
+            profile.w1.push_back(w * share);
+            profile.w2.push_back(w * (1 - share));
+            radius += happens(0.3) ? 1e-3 : between(0.1, 0.4);
+        }
+        rings.profile = profile;
+        look_from(scene, between(3, 12), between(10, 50));
+        if (happens(0.3)) scene.background.colour = colour();
+        return scene;
+    }
+    Scene planet() {
+        Scene scene = small_planet(0, std::pow(10, between(-1.5, 1)), between(0.5, 1));
+        scene.layer.components = {phase_function()};
+        if (happens(0.6)) std::get<Planet>(scene.subject).surface.colour = colour();
+        if (happens(0.5)) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+        return scene;
+    }
+    Scene slab() {
+        Scene scene = small_slab(std::pow(10, between(-1.5, 1)), between(0.5, 1));
+        scene.layer.components = {phase_function()};
+        scene.background.colour = happens(0.6) ? colour() : Rgb{0, 0, 0};
+        look_from(scene, 10, between(10, 90));
+        if (happens(0.4)) {
+            Slab& slab = std::get<Slab>(scene.subject);
+            slab.surface.emplace();
+            slab.surface->colour = colour();
+            slab.half_size = infinity;
+            slab.height = 1;
+            scene.camera.position.z = std::abs(scene.camera.position.z);
+        }
+        if (happens(0.4)) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+        return scene;
+    }
+
+    std::mt19937 random_;
+};
+
+/// Tables that are `finer` times as fine as the scene asks for, along all light paths.
+inline std::vector<std::shared_ptr<const LayerTables>> bake_finer(const Scene& scene, double finer,
+                                                                  const BakeOptions& options = {}) {
+    std::vector<std::shared_ptr<const LayerTables>> channels;
+    for (const Scene& channel : channel_scenes(scene)) {
+        const auto own = std::make_shared<LayerTables>();
+        for (NeededRecipe& needed : needed_recipes(channel)) {
+            needed.recipe.tolerance = scene.tolerance / finer;
+            own->paths[static_cast<std::size_t>(needed.path)] =
+                bake_layer_table(needed.recipe, options);
+        }
+        channels.push_back(own);
+    }
+    if (scene.layer.channels.empty()) return channels;
+    const auto all = std::make_shared<LayerTables>();
+    std::ranges::copy(channels, all->channels.begin());
+    return {all};
+}
+
+}  // namespace stratus

@@ -6,9 +6,6 @@
 
 namespace stratus {
 
-/// Points of the bake's own check.
-constexpr int check_samples = 2000;
-
 /// The forecast of a resolved recipe; with ranks, which would wait for it, without times.
 Forecast forecast_of(const Resolution& resolution, const BakeOptions& options);
 

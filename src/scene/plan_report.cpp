@@ -286,7 +286,7 @@ double keep_seconds_per_byte(const LayerTables* tables) {
 /// Costs of tables, each recipe's forecast made once.
 class TableCosts {
   public:
-    explicit TableCosts(const BakeOptions& options) : options_(options) {}
+    explicit TableCosts(const BakeOptions& options) : options_(table_options(options)) {}
 
     /// Of scenes that share tables.
     SceneCost of(const std::vector<Scene>& scenes, double keep_seconds_per_byte) {

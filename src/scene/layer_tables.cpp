@@ -369,7 +369,7 @@ std::shared_ptr<const LayerTable> make_layer_table(PackedTable table) {
 }
 
 BakeOptions table_options(BakeOptions options) {
-    options.checked_points = 500;
+    options.checked_points = 1000;
     return options;
 }
 

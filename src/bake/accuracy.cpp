@@ -277,7 +277,7 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     solver.nodes = result.reference_nodes;
     solver.orders = table.highest_order;
     // Without azimuths a table holds means over them.
-    if (table.azimuth.values.size() == 1) solver.modes = 1;
+    if (table.azimuth.values == std::vector{0.0}) solver.modes = 1;
     solver.exact_fluxes = false;
     solver.mode_tolerance = 1e-3 * table.tolerance;
 

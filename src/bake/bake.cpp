@@ -128,7 +128,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table.attributes["program_version"] = STRATUS_VERSION;
 
     VerifyOptions check;
-    check.samples = check_samples;
+    check.samples = options.checked_points;
     check.seed = check_seed;
     check.threads = options.threads;
     check.fluxes = false;
@@ -155,8 +155,8 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table.attributes["measured_error_median"] = median;
     table.attributes["measured_error_99.9_percent"] = most;
     if (options.note)
-        options.note("checked at " + std::to_string(check_samples) + " random points: median " +
-                     median + ", 99.9 % within " + most + ", largest " +
+        options.note("checked at " + std::to_string(options.checked_points) +
+                     " random points: median " + median + ", 99.9 % within " + most + ", largest " +
                      short_number(table.measured_error, 3));
     if (!verification.forward.empty()) {
         const std::string forward = short_number(error_quantile(verification.forward, 0.99), 3);

@@ -50,8 +50,8 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     return shortfall;
 }
 
-/// Predicts the pieces of the bake's own check, from one of its ladders.
-void predict_check(const Recipe& resolved, ShareableWork& work) {
+/// Predicts the pieces of the bake's own check of so many points, from one of its ladders.
+void predict_check(const Recipe& resolved, int points, ShareableWork& work) {
     const Discretisation& d = resolved.discretisation;
     const Axis albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
     const Axis depth = depth_axis(resolved);
@@ -79,7 +79,7 @@ void predict_check(const Recipe& resolved, ShareableWork& work) {
         solve_random_points(resolved.phase_function, range, solver, few);
         work.ladder_seconds = processor_seconds() - started;
     }
-    work.ladders = (check_samples + points_of_ladder(range) - 1) / points_of_ladder(range);
+    work.ladders = (points + points_of_ladder(range) - 1) / points_of_ladder(range);
 }
 
 std::string text_of_bytes(double bytes) {
@@ -132,7 +132,7 @@ Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
     PredictedUnits units = TableUnits(resolution.recipe).predicted();
     work.unit_seconds = std::move(units.seconds);
     work.flops = units.flops;
-    predict_check(resolution.recipe, work);
+    predict_check(resolution.recipe, options.checked_points, work);
     // The last units leave threads idle.
     forecast.bake_seconds = std::max(
         work.unit_seconds.front(),

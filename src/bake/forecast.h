@@ -6,9 +6,6 @@
 
 namespace stratus {
 
-/// Points of the bake's own check.
-constexpr int check_samples = 2000;
-
 /// What a table holds.
 struct TableSize {
     double layers, samples_a_side, bytes;

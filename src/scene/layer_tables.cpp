@@ -368,6 +368,11 @@ std::shared_ptr<const LayerTable> make_layer_table(PackedTable table) {
         LayerTable{std::move(mixture), std::move(headers), std::move(table)});
 }
 
+BakeOptions table_options(BakeOptions options) {
+    options.checked_points = 1000;
+    return options;
+}
+
 std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOptions& options,
                                                    TableCache* cache) {
     recipe.text = resolved_text(recipe);
@@ -375,7 +380,7 @@ std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOpti
         if (std::optional<PackedTable> table = cache->find(recipe))
             return make_layer_table(std::move(*table));
     std::vector<char> packed;
-    BakeOptions straight = options;
+    BakeOptions straight = table_options(options);
     straight.packed = &packed;
     const std::unique_ptr<Checkpoint> choices = cache ? cache->open_choices(recipe) : nullptr;
     if (choices) straight.log.find = [&](const std::string& piece) { return choices->find(piece); };

@@ -382,7 +382,7 @@ ForecastTable forecast_table(const SharedRecipe& shared, const BakeOptions& opti
     const Resolution resolution = resolve_as_first(shared.recipe, choosing);
     table.resolved = resolution.recipe;
     table.cost.choose_seconds = processor_seconds() - started;
-    const Forecast ahead = forecast_of(resolution, options);
+    const Forecast ahead = forecast_of(resolution, table_options(options));
     const auto& units = ahead.work.unit_seconds;
     const double all_layers = std::accumulate(units.begin(), units.end(), 0.0);
     table.cost.solve_seconds = packing_solves(size_of(table.resolved).layers) * all_layers;

@@ -3,8 +3,8 @@
 // The error of a value is taken relative to the total R (or T) there, single scattering included,
 // but not to less than 1 % of the largest value that R (or T) takes at the same optical depth and
 // albedo for cosines of at least 0.1 (of a narrow peak: at the azimuths of 90 and 180 degrees), nor
-// to less than 1e-8, which shows in no picture or measurement. A table of one azimuth holds means of
-// the orders n >= 2 over all, and is compared with these.
+// to less than 1e-8, which shows in no picture or measurement. A table without azimuth holds means
+// of the orders n >= 2 over all, and is compared with these.
 #pragma once
 
 #include <stratus/bake/work_log.h>

@@ -14,7 +14,8 @@ namespace stratus {
 class SampleFiles;
 
 struct BakeOptions {
-    int threads = 0;  // 0: all
+    int threads = 0;            // 0: all
+    int checked_points = 2000;  // at random, by the bake's own check
     /// One line on what was chosen and why.
     std::function<void(const std::string& line)> note;
     /// Share of the stage done, and what the stage is; called from one thread at a time.

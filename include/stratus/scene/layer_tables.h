@@ -63,6 +63,10 @@ struct LayerTable {
 /// Prepares a table for lookups.
 std::shared_ptr<const LayerTable> make_layer_table(PackedTable table);
 
+/// The options with which tables of scenes are baked: checked at fewer points, which for small tables
+/// took longer than all else.
+BakeOptions table_options(BakeOptions options);
+
 /// Bakes `recipe`, or takes its table from the cache, and prepares it for lookups.
 std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOptions& options = {},
                                                    TableCache* cache = nullptr);

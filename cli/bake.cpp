@@ -91,7 +91,7 @@ Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint)
     return bake(recipe, options);
 }
 
-/// The same, until a signal ends it.
+/// Bakes until a signal ends it.
 ///
 /// Errors   EndedBySignal where one came.
 Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,

@@ -156,7 +156,7 @@ bool is_outside(const AxisView& axis, double value) {
     return value < axis.lowest || value > axis.highest;
 }
 
-/// The same, to the rounding of degrees; nothing depends on azimuth where 0 alone is sampled.
+/// Tells whether an azimuth is outside an axis, to the rounding of degrees; nothing depends on azimuth where 0 alone is sampled.
 bool is_azimuth_outside(const AxisView& axis, double radians) {
     constexpr double rounding = 1e-9;
     if (axis.count == 1 && axis.lowest == 0) return false;

@@ -45,7 +45,7 @@ bool is_stack(const std::string& path) {
     return std::filesystem::path(path).extension() == ".toml";
 }
 
-/// What a table supplies: its phase function, of a family that of one member, and what the layer lies
+/// Returns the layer of a table: its phase function (of a family that of one member) and what it lies
 /// on.
 Stack layer_of_table(const std::string& path, const std::string& at, const ReadOptions& reading) {
     const AnyTable given = read_intact_table(path, reading);

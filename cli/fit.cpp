@@ -77,7 +77,7 @@ std::vector<int> family_columns(const CsvTable& rows, const std::vector<FamilyAx
     return columns;
 }
 
-/// What a row says of the family's parameters; not-a-number where it says nothing.
+/// Parameters of the family that a row states; not-a-number for the others.
 FamilyPoint known_of(const CsvTable& rows, std::size_t r, const std::vector<FamilyAxis>& family,
                      const std::vector<int>& columns) {
     std::vector<double> known(family.size(), std::numeric_limits<double>::quiet_NaN());
@@ -132,7 +132,7 @@ void check_counts(const std::vector<Bin>& bins, const CsvTable& rows, const std:
                 (column.empty() ? "" : " of " + shortest_text(bin.place)));
 }
 
-/// What `--fix` and `--free` call a parameter.
+/// Name of a parameter in `--fix` and `--free`.
 std::string option_name(const LayerModel& model, int parameter) {
     if (parameter == fit_optical_depth) return "tau";
     return fit_parameter_names(model)[static_cast<std::size_t>(parameter)];
@@ -186,7 +186,7 @@ FitOptions options_of(const FitCommand& command, const LayerModel& model) {
     return options;
 }
 
-/// What predicts the brightness, with the table that it may look up.
+/// The model that predicts the brightness, with the table that it may look up.
 struct Prediction {
     std::optional<AnyTable> table;
     std::unique_ptr<LayerModel> model;

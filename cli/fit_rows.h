@@ -20,7 +20,7 @@ bool all_are_beams(const Query& rows);
 /// Writes the rows with columns model and residual; `model` has a value for each row.
 void write_rows(std::ostream& out, const Query& query, const std::vector<double>& model);
 
-/// The same as a figure, over the wavelength if that is a column, else over the phase angle, or over
+/// Returns a figure of the rows, over the wavelength if that is a column, else over the phase angle, or over
 /// the emission angle if that takes more values.
 ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model);
 

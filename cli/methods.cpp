@@ -65,7 +65,7 @@ MethodFluxes fluxes_of(const Solution& solution, const std::vector<double>& mu,
     return fluxes;
 }
 
-/// What a layer absorbs under uniform illumination. `orders`: the last one that is solved, 0: all.
+/// Absorptance of a layer under uniform illumination. `orders`: the last one that is solved, 0: all.
 template <class Solution>
 std::pair<std::string, double> absorptance_of(const Solution& layer, int orders) {
     return {orders ? "absorptance_and_higher_orders" : "absorptance",

@@ -101,7 +101,7 @@ std::string listed(const std::vector<std::string>& names) {
     return joined({names.begin(), names.end() - 1}) + " and " + names.back();
 }
 
-/// What a scene should simulate, in one sentence.
+/// Says in one sentence what a scene should simulate.
 std::string answer_of(const PlanReport& report) {
     std::vector<std::string> kept, idle;
     for (const EffectShare& share : report.shares)
@@ -117,7 +117,7 @@ std::string answer_of(const PlanReport& report) {
     return answer + text(" (tolerance %.2g)", report.plan.tolerance);
 }
 
-/// What to simulate: a line for all panels of which the same is true.
+/// Prints what to simulate: one line for all panels with the same answer.
 void print_answers(const SceneFile& file, const std::vector<PlanReport>& reports) {
     std::vector<std::pair<std::string, std::vector<std::string>>> answers;
     for (std::size_t k = 0; k < reports.size(); ++k) {

@@ -29,7 +29,7 @@ struct Query {
     std::vector<RowDirection> directions;  // of each row
 };
 
-/// What `--query` says of the columns that name directions.
+/// Help of `--query` on the columns that name directions.
 inline const std::string direction_columns_help =
     "mu_in, mu_out, azimuth_deg, or in place of these incidence_deg, emission_deg, phase_deg";
 inline const std::string observed_angles_help =
@@ -79,7 +79,7 @@ void require_writable(const std::string& command, const std::string& option,
                       const std::filesystem::path& path,
                       const std::vector<std::string>& endings = {});
 
-/// The same for the file of an answer, which may be what write_answer adds to.
+/// Refuses a file that an answer cannot be written to; write_answer may add to it.
 void require_writable_answer(const std::string& command, const std::filesystem::path& path);
 
 /// An answer's number: 17 significant digits.

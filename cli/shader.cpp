@@ -99,7 +99,7 @@ std::string textures_header(const std::vector<ShaderTexture>& textures) {
     return text;
 }
 
-/// What is bound: one layer for all colours, or one for each, or a stack. None: nothing.
+/// The bound medium: one layer for all colours, or one for each, or a stack. None: nothing is bound.
 std::optional<Medium<3>> medium_of(const TableView& table, std::vector<double> optical_depth,
                                    std::vector<double> albedo) {
     if (table.is_stack() && albedo.empty()) {

@@ -43,7 +43,7 @@ std::vector<double> values_of(const MethodRow& answer) {
     return values;
 }
 
-/// What users have to be told of the answers.
+/// Remarks on the answers that users have to be told.
 struct Findings {
     int negative = 0;  // values: they come from a phase series cut short
     double lowest = 0;
@@ -88,7 +88,7 @@ Findings answer_query(const SolveCommand& command, const Method& method) {
     write_answer(command.output, [&](std::ostream& stream) {
         write_answer_header(stream, query, columns);
         for (std::size_t first = 0; first < query.directions.size();) {
-            // As many rows as share a list of cosines of reasonable length.
+            // Rows are taken together as long as their list of cosines keeps a reasonable length.
             std::set<double> cosines;
             std::vector<Geometry> geometries;
             for (std::size_t row = first;
@@ -169,7 +169,7 @@ Stack stack_of(SolveCommand& command, std::vector<std::string>& notes) {
     return {{{question.phase_function, question.albedo, question.optical_depth}}, {}};
 }
 
-/// What the stack is, as far as numbers tell.
+/// Describes the stack by its numbers.
 std::vector<std::pair<std::string, double>> medium_of(const SolveCommand& command,
                                                       const Stack& stack) {
     if (command.layers.empty())

@@ -22,7 +22,7 @@ int number_in(const char* variable) {
     return text == nullptr ? 0 : std::max(0, std::atoi(text));
 }
 
-/// As mpirun says, of OpenMPI or with a PMI, or srun with a PMI of its own; 1: none of them.
+/// Ranks announced by mpirun (OpenMPI, or with a PMI) or by srun with a PMI of its own; 1: none.
 int announced_count() {
     int count = 1;
     for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})

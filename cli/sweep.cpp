@@ -95,7 +95,7 @@ class SweepFolder {
         return outcome;
     }
 
-    /// The same table under another row's name.
+    /// Copies a table to another row's name.
     void copy(const SweepRow& from, const SweepRow& to) const {
         const auto copy_to = [&](const fs::path& temporary) {
             fs::copy_file(table(from), temporary, fs::copy_options::overwrite_existing);
@@ -133,7 +133,7 @@ class SweepFolder {
     const bool resume_;
 };
 
-/// What `finish` returns; whatever goes wrong with one table but a signal leaves the others alone.
+/// Returns finish(); whatever goes wrong with one table but a signal leaves the others alone.
 template <class Finish>
 Outcome try_to_finish(const Finish& finish) {
     Outcome outcome;

@@ -7,7 +7,7 @@
 //   PackedTable (table/packed_table.h)          any layer at each pixel; maps its file, *.stratus
 //   Slice, Bsdf (bsdf/slice.h, bsdf/bsdf.h)     one layer bound first; a Bsdf draws directions, too
 //
-// What is seen besides, density, opposition, a background, is chosen when a layer is bound: Effects
+// Further effects, density, opposition, a background, are chosen when a layer is bound: Effects
 // (layer/effects.h). All values are R or T, of which a white Lambert surface has 1: BRDF = R / pi.
 // eval() gives the BRDF itself. Constructors and `bind` throw; no lookup throws, allocates or locks.
 //
@@ -23,7 +23,7 @@
 //     const float beam = bsdf.slice().direct(wi.z);  // goes straight through: no part of the BSDF
 //
 // Tables of families (droplets of any size, say) are seen at a point first, table.view().at({10});
-// what becomes a table of its own, at a point, is in table/family_member.h. Readers of other files
+// table/family_member.h makes a table of its own at a point. Readers of other files
 // (io/table_file.h) are linked as stratus::io. docs/runtime.md has costs and limits.
 #pragma once
 

@@ -6,7 +6,7 @@
 
 namespace stratus {
 
-/// What a table holds.
+/// The size of a table.
 struct TableSize {
     double layers, samples_a_side, bytes;
 };

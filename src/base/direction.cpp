@@ -47,7 +47,7 @@ SidedGeometry geometry_of(const ObservedAngles& angles, const char* caller) {
                 ", or no directions have these three",
             given);
     const double g = std::min(std::max(given, least), most);
-    // Of each difference of two sides the one that is 0 at an end of the range is exactly 0 there.
+    // In each difference of two sides the one that is 0 at an end of the range is exactly 0 there.
     const double forward =
         std::sqrt(std::max(0.0, sine_deg((i + e + g) / 2) * sine_deg((i + e - g) / 2)));
     const double backward =

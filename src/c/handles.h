@@ -1,4 +1,4 @@
-// What the handles of the C interface refer to.
+// The objects behind the handles of the C interface.
 #pragma once
 
 #include <stratus/bsdf/bsdf.h>

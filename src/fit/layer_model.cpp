@@ -156,7 +156,7 @@ class TableModel : public LayerModel {
     }
 
   private:
-    /// What is known of an observation, and the layer's own values of all else.
+    /// Values known of an observation, and the layer's own values of all others.
     FamilyPoint point_of(const LayerParameters& layer, const Observation& observed) const {
         std::vector<double> values;
         for (const FamilyAxis& axis : family_) {

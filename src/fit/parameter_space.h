@@ -18,7 +18,7 @@ constexpr const char* fit_caller = "fit_layer";  // in refusals
 /// varied by their log2.
 enum class Coordinate { depth, w1, w2, g1, g2, radius, wavelength, variance, albedo, mixture };
 
-/// Those of phase functions.
+/// The coordinates of phase functions.
 inline constexpr std::array of_phase_functions{Coordinate::g1, Coordinate::g2, Coordinate::radius,
                                                Coordinate::wavelength, Coordinate::variance};
 

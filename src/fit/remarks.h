@@ -1,4 +1,4 @@
-// What a fit has to be said of: what its geometries leave open, and what contradicts the model.
+// Remarks on a fit: what its geometries leave open, and what contradicts the model.
 #pragma once
 
 #include "least_squares.h"

@@ -20,7 +20,7 @@
 
 namespace stratus::python {
 
-/// What working threads have told and Python does not know yet.
+/// Messages of working threads that Python does not know yet.
 class Told {
   public:
     void note(const std::string& line) {

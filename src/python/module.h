@@ -1,6 +1,6 @@
 // The extension _stratus: the libraries' own functions over flat NumPy arrays.
 //
-// What users see is the Python package over it, src/python/stratus, which broadcasts arrays, names
+// Users see the Python package over it, src/python/stratus, which broadcasts arrays, names
 // arguments and documents them. Functions here take arrays of equal lengths, contiguous, and let
 // other Python threads run while they compute.
 #pragma once
@@ -47,7 +47,7 @@ py::array_t<Number> array_of(std::vector<Number> values) {
     return py::array_t<Number>(static_cast<py::ssize_t>(kept->size()), kept->data(), owner);
 }
 
-/// What a number must be.
+/// The range that a number must be in.
 struct Allowed {
     double lowest, highest;
     const char* text;

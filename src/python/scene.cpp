@@ -38,7 +38,7 @@ py::dict dict_of(const Scene& scene, const Plan& plan) {
     return told;
 }
 
-/// What each effect changes and costs.
+/// Adds what each effect changes and costs.
 void add_report(const PlanReport& report, py::dict& told) {
     py::list shares;
     for (const EffectShare& share : report.shares)

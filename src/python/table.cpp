@@ -55,7 +55,7 @@ Shared unpacked(const Shared& table) {
     return std::make_shared<AnyTable>(table->packed()->unpacked());
 }
 
-/// What a table's attributes leave out, by the names that files give it.
+/// Facts that a table's attributes leave out, by the names that files give them.
 py::dict facts(const AnyTable& any) {
     const Table& table = any.table();
     py::dict facts;

@@ -27,7 +27,7 @@ struct AzimuthPlace {
                   t * (t * t - 1) / 6};
     }
 
-    /// Of values at all azimuths.
+    /// Interpolates values at all azimuths.
     Rgb3 interpolated(const Rgb3* values) const noexcept {
         Rgb3 sum{};
         for (std::size_t k = 0; k < 4; ++k) sum = sum + weight[k] * values[column[k]];

@@ -148,7 +148,7 @@ Range extent_of(const Slab& slab) noexcept {
     return {0, has_ground(slab) ? infinity : std::sqrt(2.0) * slab.half_size};
 }
 
-/// Of the plane's part that may be seen, the cosines at which it is.
+/// Cosines at which the part of the plane that may be seen is seen.
 Range cosines_of_view(const Scene& scene, const Range& extent, const Range& z) noexcept {
     const Camera& camera = scene.camera;
     Range mu{0, 0};

@@ -60,7 +60,7 @@ double read_density(const Section& layer) {
     return layer.placed(key, [&] { return volume_fraction(number, radius); });
 }
 
-/// What is not given follows from the layer's density.
+/// Reads the opposition effect; values not given follow from the layer's density.
 Opposition read_opposition(const Section& layer, double density) {
     const Section section = layer.section("opposition");
     const bool of_blinn = section.choice("law", {"blinn", "hapke"}) == "blinn";

@@ -75,7 +75,7 @@ bool has_fluxes_with_sunlight(const Scene& scene, const SeenLight& sunlight) {
            (sunlight.reflection || sunlight.transmission);
 }
 
-/// What one light path asks of a table.
+/// The directions that one light path asks of a table.
 struct Asked {
     SeenDirections directions;
     bool reflection = true, transmission = true;
@@ -162,7 +162,7 @@ Range tabulated_cosines(const Range& mu_in, const Range& asked) {
     return 2 * pairs_of(mu_in, some) <= all ? some : all_cosines;
 }
 
-/// The same of azimuths.
+/// Azimuths to be tabulated for those that are asked for.
 Range tabulated_azimuths(const Range& asked) {
     const auto step = [](double steps) { return std::clamp(azimuth_step * steps, 0.0, 180.0); };
     const Range some{step(std::floor((asked.min - rounding) / azimuth_step)),

@@ -14,7 +14,7 @@
 namespace stratus {
 namespace {
 
-/// What may be changed more between the geometries that are solved, by the record of
+/// Margin for larger changes between the geometries that are solved, by the record of
 /// bench/plan_bench.cpp.
 constexpr double margin = 1.5;
 
@@ -163,7 +163,7 @@ class Estimates {
           phase_function_(phase_function),
           matter_(matter) {}
 
-    /// What is found on a grid of so many cosines and azimuths, in all octaves or the deepest alone.
+    /// Estimates on a grid of so many cosines and azimuths, in all octaves or the deepest alone.
     OrderEstimates find(int cosines, int azimuths, bool deepest_alone) const {
         std::vector<std::pair<Side, std::vector<SeenPair>>> sides;
         SolvedCosines solved;
@@ -282,7 +282,7 @@ OrderEstimates estimate_orders(const Scene& scene, double enough) {
     const bool shines = seen_light(scene).shine;
     const auto with_margin = [&](ChangeEstimate& change) {
         change.change = std::min(1.0, margin * change.found);
-        // What rings scatter is scattered by rings once more.
+        // Light that rings scatter is scattered by rings once more.
         if (shines) change.change = 1 - (1 - change.change) * (1 - change.change);
     };
     for (const PhaseFunction& phase_function : phase_functions_of(scene, spans)) {

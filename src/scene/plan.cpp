@@ -5,7 +5,7 @@
 namespace stratus {
 namespace {
 
-/// Of all channels of a scene; ends at the first that needs both.
+/// Joins the estimates of all channels of a scene; ends at the first that needs both.
 OrderEstimates estimates_of(const Scene& scene, double enough) {
     OrderEstimates all;
     for (const Scene& channel : channel_scenes(scene)) {

@@ -1,4 +1,4 @@
-// What each effect of a scene changes and costs, for people.
+// Reports for people on what each effect of a scene changes and costs.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/clock.h>
 #include <stratus/base/angle.h>
@@ -37,7 +37,7 @@ SceneEffects without(SceneEffects effects, bool SceneEffects::*effect) {
     return effects;
 }
 
-/// The same picture with at most so many pixels, one ray each.
+/// Returns the scene with at most so many pixels, one ray each.
 Scene sparse(Scene scene, double most) {
     const double pixels = static_cast<double>(scene.width) * scene.height;
     const double step = std::max(1.0, std::sqrt(pixels / most));
@@ -165,7 +165,7 @@ class SparsePictures {
     std::vector<Made> made_;
 };
 
-/// What the opposition of single scattering adds, at the smallest phase angle that is seen.
+/// Estimates what the opposition of single scattering adds, at the smallest phase angle that is seen.
 ChangeEstimate opposition_estimate(const Scene& scene) {
     ChangeEstimate change;
     const SeenDirections seen = seen_directions(scene);
@@ -262,7 +262,7 @@ std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
 
 // ---- orders -------------------------------------------------------------------------------------
 
-/// What one ray of the sparse picture sees of the layer.
+/// The layer as one ray of the sparse picture sees it.
 struct SeenPlace {
     Geometry geometry;
     double albedo, optical_depth, mixture;
@@ -318,7 +318,7 @@ std::string range_text(const std::string& name, const std::vector<SeenPlace>& pl
 std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables) {
     std::vector<OrderReport> orders;
     if (!tables || !whole.effects.single || !whole.layer.stack.empty()) return orders;
-    // Of three channels with phase functions of their own, green stands for all.
+    // Where three channels have phase functions of their own, green stands for all.
     const bool has_channels = !whole.layer.channels.empty();
     const Scene scene = has_channels ? channel_scenes(whole)[1] : whole;
     if (has_channels) tables = tables->channels[1].get();
@@ -392,7 +392,7 @@ ForecastTable forecast_table(const SharedRecipe& shared, const BakeOptions& opti
     return table;
 }
 
-/// What a recipe takes that is sampled like a table's, by its layers, modes and bytes.
+/// Cost of a recipe that is sampled like a table's, by its layers, modes and bytes.
 TableCost cost_like(const ForecastTable& table, const Recipe& recipe) {
     if (table.cost.bytes == 0) return {};  // the table is kept already
     Recipe resolved = recipe;
@@ -406,7 +406,7 @@ TableCost cost_like(const ForecastTable& table, const Recipe& recipe) {
             share * whole.pack_seconds, size_of(resolved).bytes};
 }
 
-/// What a scene's tables take that are sampled like those for all; `first` is its first channel.
+/// Cost of a scene's tables that are sampled like those for all; `first` is its first channel.
 TableCost cost_like(const std::vector<ForecastTable>& tables, const Scene& scene,
                     std::size_t first) {
     TableCost sum;

@@ -80,7 +80,7 @@ void add(const Source& part, Source& sum) noexcept {
 
 double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
 
-/// What a point of the rings sees of the globe. Directions of cells are sums weighted by light.
+/// Returns the globe as a point of the rings sees it. Directions of cells are sums weighted by light.
 Sources<small_cells> sources_at(const Rings& rings, const View& view,
                                 const Vector3& point) noexcept {
     static const GaussLegendre gauss(nodes);
@@ -122,7 +122,7 @@ Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
     return few;
 }
 
-/// What the rings scatter of it towards the eye.
+/// Light of it that the rings scatter towards the eye.
 template <class SomeSources>
 Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter& matter,
                const Vector3& to_eye) noexcept {
@@ -167,7 +167,7 @@ struct GlobeLamps {
     std::vector<Lamp> small, large;
 };
 
-/// What some of the rings' matter there scatters towards the eye.
+/// Light that some of the rings' matter there scatters towards the eye.
 Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& light,
                const Matter& matter) noexcept {
     const double depth = seen_depth(scene, matter.optical_depth);

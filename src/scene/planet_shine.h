@@ -33,7 +33,7 @@ class PlanetShine {
     PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads,
                 LightDetail detail);
 
-    /// Of the rings' matter at a radius, in the direction from their centre to `point`, where the
+    /// Light of the rings' matter at a radius, in the direction from their centre to `point`, where the
     /// view's ray meets them: for rays to the camera, interpolated.
     Rgb3 to_camera(const AzimuthPlace& place, double radius) const noexcept;
     AzimuthPlace place(const Vector3& point) const noexcept { return {point, azimuths_}; }

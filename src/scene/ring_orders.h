@@ -23,7 +23,7 @@ class RingOrders {
     /// Whether it has no values: of a camera so close that azimuths would have to be too many.
     bool empty() const noexcept { return grid_.empty(); }
 
-    /// Of a point of the rings, for `light`.
+    /// Returns the place of a point of the rings, for `light`.
     AzimuthPlace place(const Vector3& point) const noexcept { return {point, azimuth_count_}; }
 
     /// R or diffuse T, whichever the camera sees.

@@ -26,7 +26,7 @@ constexpr Counts counts_of(LightDetail detail) noexcept {
     return detail == LightDetail::fine ? Counts{20, 9, 32, 25} : Counts{7, 4, 9, 8};
 }
 
-/// Of a part of a ringlet: more where light is scattered by narrow angles.
+/// Number of nodes on a part of a ringlet: more where light is scattered by narrow angles.
 std::size_t azimuth_nodes(const std::vector<PhaseFunction>& components) {
     const bool narrow = std::ranges::any_of(
         components, [](const PhaseFunction& each) { return each.asymmetry() > 0.6; });
@@ -42,7 +42,7 @@ Rgb3 interpolated(const Rgb3* values, const Stencil& stencil) noexcept {
     return sum;
 }
 
-/// The same over 4 x 4 samples; rows of `width`.
+/// Interpolates over 4 x 4 samples; rows of `width`.
 Rgb3 interpolated(const Rgb3* values, int width, const Stencil& row,
                   const Stencil& column) noexcept {
     Rgb3 sum{};
@@ -175,8 +175,7 @@ struct RingShine::Light {
          azimuth = make_axis(AxisScale::linear, 0, pi, static_cast<int>(azimuth_count));
     AxisView cosine_view = cosine.view(), azimuth_view = azimuth.view();
     GaussLegendre gauss{azimuth_nodes(components)};
-    // Of the unlit and the lit side, over ringlet, component and cosine; over ringlet, cosine and
-    // azimuth.
+    // The unlit and the lit side, over ringlet, component and cosine; over ringlet, cosine and azimuth.
     std::vector<Rgb3> once[2], orders[2];
 };
 
@@ -208,7 +207,7 @@ std::array<Rgb3, 2> RingShine::integrals(const Light& light, double latitude,
     const GaussLegendre& gauss = light.gauss;
     const double pole = 1 - flattening_;
     const Vector3 sun{std::hypot(to_sun_.x, to_sun_.y), 0, std::abs(to_sun_.z)};  // z > 0 is lit
-    // Of either side; the one above the rings stands for both.
+    // The point above the rings stands for those on either side.
     const Vector3 point{std::cos(latitude) * std::cos(solar_time),
                         std::cos(latitude) * std::sin(solar_time), pole * std::sin(latitude)};
     const Vector3 normal = globe_normal(point, flattening_);

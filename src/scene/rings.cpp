@@ -28,7 +28,7 @@ bool meets_rings(const Rings& rings, const RingFootprint& footprint) noexcept {
     return footprint.end() >= rings.profile.inner() && footprint.begin() <= rings.profile.outer();
 }
 
-/// Of the view's cell: `radius_along(ray)` of its middle and its sides.
+/// Footprint of the view's cell, from `radius_along(ray)` of its middle and its sides.
 template <class RadiusAlong>
 RingFootprint footprint_of(const View& view, const RadiusAlong& radius_along) noexcept {
     const double radius = radius_along(view.ray);

@@ -46,13 +46,13 @@ inline Vector3 to_camera(const Camera& camera, const Vector3& point) noexcept {
     return camera.orthographic ? -camera.forward() : normalised(camera.position - point);
 }
 
-/// Of a surface that sees the sun at cosine `mu`, over that of one that faces a white sun.
+/// Irradiance of a surface that sees the sun at cosine `mu`, over that of one that faces a white sun.
 inline Rgb3 irradiance(const View& view, double mu) noexcept {
     const auto& colour = view.scene.sun_colour;
     return {mu * colour[0], mu * colour[1], mu * colour[2]};
 }
 
-/// What the layer sends of the sun's light, from its lit side or through it. Nothing here, but to the
+/// Returns the sun's light that the layer sends, from its lit side or through it. Nothing here, but to the
 /// view's sum, where it has one.
 inline Rgb3 layer_light(const View& view, const Matter& matter, const Geometry& geometry,
                         Side side) noexcept {

@@ -35,7 +35,7 @@ std::string hash_of(const std::string& text) {
     return digits.data();
 }
 
-/// What may be wider than asked, in the order of a file's name.
+/// Ranges that may be wider than asked, in the order of a file's name.
 std::vector<Range> ranges_of(const Recipe& recipe) {
     const Range* const mixture = mixture_of(recipe);
     return {recipe.optical_depth, recipe.albedo, mixture ? *mixture : Range{1, 1},

@@ -23,7 +23,7 @@ struct FitOptions {
     // Held at this value; without one they are free. Of particles of one kind w1 is w.
     std::optional<double> optical_depth, w1, w2;
 
-    // The same of a table's family, lengths in um. Where it holds just some values of a parameter,
+    // Parameters of a table's family, lengths in um. Where it holds just some values of a parameter,
     // that must be held or known of each observation.
     std::optional<double> radius, wavelength, variance;
 
@@ -66,7 +66,7 @@ struct Fit {
         return sigmas > 0 ? std::clamp(covariance[one][other] / sigmas, -1.0, 1.0) : 0;
     }
 
-    /// What the model gives for each observation; the residual is what was observed less it.
+    /// Brightness of each observation by the model; the residual is the observed one less this.
     std::vector<double> brightness;
 
     double chi_square = 0;
@@ -117,7 +117,7 @@ std::size_t free_parameter_count(const LayerModel& model,
 Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observations,
               const FitOptions& options = {});
 
-/// The same for a table.
+/// Fits a table.
 Fit fit_layer(const TableView& table, const std::vector<Observation>& observations,
               const FitOptions& options = {});
 

@@ -1,4 +1,4 @@
-// What is observed of a layer, and the models that predict it: a table, single scattering alone
+// Observations of a layer, and the models that predict them: a table, single scattering alone
 // [Blinn82] 2.4, the solver, or the beam alone.
 //
 // Particles are of one kind or of two, w P = w1 P1 + w2 P2 [Blinn82] 4.3; with one kind w1 is w and
@@ -20,7 +20,7 @@
 
 namespace stratus {
 
-/// What of the light is observed.
+/// The part of the light that is observed.
 enum class Light {
     reflected,    // I/F = mu_in R
     transmitted,  // I/F = mu_in T, diffuse, on the unlit side
@@ -33,7 +33,7 @@ struct Observation {
     double brightness;  // I/F, of a beam I/F0
     double sigma;       // its standard deviation
 
-    // What is known of it alone: parameters of a table's family, in the order of its axes;
+    // Values known of this observation alone: parameters of a table's family, in the order of its axes;
     // not-a-number, and `mixture`: that of the layer.
     FamilyPoint known{};
 };
@@ -71,7 +71,7 @@ inline constexpr std::array<double LayerParameters::*, fit_parameters> layer_fie
     &LayerParameters::wavelength,
     &LayerParameters::variance};
 
-/// What an axis of a family varies; none of `mixture`, which w1 and w2 say.
+/// The parameter that an axis of a family varies; none for `mixture`, which w1 and w2 determine.
 std::optional<FitParameter> fit_parameter_of(PhaseParameter parameter) noexcept;
 
 struct Interval {
@@ -93,7 +93,7 @@ class LayerModel {
   public:
     virtual ~LayerModel() = default;
 
-    /// Of particles; 0: of a model that knows the beam alone.
+    /// How many kinds of particles there are; 0 for a model of the beam alone.
     virtual int kinds() const = 0;
     virtual ParameterRanges ranges() const = 0;
     virtual bool has_depth(double effective_optical_depth) const = 0;
@@ -126,7 +126,7 @@ class LayerModel {
     /// How many depths are worth a start of their own.
     virtual int scanned_depths() const { return 24; }
 
-    /// What is observed, with density and opposition.
+    /// Predicts the brightness, with density and opposition.
     std::vector<double> brightness(const LayerParameters& layer,
                                    const std::vector<Observation>& observations, double density = 0,
                                    const Opposition& opposition = {}) const;

@@ -1,4 +1,4 @@
-// What was observed, what a model says of it, and residuals below, 16 cm wide, as SVG.
+// Observed values, a model's, and residuals below, 16 cm wide, as SVG.
 //
 // Observed values are circles with bars of one standard deviation either way, the model's are
 // crosses; residuals are in standard deviations. Series have colours of their own.

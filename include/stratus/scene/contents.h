@@ -1,4 +1,4 @@
-// What a scene contains and sees of its layer, from its geometry and its profiles alone: no ray is
+// The contents of a scene, and what it sees of its layer, from its geometry and its profiles alone: no ray is
 // cast. Ranges may be wider than those of a picture's rays, never narrower.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace stratus {
 /// Extends a range to include a value.
 void widen(Range& range, double value) noexcept;
 
-/// What a scene asks its layer for.
+/// The kinds of light that a scene asks its layer for.
 struct SeenLight {
     bool reflection = false;    // of the lit side
     bool transmission = false;  // diffuse, on the unlit side

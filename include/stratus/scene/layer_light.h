@@ -28,7 +28,7 @@ inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }
 
-/// What a picture looks up of its layer: directions, matter and sides.
+/// The lookups of a picture in its layer: directions, matter and sides.
 struct LookupRange {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
     Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
@@ -79,7 +79,7 @@ class LayerLight {
         return light(matter, geometry, Side::transmission);
     }
 
-    // The same of a layer that varies, whose colours share their phase functions.
+    // Counterparts for a layer that varies, whose colours share their phase functions.
 
     Scattering scattering(Side side, const Geometry& geometry) const noexcept;
     Rgb3 light(const Matter& matter, const Scattering& scattering) const noexcept;
@@ -189,7 +189,7 @@ class LightSum {
     /// `light` must outlive this, and have sums.
     explicit LightSum(const LayerLight& light) noexcept : light_(light) {}
 
-    /// What is added from now on goes to `sum`, which must stay until `finish`.
+    /// Directs later additions to `sum`, which must stay until `finish`.
     void into(Rgb3& sum) noexcept { sum_ = &sum; }
     void add(Side side, const Geometry& geometry, const Rgb3& share) noexcept;
     /// Until then, sums are incomplete.

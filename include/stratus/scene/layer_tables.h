@@ -75,7 +75,7 @@ std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOpti
 struct LayerTables {
     /// By LightPath; null where there is none, and sunlight's, if any, stands in.
     std::array<std::shared_ptr<const LayerTable>, light_paths> paths;
-    /// Of red, green and blue where these have their own phase functions, in place of the above.
+    /// Tables of red, green and blue where these have their own phase functions, in place of the above.
     std::array<std::shared_ptr<const LayerTables>, 3> channels;
 
     const LayerTable* at(LightPath path) const noexcept {
@@ -114,7 +114,7 @@ std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene
                                                          const BakeOptions& options = {},
                                                          TableCache* cache = nullptr);
 
-/// The same of tables that are made in another way, each from a recipe.
+/// Makes the table of a recipe.
 using TableMaker = std::function<std::shared_ptr<const LayerTable>(const Recipe& recipe)>;
 std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
                                                             const TableMaker& make);

@@ -46,8 +46,8 @@ struct WeightedGeometry {
     double weight;
 };
 
-/// What each order adds to the light of one side of a layer, summed over directions: [n - 1] is order
-/// n's share in all orders' light.
+/// Shares of the orders in the light of one side of a layer, summed over directions: [n - 1] is that of
+/// order n.
 ///
 /// Range    orders [1, 200]; at least one direction.
 std::vector<double> order_shares(const PhaseFunction& phase_function, double albedo,

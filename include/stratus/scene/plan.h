@@ -38,7 +38,7 @@ Plan plan_scene(const Scene& scene);
 
 // ---- for people ---------------------------------------------------------------------------------
 
-/// What one effect does to a scene's picture, and what its tables cost more for it.
+/// The change that one effect makes in a scene's picture, and what it adds to the cost of tables.
 struct EffectShare {
     std::string name;
     bool SceneEffects::*effect = nullptr;
@@ -53,7 +53,7 @@ struct EffectShare {
     std::vector<float> changes{};  // of each pixel of the sparse picture, row by row
 };
 
-/// What tables take: seconds of one processor, and bytes in memory.
+/// The cost of tables: seconds of one processor, and bytes in memory.
 struct TableCost {
     double choose_seconds = 0, solve_seconds = 0, check_seconds = 0, pack_seconds = 0;
     double bytes = 0;
@@ -61,7 +61,7 @@ struct TableCost {
     double seconds() const { return choose_seconds + solve_seconds + check_seconds + pack_seconds; }
 };
 
-/// What each order of scattering adds to the light of one side of the layer, over what is seen of it.
+/// Shares of the orders of scattering in the light that is seen of one side of the layer.
 struct OrderReport {
     Side side;
     std::vector<double> share;  // [n - 1]: order n's of all
@@ -76,7 +76,7 @@ struct PlanReport {
     Image picture;                    // sparse, a ray each, under a point sun
 };
 
-/// What the next `render` takes for all scenes of a file, which share tables: seconds of one
+/// The cost of the next `render` for all scenes of a file, which share tables: seconds of one
 /// processor.
 struct RenderCost {
     TableCost tables;          // those that are kept already cost nothing
@@ -89,7 +89,7 @@ struct RenderCost {
 struct FileReport {
     std::vector<PlanReport> scenes;
     RenderCost cost;  // by the plans
-    /// Of `cost.tables`, what was chosen here and is kept in the cache for the render.
+    /// The part of `cost.tables` that was chosen here and is kept in the cache for the render.
     double kept_seconds = 0;
 };
 

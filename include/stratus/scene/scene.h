@@ -40,7 +40,7 @@
 
 namespace stratus {
 
-/// What a picture takes into account; each can be switched off.
+/// The effects that a picture takes into account; each can be switched off.
 struct SceneEffects {
     bool single = true;
     bool multiple = true;      // orders n >= 2, and light between layer and ground
@@ -75,7 +75,7 @@ bool SceneEffects::*scene_effect(const std::string& name);
 /// The inverse: "all", and "-NAME" for each that is off.
 std::vector<std::string> scene_effect_names(const SceneEffects& effects);
 
-/// What the layer is made of at one point.
+/// The matter of the layer at one point.
 struct Matter {
     double optical_depth = 0;
     std::array<double, 3> albedo{1, 1, 1};  // red, green, blue
@@ -89,7 +89,7 @@ struct SceneLayer {
     std::array<double, 3> extinction{1, 1, 1};  // of red, green and blue; multiplies the depth
     std::array<double, 3> albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
-    // Of a stack, top first; empty: one layer. Components, albedo and depth are of mean_layer.
+    // The layers of a stack, top first; empty: one layer. Components, albedo and depth are of mean_layer.
     std::vector<StackLayer> stack;
     double density = 0;
     Opposition opposition;
@@ -105,7 +105,7 @@ struct RingProfile {
     double outer() const { return radius.back(); }
     /// Albedos are multiplied by `tint`.
     Matter at(double radius, const std::array<double, 3>& tint) const noexcept;
-    /// The same of a radius known to lie between two rows, `row` and the next.
+    /// The matter at a radius known to lie between two rows, `row` and the next.
     Matter after(std::size_t row, double radius, const std::array<double, 3>& tint) const noexcept;
 };
 
@@ -164,14 +164,14 @@ struct SceneFile {
 SceneFile parse_scene(const std::string& text, const std::string& directory = "",
                       std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
-/// The same from a file. Errors: std::runtime_error when it cannot be read.
+/// Reads scenes from a file. Errors: std::runtime_error when it cannot be read.
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
 /// A scene for each of red, green and blue where these have their own phase functions, with that
 /// one's, its depth, and grey in its albedo; else the scene itself.
 std::vector<Scene> channel_scenes(const Scene& scene);
 
-/// Those of several scenes, one after the other.
+/// The channel scenes of several scenes, one after the other.
 std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
 
 /// The optical depth with the effect of density, where that is on.

@@ -1,4 +1,4 @@
-// What varies over a surface: its colour, and the optical depth of the layer on it. Patterns are
+// Textures: the colour of a surface, and the optical depth of the layer on it. Patterns are
 // procedural and the same on every machine; images are interpolated.
 #pragma once
 

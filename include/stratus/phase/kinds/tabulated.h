@@ -7,12 +7,12 @@
 
 namespace stratus {
 
-/// What follows where rows do not reach 0 or 180 degrees.
+/// Continuation of rows that do not reach 0 or 180 degrees.
 enum class PhaseTableTail { constant, hg };
 
 struct PhaseTableOptions {
     PhaseTableTail tail = PhaseTableTail::constant;
-    /// Of a particle: its brightness at phase angle 0 beside that of a white Lambert disk of the
+    /// Brightness of a particle at phase angle 0 beside that of a white Lambert disk of the
     /// same cross-section which faces the light. That is w phi / 4 of a particle that intercepts
     /// what falls on it: w = 4 p / phi(Theta = pi), phi of mean 1. [0, phi / 4]
     std::optional<double> geometric_albedo;
@@ -44,7 +44,7 @@ struct Tabulated {
     Options options;
     std::optional<double> albedo;  // of single scattering, where geometric_albedo is given
 
-    // What is joined: the rows and what continues them, from 0 to 180 degrees.
+    // The knots: the rows and their continuation, from 0 to 180 degrees.
     std::vector<double> knot_angle_deg, knot_value;
     std::vector<double> slope;  // d(value)/d(angle) at the knots, per radian
     double normalisation;       // value * normalisation has spherical mean 1

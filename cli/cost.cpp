@@ -68,7 +68,7 @@ PlotPanel make_panel(const CostStudy& study, Kind kind, const std::vector<std::s
     for (const std::string& series : names) panel.series.push_back({series, Role::measured, {}});
     PlotSeries frontier{
         kind == Kind::solver ? "frontier" : "frontier (time of a lookup)", Role::frontier, {}};
-    PlotSeries chosen{"chosen by tolerance (beside it)", Role::chosen, {}};
+    PlotSeries chosen{"chosen by this tolerance", Role::chosen, {}};
     std::vector<CostPoint> points;
     std::ranges::copy_if(study.points, std::back_inserter(points),
                          [&](const CostPoint& point) { return point.kind == kind; });

@@ -46,7 +46,7 @@ std::string sentence_of(const CostPoint& point, std::span<const CostPoint> other
                short_number(1e3 * point.solve_seconds) + " ms, " + times +
                "time of the cheapest that is as accurate";
     const std::string text = first + (point.kind == Kind::table ? "table" : "packed") + error +
-                             short_number(point.bytes * 1e-6) + " MB, " +
+                             short_number(point.bytes * 1e-6, 3) + " MB, " +
                              short_number(point.lookup_ns * 1e-3) + " us a lookup";
     if (point.kind == Kind::packed) return text;
     double least = infinity;
@@ -58,72 +58,76 @@ std::string sentence_of(const CostPoint& point, std::span<const CostPoint> other
                 : short_number(point.bytes / least) + " times those of the cheapest that keeps it");
 }
 
+// ---- CSV
+
+enum class Holders { all, solvers, tables };
+
 struct Column {
     std::string name, meaning;
-    bool of_solvers, of_tables;  // else empty
+    Holders holders;  // kinds of points that have it; empty for others
     std::function<std::string(const CostPoint& point)> text;
 };
 
-/// Returns numbers of tables, or of all kinds; 0 stands for none unless it may be measured.
+std::string field(const std::string& words) { return words; }
+std::string field(double number) { return short_number(number, 6); }
+std::string field(int count) { return count > 0 ? std::to_string(count) : ""; }
+
 template <class Value>
-Column numbers(std::string name, std::string meaning, Value value, bool of_all = false,
-               bool is_measured = false) {
-    return {std::move(name), std::move(meaning), of_all, true, [=](const CostPoint& p) {
-                const auto number = static_cast<double>(std::invoke(value, p));
-                return number != 0 || is_measured ? short_number(number, 6) : std::string();
-            }};
+Column column(std::string name, std::string meaning, Holders holders, Value value) {
+    return {std::move(name), std::move(meaning), holders,
+            [value](const CostPoint& p) { return field(std::invoke(value, p)); }};
 }
 
 std::vector<Column> columns() {
     using P = CostPoint;
-    const auto sampled = [](int Discretisation::*samples) {
+    using D = Discretisation;
+    using enum Holders;
+    const auto sampled = [](int D::*samples) {
         return [samples](const P& p) { return p.discretisation.*samples; };
     };
     const auto kind = [](const P& p) -> std::string {
         return p.kind == Kind::solver ? "solver" : p.kind == Kind::table ? "table" : "packed";
     };
-    std::vector<Column> all{
-        {"kind", "solver, table or packed", true, true, kind},
-        {"varied", "tolerance: it chose the point; else what the sweep changed", true, true,
-         &P::varied},
-        numbers("tolerance", "that chose the point; empty where none did", &P::tolerance, true),
-        numbers(
-            "nodes", "Gauss nodes of the solver", [](const P& p) { return p.solver.nodes; }, true),
-        numbers(
-            "modes", "azimuthal modes of the solver", [](const P& p) { return p.solver.modes; },
-            true),
-        numbers("mu_samples", "of mu_in and mu_out alike", sampled(&Discretisation::mu_samples)),
-        numbers("azimuth_samples", "over 0 to 180 degrees",
-                sampled(&Discretisation::azimuth_samples)),
-        numbers("optical_depth_samples_per_octave", "samples in which the depth doubles",
-                sampled(&Discretisation::optical_depth_samples_per_octave)),
-        numbers("albedo_samples", "over the recipe's range",
-                sampled(&Discretisation::albedo_samples))};
+    const auto tolerance = [](const P& p) { return p.tolerance > 0 ? field(p.tolerance) : ""; };
+    std::vector<Column> list{
+        column("kind", "solver, table or packed", all, kind),
+        column("varied", "tolerance: it chose the point; else what the sweep changed", all,
+               &P::varied),
+        column("tolerance", "that chose the point; empty where none did", all, tolerance),
+        column("nodes", "Gauss nodes of the solver", all,
+               [](const P& p) { return p.solver.nodes; }),
+        column("modes", "azimuthal modes of the solver", all,
+               [](const P& p) { return p.solver.modes; }),
+        column("mu_samples", "of mu_in and mu_out alike", tables, sampled(&D::mu_samples)),
+        column("azimuth_samples", "over 0 to 180 degrees", tables, sampled(&D::azimuth_samples)),
+        column("optical_depth_samples_per_octave", "samples in which the depth doubles", tables,
+               sampled(&D::optical_depth_samples_per_octave)),
+        column("albedo_samples", "over the recipe's range", tables, sampled(&D::albedo_samples))};
     for (const PhaseParameter parameter : all_parameters)
-        all.push_back(numbers(
-            samples_key(parameter), "members along that axis of a family",
+        list.push_back(column(
+            samples_key(parameter), "members along that axis of a family", tables,
             [at = static_cast<std::size_t>(parameter)](const P& p) { return p.members[at]; }));
-    const std::vector<Column> measured{
-        numbers("error_median", "relative error of half of the values", &P::error_median, true,
-                true),
-        numbers("error_99_9", "relative error of 99.9 % of the values; the frontier's",
-                &P::error_99_9, true, true),
-        numbers("error_largest", "largest relative error", &P::error_largest, true, true),
-        {"solve_seconds", "one layer, deepest and brightest, 14 cosines, one thread", true, false,
-         [](const P& p) { return short_number(p.solve_seconds, 6); }},
-        numbers(
-            "bake_seconds",
-            "all threads; where tolerance chose, with choosing and checking; packed: of packing",
-            &P::bake_seconds, false, true),
-        numbers("bytes", "of the samples of both sides in memory; packed: of the file", &P::bytes),
-        numbers("lookup_ns", "nanoseconds of a lookup at a random point, one thread",
-                &P::lookup_ns),
-        numbers("on_frontier", "1: no other point undercuts it in error and in cost",
-                &P::on_frontier, true, true),
-        numbers("times_frontier", "solve_seconds or bytes over those of the cheapest as accurate",
-                &P::times_frontier, true)};
-    all.insert(all.end(), measured.begin(), measured.end());
-    return all;
+    for (const Column& measured :
+         {column("error_median", "relative error of half of the values", all, &P::error_median),
+          column("error_99_9", "relative error of 99.9 % of the values; the frontier's", all,
+                 &P::error_99_9),
+          column("error_largest", "largest relative error", all, &P::error_largest),
+          column("solve_seconds", "one layer, deepest and brightest, 14 cosines, one thread",
+                 solvers, &P::solve_seconds),
+          column("bake_seconds",
+                 "all threads; where tolerance chose, with choosing and checking; packed: of "
+                 "packing",
+                 tables, &P::bake_seconds),
+          column("bytes", "of the samples of both sides in memory; packed: of the file", tables,
+                 &P::bytes),
+          column("lookup_ns", "nanoseconds of a lookup at a random point, one thread", tables,
+                 &P::lookup_ns),
+          column("on_frontier", "1: no other point undercuts it in error and in cost", all,
+                 [](const P& p) { return p.on_frontier ? 1.0 : 0.0; }),
+          column("times_frontier", "solve_seconds or bytes over those of the cheapest as accurate",
+                 all, &P::times_frontier)})
+        list.push_back(measured);
+    return list;
 }
 
 }  // namespace
@@ -171,8 +175,8 @@ void write_cost(std::ostream& out, const std::vector<CostPoint>& points) {
     for (const CostPoint& point : points) {
         for (const Column& column : all) {
             out << (&column == &all.front() ? "" : ",");
-            if (point.kind == Kind::solver ? column.of_solvers : column.of_tables)
-                out << column.text(point);
+            const auto others = point.kind == Kind::solver ? Holders::tables : Holders::solvers;
+            if (column.holders != others) out << column.text(point);
         }
         out << '\n';
     }

@@ -17,8 +17,8 @@ constexpr int max_reference_nodes = 256;
 
 constexpr int solver_points = 800;
 
-/// Parts of the seconds after which the reference is made no finer, and no more nodes are swept.
-constexpr double share_of_reference = 0.85, share_of_solvers = 1;
+/// Part of the seconds after which the reference is made no finer.
+constexpr double share_of_reference = 0.85;
 
 class SolverSweep {
   public:
@@ -72,8 +72,7 @@ class SolverSweep {
         double last = 0;  // seconds
         for (const int nodes : {2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128}) {
             constexpr double growth = 2;
-            if (2 * nodes > study_.reference_nodes ||
-                !budget_.is_time_left(share_of_solvers, growth * last))
+            if (2 * nodes > study_.reference_nodes || !budget_.is_time_left(1, growth * last))
                 break;
             const auto started = Clock::now();
             if (sweep_modes(solver_with(nodes)) <= converged) break;

@@ -23,7 +23,7 @@ constexpr double max_bytes = 1 << 30;  // of a table
 constexpr double finest_share = 0.25;
 
 /// Parts of the seconds after which no other tolerance, axis or coarser table is begun.
-constexpr double share_of_tolerances = 0.35, share_of_axes = 0.55, share_of_coarser = 0.7;
+constexpr double share_of_tolerances = 0.35, share_of_axes = 0.5, share_of_coarser = 0.7;
 
 /// An axis whose sampling is swept.
 struct SweptAxis {
@@ -32,18 +32,11 @@ struct SweptAxis {
     int min;
 };
 
-/// Returns whether directions in azimuth differ.
-bool depends_on_azimuth(const Recipe& recipe) {
-    const LowerBoundary& below = recipe.lower_boundary;
-    return !recipe.family.empty() || !recipe.phase_function.is_isotropic() ||
-           (below.kind == LowerBoundary::Kind::layer && !below.phase_function.is_isotropic());
-}
-
-/// Returns the axes of a recipe that have a range; mu first.
-std::vector<SweptAxis> swept_axes(const Recipe& recipe) {
+/// Returns the axes of a recipe, resolved as `chosen`, that have a range; mu first.
+std::vector<SweptAxis> swept_axes(const Recipe& recipe, const Discretisation& chosen) {
     using D = Discretisation;
     std::vector<SweptAxis> axes{{"mu_samples", &D::mu_samples, 4}};
-    if (depends_on_azimuth(recipe)) axes.push_back({"azimuth_samples", &D::azimuth_samples, 3});
+    if (chosen.azimuth_samples > 1) axes.push_back({"azimuth_samples", &D::azimuth_samples, 3});
     if (recipe.optical_depth.min < recipe.optical_depth.max)
         axes.push_back(
             {"optical_depth_samples_per_octave", &D::optical_depth_samples_per_octave, 1});
@@ -91,8 +84,7 @@ double time_lookups(const TableView& table, const std::vector<ErrorSample>& poin
 
 class TableSweep {
   public:
-    TableSweep(const Recipe& recipe, const CostBudget& budget)
-        : recipe_(recipe), budget_(budget), axes_(swept_axes(recipe)) {
+    TableSweep(const Recipe& recipe, const CostBudget& budget) : recipe_(recipe), budget_(budget) {
         options_.threads = budget.options.threads;
     }
 
@@ -101,6 +93,7 @@ class TableSweep {
     void bake_tolerances() {
         const double own = recipe_.tolerance;
         bake_tolerance(own);
+        axes_ = swept_axes(recipe_, points_[0].discretisation);
         seconds_per_byte_ = points_[0].bake_seconds / points_[0].bytes;
         for (const double tolerance :
              {1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6}) {
@@ -129,14 +122,19 @@ class TableSweep {
             measure(discretisation, varied, share_of_axes);
     }
 
-    /// Makes every tolerance's choice, cheap ones first, as coarse as keeps the tolerance. What they
-    /// end with says which choice was too fine.
+    /// Makes every tolerance's choice, cheap ones first, as coarse as leaves the table as accurate;
+    /// then as coarse as keeps the tolerance. What they end with says which choice was too fine.
     void coarsen_chosen() {
         std::vector<CostPoint> chosen;
         std::ranges::copy_if(points_, std::back_inserter(chosen),
                              [](const CostPoint& point) { return point.tolerance > 0; });
         std::ranges::sort(chosen, {}, &CostPoint::bytes);
-        for (const CostPoint& from : chosen) coarsen(from.discretisation, from.tolerance);
+        for (const bool stays_as_accurate : {true, false})
+            for (const CostPoint& from : chosen)
+                coarsen(from.discretisation, [&](const CostPoint& coarser) {
+                    return stays_as_accurate ? coarser.error_99_9 <= from.error_99_9
+                                             : keeps_tolerance(from.tolerance, coarser);
+                });
     }
 
     std::vector<CostPoint> points() {
@@ -245,8 +243,8 @@ class TableSweep {
         return &points_.back();
     }
 
-    /// Makes one axis after the other a little coarser, round after round.
-    void coarsen(Discretisation now, double tolerance) {
+    /// Makes one axis after the other a little coarser, round after round, as long as will_do().
+    void coarsen(Discretisation now, const std::function<bool(const CostPoint&)>& will_do) {
         for (bool changed = true; changed;) {
             changed = false;
             for (const SweptAxis& axis : axes_) {
@@ -254,7 +252,7 @@ class TableSweep {
                 scale(next, axis, 0.9);
                 if (axis.samples(next) == axis.samples(now)) continue;
                 const CostPoint* const coarser = measure(next, axis.name, share_of_coarser);
-                if (coarser == nullptr || !keeps_tolerance(tolerance, *coarser)) continue;
+                if (coarser == nullptr || !will_do(*coarser)) continue;
                 now = next;
                 changed = true;
             }
@@ -263,7 +261,7 @@ class TableSweep {
 
     const Recipe& recipe_;
     const CostBudget& budget_;
-    const std::vector<SweptAxis> axes_;
+    std::vector<SweptAxis> axes_;
     BakeOptions options_;
     std::vector<ErrorSample> expected_;  // random points; found and error unused
     std::vector<PhaseFunction> held_;    // of the points' members: droplets take long

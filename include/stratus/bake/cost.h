@@ -8,7 +8,7 @@
 //   table   how finely each axis is sampled, lookups
 //   packed  what `pack` makes of the tables that tolerances chose
 //
-// Of a family of phase functions the solver takes the most peaked member at an end of its axes, which
+// For a family of phase functions the solver takes the most peaked member at an end of its axes, which
 // needs the most nodes; tables are of the whole family, whose own axes are swept like the rest.
 //
 // The frontier of a kind consists of the points that no other undercuts in error and in cost: seconds

@@ -60,14 +60,11 @@ void add_choice(PlotSeries& series, const CostPoint& point) {
     series.points.push_back(std::move(mark));
 }
 
-/// Returns the points of a kind that no tolerance chose and for which name(point) is the series' own,
-/// a series for each of `names`; then the frontier and what tolerances chose.
-PlotPanel make_panel(const CostStudy& study, Kind kind, const std::vector<std::string>& names,
-                     std::string (*name)(const CostPoint& point)) {
+/// Returns the points of a kind: those that no tolerance chose in a series for each axis that was
+/// varied, then the frontier and what tolerances chose.
+PlotPanel make_panel(const CostStudy& study, Kind kind) {
     PlotPanel panel;
-    for (const std::string& series : names) panel.series.push_back({series, Role::measured, {}});
-    PlotSeries frontier{
-        kind == Kind::solver ? "frontier" : "frontier (time of a lookup)", Role::frontier, {}};
+    PlotSeries frontier{"frontier", Role::frontier, {}};
     PlotSeries chosen{"chosen by this tolerance", Role::chosen, {}};
     std::vector<CostPoint> points;
     std::ranges::copy_if(study.points, std::back_inserter(points),
@@ -75,11 +72,15 @@ PlotPanel make_panel(const CostStudy& study, Kind kind, const std::vector<std::s
     std::ranges::stable_sort(points, {}, &CostPoint::cost);
     double labelled = 0;  // bytes; the next label is where they have doubled
     for (const CostPoint& point : points) {
-        const auto series = std::ranges::find(panel.series, name(point), &PlotSeries::name);
-        if (point.tolerance > 0)
+        const std::string name = point.varied.substr(0, point.varied.find("_samples"));
+        auto series = std::ranges::find(panel.series, name, &PlotSeries::name);
+        if (point.tolerance > 0) {
             add_choice(chosen, point);
-        else if (series != panel.series.end())
+        } else {
+            if (series == panel.series.end())
+                series = panel.series.insert(series, {name, Role::measured, {}});
             series->points.push_back(plotted(point));
+        }
         if (!point.on_frontier) continue;
         const bool is_due = point.tolerance == 0 && point.cost() >= 2 * labelled;
         if (is_due) labelled = point.cost();
@@ -90,34 +91,20 @@ PlotPanel make_panel(const CostStudy& study, Kind kind, const std::vector<std::s
     return panel;
 }
 
-PlotPanel panel_of_solvers(const CostStudy& study) {
-    PlotPanel panel = make_panel(study, Kind::solver, {"nodes and modes"},
-                                 [](const CostPoint& p) { return p.varied; });
-    panel.title = "Solver: nodes and modes";
-    panel.x_title = "time of one solve, one thread (s)";
-    panel.y_title = "relative error of R and T, 99.9 % within";
-    return panel;
-}
-
-PlotPanel panel_of_tables(const CostStudy& study) {
-    PlotPanel panel = make_panel(study, Kind::table,
-                                 {"all axes", "mu", "azimuth", "optical depth", "albedo", "family"},
-                                 [](const CostPoint& p) -> std::string {
-                                     if (p.varied == "all") return "all axes";
-                                     if (p.varied == "mu_samples") return "mu";
-                                     if (p.varied == "azimuth_samples") return "azimuth";
-                                     if (p.varied == "optical_depth_samples_per_octave")
-                                         return "optical depth";
-                                     return p.varied == "albedo_samples" ? "albedo" : "family";
-                                 });
-    panel.series.push_back({"packed, by tolerance", Role::measured, {}});
+void draw_study(const CostStudy& study, const std::filesystem::path& svg) {
+    PlotPanel solvers = make_panel(study, Kind::solver);
+    solvers.title = "Solver";
+    solvers.x_title = "time of one solve, one thread (s)";
+    solvers.y_title = "relative error of R and T, 99.9 % within";
+    PlotPanel tables = make_panel(study, Kind::table);
+    tables.title = "Table: samples along its axes; time of a lookup beside some";
+    tables.x_title = "samples of the table in memory, or packed file (bytes)";
+    tables.y_title = "relative error of lookups, 99.9 % within";
+    PlotSeries packed{"packed, by tolerance", Role::measured, {}};
     for (const CostPoint& point : study.points)
-        if (point.kind == Kind::packed)
-            panel.series.back().points.push_back(plotted(point, lookup_text(point)));
-    panel.title = "Table: sampling of its axes; packed";
-    panel.x_title = "samples of the table in memory (bytes)";
-    panel.y_title = "relative error of lookups, 99.9 % within";
-    return panel;
+        if (point.kind == Kind::packed) packed.points.push_back(plotted(point, lookup_text(point)));
+    tables.series.push_back(packed);
+    draw_cost_plot({solvers, tables}, svg);
 }
 
 void run_cost(const CostCommand& command) {
@@ -140,9 +127,8 @@ void run_cost(const CostCommand& command) {
     write_answer(command.output, [&](std::ostream& out) { write_cost(out, study.points); });
     if (command.svg.empty()) return;
     const SignalsHeld held;
-    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
-        draw_cost_plot({panel_of_solvers(study), panel_of_tables(study)}, temporary);
-    });
+    write_atomically(command.svg,
+                     [&](const std::filesystem::path& temporary) { draw_study(study, temporary); });
 }
 
 }  // namespace

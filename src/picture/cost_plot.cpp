@@ -36,7 +36,7 @@ constexpr Style styles[] = {
     {Marker::circle, {0.10, 0.30, 0.65}}, {Marker::square, {0.88, 0.55, 0.10}},
     {Marker::cross, {0.05, 0.45, 0.35}},  {Marker::triangle, {0.80, 0.35, 0.60}},
     {Marker::plus, {0.40, 0.25, 0.10}},   {Marker::diamond, {0.45, 0.65, 0.85}},
-    {Marker::circle, {0.80, 0.15, 0.10}},
+    {Marker::circle, {0.80, 0.15, 0.10}}, {Marker::square, {0.30, 0.30, 0.30}},
 };
 
 // ---- Axes

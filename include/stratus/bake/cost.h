@@ -30,16 +30,17 @@ namespace stratus {
 struct CostPoint {
     enum class Kind { solver, table, packed };
     Kind kind = Kind::solver;
-    std::string
-        varied;  // "tolerance", or what the sweep changed: "nodes and modes", an axis, "all"
+    /// "tolerance", or what the sweep changed: "nodes and modes", an axis, "all".
+    std::string varied;
     double tolerance = 0;                              // that chose the point; 0: none did
     SolverOptions solver;                              // what is timed, or what solved the table
     Discretisation discretisation;                     // of tables
     std::array<int, all_parameters.size()> members{};  // along the axes of a family; 0: no axis
+
     double error_median = 0, error_99_9 = 0, error_largest = 0;  // 99_9: 99.9 % are within
     double solve_seconds = 0;  // of the processor, the deepest and brightest layer
-    double bake_seconds =
-        0;                 // all threads; with choosing and checking where tolerance did; packing
+    /// Seconds of all threads: with choosing and checking where tolerance did; packed: of packing.
+    double bake_seconds = 0;
     double bytes = 0;      // samples of both sides in memory; packed: the file
     double lookup_ns = 0;  // at random points, one thread, mean of the sides
 

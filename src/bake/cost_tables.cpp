@@ -174,9 +174,10 @@ class TableSweep {
         solver.nodes = reference_nodes(nodes);
         solver.mode_tolerance = 1e-4 * recipe_.tolerance;
         expected_ = solve_cost_points(recipe_, solver, table_points, budget_);
-        for (const ErrorSample& at : expected_)
-            if (!recipe_.family.empty() && (&at == &expected_[0] || at.member != (&at)[-1].member))
-                held_.push_back(with_parameters(recipe_.phase_function, recipe_.family, at.member));
+        for (std::size_t n = 0; n < expected_.size() && !recipe_.family.empty(); ++n)
+            if (n == 0 || expected_[n].member != expected_[n - 1].member)
+                held_.push_back(
+                    with_parameters(recipe_.phase_function, recipe_.family, expected_[n].member));
     }
 
     void measure_lookups(CostPoint& point, const TableView& table) const {

@@ -155,14 +155,6 @@ bool have_same_sizes(const Droplets& a, const Droplets& b) noexcept {
     }
 }
 
-Droplets scaled(const Droplets& droplets, double times) {
-    Droplets larger = droplets;
-    larger.effective_radius *= times;
-    larger.mode_radius *= times;
-    for (double& radius : larger.radius) radius *= times;
-    return larger;
-}
-
 RadiusRange radii_of(const Droplets& droplets) {
     if (droplets.distribution == Distribution::rows) {
         const double unit = effective_size(droplets).radius;

@@ -24,7 +24,7 @@ constexpr double title_height = 17, legend_row = 12, plot_height = 196, axis_hei
 constexpr double panel_gap = 10;
 constexpr double title_size = 9.5;
 constexpr double mark_radius = 2.3, chosen_radius = 3.6;
-constexpr double key_width = 16, entry_gap = 12;  // of the legend
+constexpr double key_width = 16;  // of the legend
 
 struct Style {
     Marker marker;
@@ -36,6 +36,7 @@ constexpr Style styles[] = {
     {Marker::circle, {0.10, 0.30, 0.65}}, {Marker::square, {0.88, 0.55, 0.10}},
     {Marker::cross, {0.05, 0.45, 0.35}},  {Marker::triangle, {0.80, 0.35, 0.60}},
     {Marker::plus, {0.40, 0.25, 0.10}},   {Marker::diamond, {0.45, 0.65, 0.85}},
+    {Marker::circle, {0.80, 0.15, 0.10}}, {Marker::square, {0.30, 0.30, 0.30}},
 };
 
 // ---- Axes
@@ -86,14 +87,12 @@ void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
 
 // ---- Series
 
-/// Styles of measured series; null for others.
-std::vector<const Style*> styles_of(const PlotPanel& panel) {
-    std::vector<const Style*> chosen;
-    std::size_t next = 0;
-    for (const PlotSeries& series : panel.series)
-        chosen.push_back(series.role == Role::measured ? &styles[next++ % std::size(styles)]
-                                                       : nullptr);
-    return chosen;
+/// Returns the style of a measured series, by its place among them.
+const Style& style_of(const PlotPanel& panel, const PlotSeries& series) {
+    const auto before = std::count_if(panel.series.data(), &series, [](const PlotSeries& other) {
+        return other.role == Role::measured;
+    });
+    return styles[static_cast<std::size_t>(before) % std::size(styles)];
 }
 
 void draw_measured_mark(const Page& page, Point at, const Style& style) {
@@ -120,16 +119,14 @@ void draw_steps(const Page& page, const Frame& frame, const PlotSeries& series) 
 }
 
 void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
-    const std::vector<const Style*> series_styles = styles_of(panel);
     for (const Role role : {Role::measured, Role::frontier, Role::chosen})
-        for (std::size_t s = 0; s < panel.series.size(); ++s) {
-            const PlotSeries& series = panel.series[s];
+        for (const PlotSeries& series : panel.series) {
             if (series.role != role) continue;
             if (role == Role::frontier) draw_steps(page, frame, series);
             for (const PlotPoint& point : series.points) {
                 if (role == Role::chosen) draw_chosen_mark(page, frame.at(point));
                 if (role == Role::measured)
-                    draw_measured_mark(page, frame.at(point), *series_styles[s]);
+                    draw_measured_mark(page, frame.at(point), style_of(panel, series));
             }
         }
 }
@@ -165,48 +162,33 @@ std::vector<PointLabel> labels_of(const Frame& frame, const PlotPanel& panel) {
 
 // ---- Legend
 
-/// Where each entry stands, from the legend's upper left corner.
-struct Legend {
-    struct Entry {
-        double x;
-        int row;
-    };
-    std::vector<Entry> entries;
-    int rows = 1;
+constexpr std::size_t legend_columns = 3;
 
-    double height() const { return title_height + legend_row * rows + 4; }
-};
-
-Legend make_legend(const Page& page, const PlotPanel& panel) {
-    Legend legend;
-    double x = 0;
-    for (const PlotSeries& series : panel.series) {
-        const double width =
-            series.points.empty() ? 0 : key_width + page.text_width(series.name, plot_text_size);
-        if (x > 0 && x + width > plot_page_width - left - right) {
-            x = 0;
-            ++legend.rows;
-        }
-        legend.entries.push_back({x, legend.rows - 1});
-        if (width > 0) x += width + entry_gap;
-    }
-    return legend;
+std::vector<const PlotSeries*> series_in_legend(const PlotPanel& panel) {
+    std::vector<const PlotSeries*> shown;
+    for (const PlotSeries& series : panel.series)
+        if (!series.points.empty()) shown.push_back(&series);
+    return shown;
 }
 
-void draw_legend(const Page& page, const Legend& legend, const PlotPanel& panel, double top) {
-    const std::vector<const Style*> series_styles = styles_of(panel);
-    for (std::size_t s = 0; s < panel.series.size(); ++s) {
-        const PlotSeries& series = panel.series[s];
-        if (series.points.empty()) continue;
-        const double x = left + legend.entries[s].x;
-        const double y = top + legend_row * legend.entries[s].row + 6;
+double legend_height(const PlotPanel& panel) {
+    const std::size_t rows = (series_in_legend(panel).size() + legend_columns - 1) / legend_columns;
+    return title_height + legend_row * static_cast<double>(rows) + 4;
+}
+
+void draw_legend(const Page& page, const PlotPanel& panel, double top) {
+    constexpr double column = (plot_page_width - left - right) / legend_columns;
+    const std::vector<const PlotSeries*> shown = series_in_legend(panel);
+    for (std::size_t n = 0; n < shown.size(); ++n) {
+        const double x = left + column * static_cast<double>(n % legend_columns);
+        const double y = top + legend_row * static_cast<double>(n / legend_columns) + 6;
         const Point key{x + key_width / 2 - 2, y};
-        switch (series.role) {
-            case Role::measured: draw_measured_mark(page, key, *series_styles[s]); break;
+        switch (shown[n]->role) {
+            case Role::measured: draw_measured_mark(page, key, style_of(panel, *shown[n])); break;
             case Role::chosen: draw_chosen_mark(page, key); break;
             case Role::frontier: page.line({x, y}, {x + key_width - 4, y}, {0.9, black}); break;
         }
-        page.text({x + key_width, y + 3}, series.name, plot_text_size, black);
+        page.text({x + key_width, y + 3}, shown[n]->name, plot_text_size, black);
     }
 }
 
@@ -228,8 +210,8 @@ void check(const std::vector<PlotPanel>& panels) {
     }
 }
 
-void draw_panel(const Page& page, const PlotPanel& panel, const Legend& legend, double top) {
-    Frame frame{{left, top + legend.height(), plot_page_width - right, 0}, {}, {}};
+void draw_panel(const Page& page, const PlotPanel& panel, double top) {
+    Frame frame{{left, top + legend_height(panel), plot_page_width - right, 0}, {}, {}};
     frame.box.y1 = frame.box.y0 + plot_height;
     for (const PlotSeries& series : panel.series)
         for (const PlotPoint& point : series.points) {
@@ -237,7 +219,7 @@ void draw_panel(const Page& page, const PlotPanel& panel, const Legend& legend, 
             frame.y.include(point.y);
         }
     page.text({left, top + 10}, panel.title, title_size, black);
-    draw_legend(page, legend, panel, top + title_height);
+    draw_legend(page, panel, top + title_height);
     draw_axes(page, frame, panel);
     draw_series(page, frame, panel);
     draw_labels(page, frame.box, obstacles_of(frame, panel), labels_of(frame, panel));
@@ -247,18 +229,14 @@ void draw_panel(const Page& page, const PlotPanel& panel, const Legend& legend, 
 
 void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem::path& svg) {
     check(panels);
-    std::vector<Legend> legends;
-    measure([&](const Page& page) {
-        for (const PlotPanel& panel : panels) legends.push_back(make_legend(page, panel));
-    });
-    double height = 2 * margin + panel_gap * static_cast<double>(panels.size() - 1);
-    for (const Legend& legend : legends) height += legend.height() + plot_height + axis_height;
-
+    double height = 2 * margin - panel_gap;
+    for (const PlotPanel& panel : panels)
+        height += legend_height(panel) + plot_height + axis_height + panel_gap;
     draw_svg(svg, plot_page_width, height, [&](const Page& page) {
         double top = margin;
-        for (std::size_t p = 0; p < panels.size(); ++p) {
-            draw_panel(page, panels[p], legends[p], top);
-            top += legends[p].height() + plot_height + axis_height + panel_gap;
+        for (const PlotPanel& panel : panels) {
+            draw_panel(page, panel, top);
+            top += legend_height(panel) + plot_height + axis_height + panel_gap;
         }
     });
 }

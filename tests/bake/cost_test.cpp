@@ -3,7 +3,6 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 
-#include "cost_study.h"
 #include "refusal.h"
 #include "small_recipe.h"
 
@@ -82,13 +81,12 @@ struct Measured {
     std::vector<std::string> notes;
 };
 
-/// Measured to the end of the sweeps. The times are in no test's interest: one round of them.
+/// Measured to the end of the sweeps.
 const Measured& measured() {
     static const Measured all = [] {
         Measured one;
         CostOptions options;
         options.seconds = 1e6;
-        options.rounds = 1;
         options.note = [&](const std::string& line) { one.notes.push_back(line); };
         one.study = measure_cost(recipe(), options);
         return one;
@@ -103,6 +101,15 @@ std::vector<CostPoint> points_of(Kind kind) {
     return points;
 }
 
+/// Returns the smallest error with that many nodes.
+double min_error(const CostStudy& study, int nodes) {
+    double smallest = INFINITY;
+    for (const CostPoint& point : study.points)
+        if (point.kind == Kind::solver && point.solver.nodes == nodes)
+            smallest = std::min(smallest, point.error_largest);
+    return smallest;
+}
+
 TEST(Cost, ReferenceIsConverged) {
     EXPECT_LE(measured().study.reference_change, 1e-9);
     for (const CostPoint& point : points_of(Kind::solver))
@@ -110,23 +117,18 @@ TEST(Cost, ReferenceIsConverged) {
 }
 
 TEST(Cost, ErrorsFallWithNodes) {
-    for (const Scheme scheme : {Scheme::harmonic, Scheme::classic}) {
-        double last = 1;
-        for (const int nodes : {4, 8, 12}) {
-            double smallest = 1;  // of all numbers of modes
-            for (const CostPoint& point : points_of(Kind::solver))
-                if (point.solver.nodes == nodes && point.solver.scheme == scheme)
-                    smallest = std::min(smallest, point.error_largest);
-            EXPECT_LT(smallest, 0.5 * last) << nodes;
-            last = smallest;
-        }
+    double last = 1;
+    for (const int nodes : {4, 8, 12}) {
+        const double error = min_error(measured().study, nodes);
+        EXPECT_LT(error, 0.5 * last) << nodes;
+        last = error;
     }
 }
 
 TEST(Cost, ErrorsFallWithModes) {
     double one = 0, three = 0;  // Rayleigh scattering has three
     for (const CostPoint& point : points_of(Kind::solver)) {
-        if (point.solver.nodes != 12 || point.solver.scheme != Scheme::harmonic) continue;
+        if (point.solver.nodes != 12) continue;
         if (point.solver.modes == 1) one = point.error_99_9;
         if (point.solver.modes == 3) three = point.error_99_9;
     }
@@ -148,12 +150,8 @@ TEST(Cost, SolverErrorsBoundASingleLayer) {
             largest = std::max(largest, std::abs(coarse.reflection(i, j, 1.2).total - expected) /
                                             std::max(expected, reflection_floor(fine)));
         }
-    double stated = 1;
-    for (const CostPoint& point : points_of(Kind::solver))
-        if (point.solver.nodes == 6 && point.solver.scheme == Scheme::harmonic)
-            stated = std::min(stated, point.error_largest);
     EXPECT_GT(largest, 1e-9);
-    EXPECT_LE(largest, 1.01 * stated);  // modes that add less than a thousandth are left out
+    EXPECT_LE(largest, 1.5 * min_error(measured().study, 6));  // which is of other directions
 }
 
 TEST(Cost, MeasuresNeighbouringTolerances) {
@@ -164,7 +162,7 @@ TEST(Cost, MeasuresNeighbouringTolerances) {
                 chosen.push_back(point.tolerance);
                 EXPECT_EQ(point.varied, "tolerance");
             }
-        EXPECT_EQ(chosen, (std::vector<double>{0.1, 0.03, 0.01}));
+        EXPECT_EQ(chosen, (std::vector<double>{0.03, 0.1, 0.01})) << "the recipe's own first";
     }
 }
 
@@ -276,86 +274,15 @@ TEST(Cost, FillsTheColumnsOfEachKind) {
                 std::find(of_tables.begin(), of_tables.end(), header[c]) != of_tables.end();
             const bool is_of_family =  // the recipe is of one phase function
                 std::ranges::find(of_family, header[c]) != of_family.end();
-            const bool is_starts = header[c] == "start" || header[c] == "start_depth";
-            const bool is_table = point.kind == Kind::table || point.kind == Kind::packed;
-            const bool belongs = header[c] == "tolerance"        ? point.tolerance > 0
-                                 : header[c] == "nodes"          ? point.photons == 0
-                                 : header[c] == "modes"          ? point.solver.modes > 0
-                                 : header[c] == "orders"         ? point.kind == Kind::orders
-                                 : header[c] == "sublayers"      ? point.sublayers > 0
-                                 : header[c] == "photons"        ? point.photons > 0
-                                 : header[c] == "size_parameter" ? point.kind == Kind::droplets
-                                 : is_of_family                  ? false
-                                 : is_starts ? point.solver.scheme == Scheme::classic
+            const bool is_table = point.kind != Kind::solver;
+            const bool belongs = header[c] == "tolerance"       ? point.tolerance > 0
+                                 : is_of_family                 ? false
                                  : header[c] == "solve_seconds" ? !is_table
                                                                 : !is_tables || is_table;
             EXPECT_EQ(!fields[c].empty(), belongs) << header[c] << " of " << line;
         }
     }
     EXPECT_EQ(rows, measured().study.points.size());
-}
-
-/// The smallest error with that many nodes.
-double min_error(const CostStudy& study, int nodes, Scheme scheme,
-                 ClassicStart start = ClassicStart::diamond, double start_depth = 0) {
-    double smallest = INFINITY;
-    for (const CostPoint& point : study.points)
-        if (point.kind == Kind::solver && point.solver.nodes == nodes &&
-            point.solver.scheme == scheme && point.solver.start == start &&
-            point.solver.start_depth == start_depth)
-            smallest = std::min(smallest, point.error_largest);
-    return smallest;
-}
-
-TEST(Cost, SweepsEveryStartOfClassicDoubling) {
-    const CostStudy& study = measured().study;
-    constexpr int nodes = 16;
-    const auto classic = [&](ClassicStart start, double start_depth) {
-        return min_error(study, nodes, Scheme::classic, start, start_depth);
-    };
-    const double harmonic = min_error(study, nodes, Scheme::harmonic);
-    for (const ClassicStart start : {ClassicStart::diamond, ClassicStart::single}) {
-        // what 16 nodes leave is left by both schemes; a start at 3e-8 adds less than 1e-6: the
-        // error is of the first order, and 3e-5 at 1e-6
-        EXPECT_NEAR(classic(start, 0), harmonic, 1e-6);
-        EXPECT_LT(10 * classic(start, 1e-6), classic(start, 1e-3));
-        EXPECT_LT(10 * harmonic, classic(start, 1e-3));
-    }
-    EXPECT_LT(classic(ClassicStart::diamond, 1e-3), classic(ClassicStart::single, 1e-3));
-}
-
-TEST(Cost, ErrorsFallWithOrdersToWhatTheNodesLeave) {
-    const std::vector<CostPoint> orders = points_of(Kind::orders);
-    ASSERT_GE(orders.size(), 4u);
-    for (std::size_t n = 1; n < orders.size(); ++n) {
-        EXPECT_GT(orders[n].solver.orders, orders[n - 1].solver.orders);
-        EXPECT_LT(orders[n].error_99_9, orders[n - 1].error_99_9);
-    }
-    EXPECT_EQ(orders.front().solver.orders, 2);
-    // at w = 1 and a depth of 2 orders fall off as 0.6^n or so
-    EXPECT_GT(orders.front().error_99_9, 0.05);
-    const int nodes = orders.back().solver.nodes;
-    double all = 1;
-    for (const CostPoint& point : points_of(Kind::solver))
-        if (point.solver.nodes == nodes && point.solver.scheme == Scheme::harmonic)
-            all = std::min(all, point.error_99_9);
-    EXPECT_LE(orders.back().error_99_9, 1.1 * all);
-}
-
-TEST(Cost, ReferencesConverge) {
-    std::vector<std::pair<double, double>> markov, photons;  // error over size
-    for (const CostPoint& point : points_of(Kind::reference))
-        if (point.sublayers > 0)
-            markov.push_back({point.sublayers, point.error_median});
-        else
-            photons.push_back({point.photons, point.error_median});
-    ASSERT_GE(markov.size(), 3u);
-    ASSERT_GE(photons.size(), 3u);
-    // markov.h: eight times better with each doubling, as far as its nodes let it
-    EXPECT_LT(fit_power_law({markov.begin(), markov.begin() + 3}).exponent, -2);
-    EXPECT_NEAR(fit_power_law(photons).exponent, -0.5, 0.25);  // the spread of one draw of 24
-    EXPECT_LT(markov.back().second, 1e-3);
-    EXPECT_LT(photons.back().second, 2e-2);
 }
 
 TEST(Cost, PacksWhatTolerancesChose) {
@@ -369,66 +296,32 @@ TEST(Cost, PacksWhatTolerancesChose) {
     }
 }
 
-TEST(Cost, FitsPowerLaws) {
-    const PowerLaw exact =
-        fit_power_law({{1, 3}, {2, 3 * std::exp2(1.5)}, {8, 3 * std::exp2(4.5)}});
-    EXPECT_NEAR(exact.exponent, 1.5, 1e-14);
-    EXPECT_NEAR(exact.standard_error, 0, 1e-14);
-    EXPECT_EQ(exact.from, 1);
-    EXPECT_EQ(exact.to, 8);
-    // y = x^2 with logarithms off by 1, -2, 1: the slope stays, its variance is 6 / (3 - 2) / 2
-    const double e = std::exp(1.0);
-    const PowerLaw off = fit_power_law({{1 / e, e / (e * e)}, {1, 1 / (e * e)}, {e, e * e * e}});
-    EXPECT_NEAR(off.exponent, 2, 1e-14);
-    EXPECT_NEAR(off.standard_error, std::sqrt(3.0), 1e-14);
-    EXPECT_EQ(sentence_of({"time", "nodes", off}),
-              "time grows as nodes^2 +- 1.7 (3 points, 0.37 to 2.7)");
-    EXPECT_THROW(fit_power_law({{1, 1}, {2, 2}}), std::invalid_argument);
-    EXPECT_THROW(fit_power_law({{1, 1}, {2, 0}, {3, 1}}), std::invalid_argument);
-    EXPECT_THROW(fit_power_law({{1, 1}, {-2, 1}, {3, 1}}), std::invalid_argument);
-    EXPECT_THROW(fit_power_law({{2, 1}, {2, 2}, {2, 3}}), std::invalid_argument);
+/// Returns one layer with these lines added.
+Recipe one_layer(const std::string& lines, const std::string& phase_function) {
+    return parse_recipe("phase_function = '" + phase_function +
+                        "'\n"
+                        "tolerance = 0.1\n"
+                        "optical_depth = { min = 1.0, max = 1.0 }\n"
+                        "albedo = { min = 0.9, max = 0.9 }\n"
+                        "sides = ['reflection']\n" +
+                        lines);
 }
 
-TEST(Cost, TellsWhatGrows) {
-    for (const char* const what : {"nodes^", "optical depth^", "ranks^", "tolerance^", "time^"})
-        EXPECT_TRUE(std::any_of(measured().notes.begin(), measured().notes.end(),
-                                [&](const std::string& note) {
-                                    return note.find(" grows as ") != std::string::npos &&
-                                           note.find(what) != std::string::npos;
-                                }))
-            << what;
-    for (const GrowthLaw& growth : measured().study.growth)
-        if (growth.what.rfind("size of ", 0) == 0) {
-            EXPECT_LT(growth.law.exponent, 0) << growth.what;
-        } else if (growth.of == "ranks") {  // never faster than their number
-            EXPECT_GT(growth.law.exponent, -1);
-        }
-}
-
-TEST(Cost, VariesTheSizeOfDroplets) {
-    const CostStudy study = study_of("", "mie:radius=0.2um,wavelength=0.55um");
-    std::vector<double> sizes;
-    for (const CostPoint& point : study.points) {
-        if (point.kind != Kind::droplets) continue;
-        if (sizes.empty() || sizes.back() != point.size_parameter)
-            sizes.push_back(point.size_parameter);
-        EXPECT_LT(point.error_99_9, 1e-3) << point.size_parameter;  // x = 9 is no peak yet
-    }
-    ASSERT_EQ(sizes.size(), 5u);
-    EXPECT_NEAR(sizes[2], 2 * 3.14159265358979 * 0.2 / 0.55, 1e-9);
-    EXPECT_NEAR(sizes[4] / sizes[0], 16, 1e-9);
+CostStudy study_of(const std::string& lines, const std::string& phase_function = "isotropic") {
+    CostOptions options;
+    options.seconds = 1e6;
+    return measure_cost(one_layer(lines, phase_function), options);
 }
 
 TEST(Cost, RespectsOrdersAndLowerBoundary) {
-    const double plain = min_error(study_of(""), 4, Scheme::harmonic);
+    const double plain = min_error(study_of(""), 4);
     for (const char* const lines : {"orders = 3\n", "[below]\nlambert_albedo = 0.8\n",
                                     "[below]\nphase_function = 'rayleigh'\nalbedo = 0.7\n"}) {
         const CostStudy study = study_of(lines);
-        EXPECT_TRUE(std::isfinite(min_error(study, 4, Scheme::harmonic)));
-        EXPECT_NE(min_error(study, 4, Scheme::harmonic), plain) << lines;
+        EXPECT_TRUE(std::isfinite(min_error(study, 4)));
+        EXPECT_NE(min_error(study, 4), plain) << lines;
         int chosen = 0;
         for (const CostPoint& point : study.points) {
-            EXPECT_EQ(point.solver.scheme, Scheme::harmonic) << lines;
             EXPECT_EQ(point.solver.orders, lines[0] == 'o' ? 3 : 0);
             if (point.tolerance != 0.1) continue;
             ++chosen;
@@ -474,11 +367,104 @@ TEST(Cost, RefusesZeroSeconds) {
                                           {"measure_cost", "seconds", "above 0", "got 0"});
 }
 
-TEST(Cost, RefusesZeroRounds) {
-    CostOptions options;
-    options.rounds = 0;
-    expect_refusal<std::invalid_argument>([&] { measure_cost(recipe(), options); },
-                                          {"measure_cost", "rounds", ">= 1", "got 0"});
+TEST(Cost, RefusesStacks) {
+    Recipe stack = recipe();
+    stack.layers.resize(2);
+    expect_refusal<std::invalid_argument>([&] { measure_cost(stack); },
+                                          {"measure_cost", "layers", "one layer", "got 2"});
+}
+
+// Directions are sampled so finely that the family alone leaves an error.
+const std::string lobe_family =
+    "[family]\ng = [0.0, 0.7]\n[discretisation]\nmu_samples = 40\nazimuth_samples = 30\n";
+
+int members_along(const CostPoint& point, PhaseParameter parameter) {
+    return point.members[static_cast<std::size_t>(parameter)];
+}
+
+/// Returns the tables of the tolerance's choice, but for how many members lie along an axis of the
+/// family, ascending.
+std::vector<CostPoint> points_along(const CostStudy& study, PhaseParameter parameter) {
+    const std::string varied = std::string(parameter_name(parameter)) + "_samples";
+    std::vector<CostPoint> along;
+    for (const CostPoint& point : study.points)
+        if (point.kind == Kind::table && (point.tolerance == 0.1 || point.varied == varied))
+            along.push_back(point);
+    std::ranges::sort(along, {},
+                      [&](const CostPoint& point) { return members_along(point, parameter); });
+    return along;
+}
+
+const CostStudy& study_of_lobes() {
+    static const CostStudy study = study_of(lobe_family, "henyey_greenstein:g=0.5");
+    return study;
+}
+
+TEST(CostOfFamily, VariesTheMembersOfAFamily) {
+    const CostStudy& study = study_of_lobes();
+    const std::vector<CostPoint> along = points_along(study, PhaseParameter::g);
+    ASSERT_GE(along.size(), 4u);
+    for (std::size_t n = 0; n < along.size(); ++n) {
+        EXPECT_EQ(along[n].discretisation.family_samples[0],
+                  members_along(along[n], PhaseParameter::g));
+        EXPECT_GT(along[n].lookup_ns, 0);
+        if (n == 0) continue;
+        EXPECT_GE(members_along(along[n], PhaseParameter::g),
+                  members_along(along[n - 1], PhaseParameter::g));
+    }
+    EXPECT_GT(along.front().error_99_9, 4 * along.back().error_99_9);
+    int chosen = 0;
+    for (const CostPoint& point : study.points) {
+        if (point.tolerance != 0.1) continue;
+        ++chosen;
+        EXPECT_LE(point.error_99_9, 0.1);
+        EXPECT_EQ(members_along(point, PhaseParameter::g) >= 2, point.kind != Kind::solver);
+    }
+    EXPECT_EQ(chosen, 3) << "a solver, a table and that packed";
+}
+
+// What the study says of a sampling, against layers of members solved one by one.
+TEST(CostOfFamily, ErrorsAlongAFamilyAreThoseOfItsMembers) {
+    const CostPoint coarse = points_along(study_of_lobes(), PhaseParameter::g).front();
+    Recipe resolved = one_layer(lobe_family, "henyey_greenstein:g=0.5");
+    resolved.discretisation = coarse.discretisation;
+    const Table table = solve_table(resolved);
+    SolverOptions solver;
+    solver.nodes = 48;
+    std::vector<double> mu = floor_cosines(), errors;
+    mu.insert(mu.end(), {0.05, 0.2, 0.45, 0.8});
+    for (int n = 0; n < 40; ++n) {  // evenly along the axis, as points are drawn
+        const double g = 1 - std::pow(0.3, (n + 0.5) / 40);
+        const LayerSolution solution =
+            solve_layer(PhaseFunction::henyey_greenstein(g), 0.9, 1, mu, solver);
+        const TableView view = table.view().at({g});
+        for (int i = 0; i < solution.mu.size(); ++i)
+            for (int j = 0; j < solution.mu.size(); ++j)
+                for (const double azimuth : {0.4, 1.3, 2.6}) {
+                    const Geometry at{mu[static_cast<std::size_t>(i)],
+                                      mu[static_cast<std::size_t>(j)], azimuth};
+                    const double expected = solution.reflection(i, j, azimuth).total;
+                    errors.push_back(std::abs(reflection(view, 0.9, 1, at).total() - expected) /
+                                     std::max(expected, reflection_floor(solution)));
+                }
+    }
+    // other directions of the same layers
+    EXPECT_NEAR(error_quantile(errors, 0.5) / coarse.error_median, 1, 0.4);
+    EXPECT_NEAR(error_quantile(errors, 0.999) / coarse.error_99_9, 1, 0.5);
+}
+
+TEST(CostOfFamily, SweepsMixturesAndDroplets) {
+    const CostStudy mixed = study_of("second_phase_function = 'rayleigh'\n", "isotropic");
+    EXPECT_GE(points_along(mixed, PhaseParameter::mixture).size(), 2u);
+    const CostStudy droplets = study_of(
+        "[family]\nradius = ['0.1um', '0.2um']\nwavelength = { values = ['450nm', '650nm'] }\n",
+        "mie:radius=0.2um,wavelength=0.55um,variance=0.1");
+    const std::vector<CostPoint> along = points_along(droplets, PhaseParameter::radius);
+    EXPECT_GE(along.size(), 2u);
+    for (const CostPoint& point : along)
+        EXPECT_EQ(members_along(point, PhaseParameter::wavelength), 2);
+    for (const CostPoint& point : droplets.points)
+        EXPECT_NE(point.varied, "wavelength_samples") << "its values are given";
 }
 
 TEST(SolveTable, HoldsTheSamplesOfTheBake) {

@@ -157,11 +157,10 @@ TEST(SizeRows, ComeBackFromTheirText) {
     EXPECT_EQ(parse_phase_function(phi.text()).moments(50), phi.moments(50));
 }
 
-TEST(SizeRows, MayBeScaled) {
-    // Twice the size at twice the wavelength is the same scattering.
+TEST(SizeRows, ScatterAlikeAtTwiceTheSizeAndWavelength) {
     const Droplets droplets =
         droplets_of(parse_phase_function("mie:distribution=1 0/2 5/3 0,index=1.4"));
-    Droplets twice = scaled(droplets, 2);
+    Droplets twice = droplets_of(parse_phase_function("mie:distribution=2 0/4 5/6 0,index=1.4"));
     twice.wavelength *= 2;
     const std::vector<double> a = Mie(droplets).moments(30), b = Mie(twice).moments(30);
     for (std::size_t l = 0; l < a.size(); ++l) EXPECT_NEAR(a[l], b[l], 1e-10) << l;

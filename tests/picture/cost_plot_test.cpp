@@ -112,9 +112,9 @@ TEST_F(CostPlot, DrawsEveryPointOfEverySeries) {
     EXPECT_EQ(paths(drawn({more})), before + 1);
     PlotPanel second = panel();
     const std::vector<PlotPoint> three{{2e-3, 0.01, ""}, {3e-3, 0.02, ""}, {4e-3, 0.01, ""}};
-    for (int n = 0; n < 7; ++n)  // more than there are shapes
+    for (int n = 0; n < 9; ++n)  // more than there are shapes
         second.series.push_back({"more", Role::measured, three});
-    EXPECT_EQ(paths(drawn({second})), before + 7 * (3 + 1)) << "one mark each in the legend";
+    EXPECT_EQ(paths(drawn({second})), before + 9 * (3 + 1)) << "one mark each in the legend";
 }
 
 TEST_F(CostPlot, DrawsAFrontierAsOneLineOfSteps) {

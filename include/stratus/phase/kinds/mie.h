@@ -48,9 +48,6 @@ EffectiveSize effective_size(const Droplets& droplets);
 /// True where the droplets are of the same sizes, whatever they consist of.
 bool have_same_sizes(const Droplets& a, const Droplets& b) noexcept;
 
-/// Makes every droplet `times` as large.
-Droplets scaled(const Droplets& droplets, double times);
-
 /// The index of refraction n + i k: of water from Segelstein, University of Missouri, 1981, of ice
 /// from Warren and Brandt, J. Geophys. Res. 113, 2008.
 std::complex<double> index_of_refraction(const Droplets& droplets);

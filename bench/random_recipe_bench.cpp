@@ -21,12 +21,11 @@ int main(int argc, char** argv) {
         test::PackedBake baked(recipe, 400);
         const double sides = (recipe.reflection ? 1 : 0) + (recipe.transmission ? 1 : 0);
         met += baked.meets() ? 1 : 0;
-        std::printf("%4u  %s  largest %.2f  99.9 %% %.2f  %9zu of %10.0f bytes  %6.2f s  %s\n", seed,
-                    baked.meets() ? "met   " : "MISSED",
+        std::printf("%4u  %s  largest %.2f  99.9 %% %.2f  %9zu of %10.0f bytes  %6.2f s  %s\n",
+                    seed, baked.meets() ? "met   " : "MISSED",
                     baked.verification.samples.back().error / recipe.tolerance,
                     error_quantile(baked.verification.samples, 0.999) / recipe.tolerance,
-                    baked.file.size(),
-                    4 * sides * static_cast<double>(baked.header.sample_count()),
+                    baked.file.size(), 4 * sides * static_cast<double>(baked.header.sample_count()),
                     processor_seconds() - started, recipe.phase_text.c_str());
         std::fflush(stdout);
     }

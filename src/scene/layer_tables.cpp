@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <exception>
 #include <map>
 #include <span>
 #include <stdexcept>
@@ -475,17 +474,20 @@ class GivenTable {
 std::shared_ptr<const LayerTable> served(std::vector<GivenTable>& given, const Scene& scene,
                                          const NeededRecipe& needed) {
     std::shared_ptr<const LayerTable> first;
-    std::exception_ptr refusal;
+    std::string refusal;
     for (GivenTable& table : given) {
         try {
             const std::shared_ptr<const LayerTable> serving = table.serve(scene, needed);
             if (!first) first = serving;
-        } catch (const std::invalid_argument&) {
-            refusal = std::current_exception();
+        } catch (const std::invalid_argument& refused) {
+            refusal = refused.what();
         }
     }
-    if (!first) std::rethrow_exception(refusal);
-    return first;
+    if (first) return first;
+    if (needed.path != LightPath::sunlight)
+        refusal += std::string(" (a table for ") + light_path_name(needed.path) +
+                   ", or one for all light paths, is missing)";
+    throw std::invalid_argument(refusal);
 }
 
 }  // namespace

@@ -339,7 +339,7 @@ TEST(AdoptTables, TakesATableForEachLightPathOrOneForAll) {
     const auto all = adopt({of_all_directions(sunlight)});
     EXPECT_EQ(all->paths[0], all->paths[1]);
     expect_refusal<std::invalid_argument>([&] { adopt({sunlight}); },
-                                          {"one with transmission", "got none"});
+                                          {"one with transmission", "got none", "for fluxes"});
     expect_refusal<std::invalid_argument>([&] { adopt({fluxes}); }, {"table.mu_out.min", "got 1"});
 }
 

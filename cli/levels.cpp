@@ -54,7 +54,7 @@ std::string answer_fluxes_inside(const LevelsCommand& command) {
 }
 
 std::string answer_query_inside(const LevelsCommand& command) {
-    const auto& [layers, boundary] = command.stack;
+    const Stack& stack = command.stack;
     const std::vector<std::string> columns{
         "level",           "upward",          "downward",          "upward_single",
         "downward_single", "upward_multiple", "downward_multiple", "upward_error",
@@ -66,8 +66,8 @@ std::string answer_query_inside(const LevelsCommand& command) {
     write_answer(command.output, [&](std::ostream& out) {
         write_answer_header(out, query, columns);
         for (const double level : command.levels) {
-            const SolvedGeometries solved =
-                solve_geometries_inside(layers, boundary, level, geometries, command.options);
+            const SolvedGeometries solved = solve_geometries_inside(
+                stack.layers, stack.lower_boundary, level, geometries, command.options);
             worst = std::max(worst, worst_error_of(solved, query));
             for (std::size_t r = 0; r < geometries.size(); ++r) {
                 const auto& [up, down, up_error, down_error] = solved.at[r];

@@ -142,8 +142,9 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
         measure_solvers(at_member(recipe, corners_by_peak(recipe).front()), tables, budget);
     study.points.insert(study.points.end(), tables.begin(), tables.end());
     for (const Kind kind : {Kind::solver, Kind::table, Kind::packed}) {
-        const std::span<CostPoint> points =
-            std::ranges::equal_range(study.points, kind, {}, &CostPoint::kind);
+        const std::span<CostPoint> points(
+            std::ranges::lower_bound(study.points, kind, {}, &CostPoint::kind),
+            std::ranges::upper_bound(study.points, kind, {}, &CostPoint::kind));
         judge(points);
         std::vector<CostPoint> chosen;
         std::ranges::copy_if(points, std::back_inserter(chosen),

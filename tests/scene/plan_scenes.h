@@ -5,7 +5,7 @@
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
-#include "small_scene.h"
+#include "random_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,21 +15,9 @@
 
 namespace stratus::test {
 
-inline float brightest_channel(const float* pixel) {
-    return std::max({pixel[0], pixel[1], pixel[2]});
-}
-
 /// Maximum change of a pixel relative to its own light, or to 1 % of the brightest.
 inline double max_change(const Image& all, const Image& some) {
-    float most = 0;
-    for (std::size_t i = 0; i < all.rgb.size(); i += 3)
-        most = std::max(most, brightest_channel(&all.rgb[i]));
-    double max = 0;
-    for (std::size_t i = 0; i < all.rgb.size() && most > 0; ++i)
-        max = std::max(max,
-                       double{std::abs(all.rgb[i] - some.rgb[i])} /
-                           double{std::max(brightest_channel(&all.rgb[i - i % 3]), 0.01f * most)});
-    return max;
+    return difference_between(all, some, infinity).most;
 }
 
 inline Image picture(const Scene& scene) {
@@ -70,9 +58,9 @@ inline std::vector<FoundChange> changes_of(const Scene& scene) {
     return changes;
 }
 
-class RandomScenes {
+class RandomScenes : private RandomParts {
   public:
-    explicit RandomScenes(unsigned seed) : random_(seed) {}
+    using RandomParts::RandomParts;
 
     Scene next() {
         Scene scene;
@@ -136,30 +124,13 @@ class RandomScenes {
         scene.tolerance = 0.01;
         return scene;
     }
-    double between(double min, double max) {
-        return std::uniform_real_distribution<double>(min, max)(random_);
-    }
-    double power(double min, double max) { return std::pow(10, between(min, max)); }
-    bool happens(double chance) { return between(0, 1) < chance; }
-    Rgb colour() {
-        return {static_cast<float>(between(0, 1)), static_cast<float>(between(0, 1)),
-                static_cast<float>(between(0, 1))};
-    }
-    PhaseFunction phase_function() {
-        switch (static_cast<int>(between(0, 4))) {
-            case 0: return PhaseFunction::isotropic();
-            case 1: return PhaseFunction::rayleigh();
-            case 2: return PhaseFunction::lambert_sphere();
-            default: return PhaseFunction::henyey_greenstein(between(-0.4, 0.7));
-        }
-    }
     std::array<double, 3> tint(double most) {
         return {most * between(0.01, 1), most * between(0.01, 1), most * between(0.01, 1)};
     }
 
     Scene rings() {
         Scene scene = small_rings(1);
-        scene.layer.components = {phase_function(), phase_function()};
+        scene.layer.components = {phase_function(0.7), phase_function(0.7)};
         scene.layer.albedo = tint(1);
         auto& subject = std::get<Rings>(scene.subject);
         subject.surface.colour = happens(0.2) ? colour() : Rgb{0, 0, 0};
@@ -185,7 +156,7 @@ class RandomScenes {
     }
     Scene planet() {
         Scene scene = small_planet(0, happens(0.2) ? infinity : power(-3, 1), 1);
-        scene.layer.components = {phase_function()};
+        scene.layer.components = {phase_function(0.7)};
         scene.layer.albedo = tint(power(-2.5, 0));
         if (happens(0.5)) std::get<Planet>(scene.subject).surface.colour = colour();
         scene.camera.orthographic = happens(0.5);
@@ -194,7 +165,7 @@ class RandomScenes {
     }
     Scene slab() {
         Scene scene = small_slab(power(-3, 1), 1);
-        scene.layer.components = {phase_function()};
+        scene.layer.components = {phase_function(0.7)};
         scene.layer.albedo = tint(power(-2.5, 0));
         scene.background.colour = happens(0.5) ? colour() : Rgb{0, 0, 0};
         scene.camera.position =
@@ -212,8 +183,6 @@ class RandomScenes {
         }
         return scene;
     }
-
-    std::mt19937 random_;
 };
 
 }  // namespace stratus::test

@@ -46,11 +46,38 @@ inline PictureDifference difference_between(const Image& expected, const Image& 
     return difference;
 }
 
+/// Draws what random scenes are made of.
+class RandomParts {
+  public:
+    explicit RandomParts(unsigned seed) : random_(seed) {}
+
+    double between(double min, double max) {
+        return std::uniform_real_distribution<double>(min, max)(random_);
+    }
+    double power(double min, double max) { return std::pow(10, between(min, max)); }
+    bool happens(double chance) { return between(0, 1) < chance; }
+    Rgb colour() {
+        return {static_cast<float>(between(0, 1)), static_cast<float>(between(0, 1)),
+                static_cast<float>(between(0, 1))};
+    }
+    PhaseFunction phase_function(double largest_g = 0.75) {
+        switch (static_cast<int>(between(0, 4))) {
+            case 0: return PhaseFunction::isotropic();
+            case 1: return PhaseFunction::rayleigh();
+            case 2: return PhaseFunction::lambert_sphere();
+            default: return PhaseFunction::henyey_greenstein(between(-0.4, largest_g));
+        }
+    }
+
+  private:
+    std::mt19937 random_;
+};
+
 /// Half of them rings around a planet that light one another, the others slabs, with ground or a
 /// background more often than not, and planets.
-class RandomScene {
+class RandomScene : private RandomParts {
   public:
-    explicit RandomScene(unsigned seed) : random_(seed) {}
+    using RandomParts::RandomParts;
 
     Scene scene() {
         Scene scene = happens(0.5) ? rings() : happens(0.7) ? slab() : planet();
@@ -65,22 +92,6 @@ class RandomScene {
     }
 
   private:
-    double between(double min, double max) {
-        return std::uniform_real_distribution<double>(min, max)(random_);
-    }
-    bool happens(double chance) { return between(0, 1) < chance; }
-    Rgb colour() {
-        return {static_cast<float>(between(0, 1)), static_cast<float>(between(0, 1)),
-                static_cast<float>(between(0, 1))};
-    }
-    PhaseFunction phase_function() {
-        switch (static_cast<int>(between(0, 4))) {
-            case 0: return PhaseFunction::isotropic();
-            case 1: return PhaseFunction::rayleigh();
-            case 2: return PhaseFunction::lambert_sphere();
-            default: return PhaseFunction::henyey_greenstein(between(-0.4, 0.75));
-        }
-    }
     void look_from(Scene& scene, double distance, double degrees) {
         scene.camera.position =
             distance * direction_at(std::asin(between(-1, 1)), between(0, 2 * pi));
@@ -100,7 +111,7 @@ class RandomScene {
         RingProfile profile;
         const int knots = 2 + static_cast<int>(between(0, 6));
         double radius = between(1.1, 1.5);
-        const double deepest = std::pow(10, between(-1.5, 0.6)), white = between(0.3, 1);
+        const double deepest = power(-1.5, 0.6), white = between(0.3, 1);
         const bool even = happens(0.4);
         for (int k = 0; k < knots; ++k) {
             profile.radius.push_back(radius);
@@ -116,14 +127,14 @@ class RandomScene {
         return scene;
     }
     Scene planet() {
-        Scene scene = small_planet(0, std::pow(10, between(-1.5, 1)), between(0.5, 1));
+        Scene scene = small_planet(0, power(-1.5, 1), between(0.5, 1));
         scene.layer.components = {phase_function()};
         if (happens(0.6)) std::get<Planet>(scene.subject).surface.colour = colour();
         if (happens(0.5)) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
         return scene;
     }
     Scene slab() {
-        Scene scene = small_slab(std::pow(10, between(-1.5, 1)), between(0.5, 1));
+        Scene scene = small_slab(power(-1.5, 1), between(0.5, 1));
         scene.layer.components = {phase_function()};
         scene.background.colour = happens(0.6) ? colour() : Rgb{0, 0, 0};
         look_from(scene, 10, between(10, 90));
@@ -138,8 +149,6 @@ class RandomScene {
         if (happens(0.4)) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
         return scene;
     }
-
-    std::mt19937 random_;
 };
 
 /// Tables that are `finer` times as fine as the scene asks for, along all light paths.

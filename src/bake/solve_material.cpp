@@ -6,15 +6,11 @@
 
 namespace stratus {
 
-std::vector<std::vector<LayerSolution>> solve_material(const std::vector<StackLayer>& layers,
-                                                       const PhaseFunction& phase_function,
-                                                       const std::vector<double>& albedos,
-                                                       const DepthLadder& ladder,
-                                                       const std::vector<double>& mu,
-                                                       const SolverOptions& options,
-                                                       const LowerBoundary& boundary) {
-    if (layers.empty())
-        return solve_ladder(phase_function, albedos, ladder, mu, options, boundary);
+std::vector<std::vector<LayerSolution>> solve_material(
+    const std::vector<StackLayer>& layers, const PhaseFunction& phase_function,
+    const std::vector<double>& albedos, const DepthLadder& ladder, const std::vector<double>& mu,
+    const SolverOptions& options, const LowerBoundary& boundary) {
+    if (layers.empty()) return solve_ladder(phase_function, albedos, ladder, mu, options, boundary);
     std::vector<std::vector<LayerSolution>> alone(1);
     alone[0].push_back(as_one_layer(solve_stack(layers, boundary, mu, options)));
     return alone;

@@ -8,10 +8,9 @@
 
 #include "boundary_modes.h"
 #include "flush_subnormals.h"
-#include "layer_modes.h"
 #include "mode_recorder.h"
 #include "options.h"
-#include "simd/doubling_steps.h"
+#include "stack_modes.h"
 #include "stack_path.h"
 
 #include <algorithm>
@@ -110,30 +109,20 @@ class InsideRun {
           directions_(
               stack_directions(solution_.truncations, solution_.boundary_truncation, mu, options)),
           boundary_modes_(solution_.lower_boundary, solution_.boundary_truncation, directions_),
-          single_(truncated_pieces(solution_.pieces, solution_.truncations)) {
-        for (std::size_t k = 0; k < solution_.pieces.size(); ++k) {
-            const Truncation& truncation = solution_.truncations[k];
-            layers_.emplace_back(
-                directions_,
-                LayerTask{truncation.moments, single_.albedos[k],
-                          truncation.co_albedo(solution_.pieces[k].albedo), single_.depths[k]});
-        }
+          single_(truncated_pieces(solution_.pieces, solution_.truncations)),
+          pieces_(solution_.pieces, solution_.truncations, directions_) {
         for (std::size_t l = 0; l < levels.size(); ++l)
             solution_.levels.push_back(blank_level(levels[l], divided.above[l]));
         for (LightAtLevel& level : solution_.levels)
-            recorders_.emplace_back(directions_, level, single_factors(level), beam(level));
+            recorders_.emplace_back(directions_, level, single_factors(level),
+                                    pieces_.beam(level.pieces_above));
     }
 
     InsideSolution run() {
-        const FlushSubnormals flush(std::ranges::min(single_.depths));
-        int modes = std::max(1, boundary_modes_.count());
-        for (const LayerModes& layer : layers_) modes = std::max(modes, layer.count());
-        solve_groups(
-            options_.modes ? std::min(options_.modes, modes) : modes, lane_count,
-            options_.modes == 0,
-            [&](int first, int end) {
-                for (int mode = first; mode < end; ++mode) solve_mode(mode);
-            },
+        const FlushSubnormals flush(std::ranges::min(pieces_.depths()));
+        solve_modes(
+            options_, std::max({1, boundary_modes_.count(), pieces_.count()}),
+            [&](int mode) { solve_mode(mode); },
             [&](int count) {
                 return std::ranges::all_of(recorders_, [&](const ModeRecorder& recorder) {
                     return recorder.is_negligible(count, options_.mode_tolerance);
@@ -185,57 +174,33 @@ class InsideRun {
         return all;
     }
 
-    Beam beam(const LightAtLevel& level) const {
-        double truncated = 0;
-        for (std::size_t k = 0; k < level.pieces_above; ++k)
-            truncated += solution_.truncations[k].fraction * solution_.pieces[k].albedo *
-                         solution_.pieces[k].optical_depth;
-        const VectorXd unscattered = beam_along(directions_, single_.depth(0, level.pieces_above));
-        const VectorXd scattered = directions_.mu.unaryExpr(
-            [truncated](double mu) { return -std::expm1(-truncated / mu); });
-        return {unscattered, unscattered.cwiseProduct(scattered)};
-    }
-
     LayerMode nothing() const {
         const auto n = directions_.size();
         const MatrixXd none = MatrixXd::Zero(n, n);
         return {none, none, none, VectorXd::Ones(n)};
     }
 
-    LayerMode mode_of(std::size_t k, int mode) {
-        if (mode < layers_[k].count()) return layers_[k].layer(mode);
-        LayerMode empty = nothing();
-        if (std::isinf(single_.depths[k])) return {empty.reflection, {}, {}, {}};
-        empty.beam = beam_along(directions_, single_.depths[k]);
-        return empty;
-    }
-
     void solve_mode(int mode) {
-        const std::size_t pieces = layers_.size();
+        const std::size_t pieces = pieces_.size();
         const int N = directions_.nodes;
-        // What lies below the first k pieces.
-        std::vector<LayerMode> below(pieces + 1);
+        std::vector<LayerMode> below(pieces + 1);     // the first k pieces
         below[pieces] = boundary_modes_.layer(mode);  // reflects nothing where there is none
         for (std::size_t k = pieces; k-- > 0;) {
-            const LayerMode piece = mode_of(k, mode);
+            const LayerMode piece = pieces_.layer(k, mode);
             below[k] = piece.is_opaque() ? piece : add(piece, below[k + 1], N);
         }
-        std::vector<PhaseKernels> kernels;
-        for (std::size_t k = 0; k < pieces; ++k)
-            kernels.push_back(mode < layers_[k].count() ? layers_[k].kernels(mode)
-                                                        : PhaseKernels{});
-        kernels.push_back(
-            {MatrixXd::Zero(directions_.size(), directions_.size()), boundary_modes_.once(mode)});
-        std::vector<const PhaseKernels*> scattering;
-        for (const PhaseKernels& of : kernels)
-            scattering.push_back(of.same.size() > 0 ? &of : nullptr);
+        std::vector<const PhaseKernels*> kernels;
+        for (std::size_t k = 0; k < pieces; ++k) kernels.push_back(pieces_.kernels(k, mode));
+        const PhaseKernels of_boundary{MatrixXd::Zero(directions_.size(), directions_.size()),
+                                       boundary_modes_.once(mode)};
+        kernels.push_back(&of_boundary);
         LayerMode above = nothing();
         for (std::size_t k = 0; k <= pieces; ++k) {
             for (std::size_t l = 0; l < solution_.levels.size(); ++l)
                 if (solution_.levels[l].pieces_above == k)
-                    record(mode, l, light_between(above, below[k], N), scattering);
-            if (k == pieces || std::isinf(single_.depths[k])) break;
-            above = k == 0 ? mode_of(0, mode) : add(above, mode_of(k, mode), N);
+                    record(mode, l, light_between(above, below[k], N), kernels);
+            if (k == pieces || std::isinf(pieces_.depths()[k])) break;
+            above = k == 0 ? pieces_.layer(0, mode) : add(above, pieces_.layer(k, mode), N);
         }
     }
 
@@ -270,7 +235,7 @@ class InsideRun {
     const Truncation untruncated_{};
     BoundaryModes nothing_below_{nothing_, untruncated_, directions_};
     const SinglePieces single_;
-    std::vector<LayerModes> layers_;
+    StackModes pieces_;
     std::vector<ModeRecorder> recorders_;
 };
 

@@ -8,11 +8,10 @@
 #include "backward_path.h"
 #include "boundary_modes.h"
 #include "flush_subnormals.h"
-#include "layer_modes.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "ordered_stack.h"
-#include "simd/doubling_steps.h"
+#include "stack_modes.h"
 #include "stack_path.h"
 
 #include <algorithm>
@@ -72,7 +71,8 @@ class StackRun {
           truncation_(layers, options, layers.size() == 1),
           boundary_truncation_(truncation_of(boundary, options)),
           directions_(stack_directions(truncation_.layers, boundary_truncation_, mu, options)),
-          boundary_modes_(boundary, boundary_truncation_, directions_) {
+          boundary_modes_(boundary, boundary_truncation_, directions_),
+          layers_(layers, truncation_.layers, directions_) {
         solution_.layers = layers;
         solution_.lower_boundary = boundary;
         solution_.boundary_truncation = boundary_truncation_;
@@ -83,34 +83,23 @@ class StackRun {
         if (truncation_.layers[0].backward)
             solution_.backward_path = std::make_shared<const BackwardPath>(
                 path_moments(layers[0].phase_function), truncation_.layers[0].moments);
-        for (std::size_t k = 0; k < layers.size(); ++k) {
-            const StackLayer& layer = layers[k];
-            const Truncation& truncation = truncation_.layers[k];
-            depths_.push_back(truncation.optical_depth(layer.optical_depth, layer.albedo));
-            layers_.emplace_back(directions_,
-                                 LayerTask{truncation.moments, truncation.albedo(layer.albedo),
-                                           truncation.co_albedo(layer.albedo), depths_.back()});
-        }
     }
 
     StackSolution run() {
-        const FlushSubnormals flush(std::ranges::min(depths_));
-        ModeRecorder recorder(directions_, solution_, single_factors(), beam());
-        int modes = std::max(1, boundary_modes_.count());
-        for (const LayerModes& layer : layers_) modes = std::max(modes, layer.count());
-        solve_groups(
-            options_.modes ? std::min(options_.modes, modes) : modes, lane_count,
-            options_.modes == 0,
-            [&](int first, int end) {
-                for (int mode = first; mode < end; ++mode) solve_mode(mode, recorder);
-            },
+        const FlushSubnormals flush(std::ranges::min(layers_.depths()));
+        ModeRecorder recorder(directions_, solution_, single_factors(),
+                              layers_.beam(layers_.size()));
+        solve_modes(
+            options_, std::max({1, boundary_modes_.count(), layers_.count()}),
+            [&](int mode) { solve_mode(mode, recorder); },
             [&](int count) { return recorder.is_negligible(count, options_.mode_tolerance); });
         return std::move(solution_);
     }
 
   private:
     std::vector<SingleFactors> single_factors() const {
-        const std::vector<Surroundings> around = surroundings_of(depths_);
+        const std::vector<double>& depths = layers_.depths();
+        const std::vector<Surroundings> around = surroundings_of(depths);
         const VectorXd& mu = solution_.mu;
         const auto count = mu.size();
         std::vector<SingleFactors> all;
@@ -120,40 +109,19 @@ class StackRun {
             for (Eigen::Index in = 0; in < count; ++in)
                 for (Eigen::Index out = 0; out < count; ++out) {
                     factors.reflection(out, in) =
-                        single_reflection_through(around[k], 1, w, depths_[k], mu(in), mu(out));
+                        single_reflection_through(around[k], 1, w, depths[k], mu(in), mu(out));
                     factors.transmission(out, in) =
-                        single_transmission_through(around[k], 1, w, depths_[k], mu(in), mu(out));
+                        single_transmission_through(around[k], 1, w, depths[k], mu(in), mu(out));
                 }
             all.push_back(std::move(factors));
         }
         return all;
     }
 
-    Beam beam() const {
-        double depth = 0, truncated = 0;  // optical depth after truncation, and truncated
-        for (std::size_t k = 0; k < depths_.size(); ++k) {
-            const StackLayer& layer = solution_.layers[k];
-            depth += depths_[k];
-            if (solution_.truncations[k].fraction > 0)
-                truncated += solution_.truncations[k].fraction * layer.albedo * layer.optical_depth;
-        }
-        const VectorXd unscattered = beam_along(directions_, depth);
-        const VectorXd scattered = directions_.mu.unaryExpr(
-            [truncated](double mu) { return -std::expm1(-truncated / mu); });
-        return {unscattered, unscattered.cwiseProduct(scattered)};
-    }
-
-    LayerMode mode_of(std::size_t k, int mode) {
-        if (mode < layers_[k].count()) return layers_[k].layer(mode);
-        const MatrixXd none = MatrixXd::Zero(directions_.size(), directions_.size());
-        if (std::isinf(depths_[k])) return {none, {}, {}, {}};
-        return {none, none, none, beam_along(directions_, depths_[k])};
-    }
-
     void solve_mode(int mode, ModeRecorder& recorder) {
-        LayerMode sum = mode_of(0, mode);
+        LayerMode sum = layers_.layer(0, mode);
         for (std::size_t k = 1; k < layers_.size(); ++k)
-            sum = add(sum, mode_of(k, mode), directions_.nodes);
+            sum = add(sum, layers_.layer(k, mode), directions_.nodes);
         if (solution_.lower_boundary.is_present()) {
             if (mode == 0)
                 recorder.record_boundary(sum, is_conservative(solution_.layers), boundary_modes_);
@@ -165,8 +133,8 @@ class StackRun {
                 s.dot(sum.reflection_below.topLeftCorner(N, N) * s) / s.squaredNorm();
         }
         std::vector<const PhaseKernels*> kernels;
-        for (LayerModes& layer : layers_)
-            kernels.push_back(mode < layer.count() ? &layer.kernels(mode) : nullptr);
+        for (std::size_t k = 0; k < layers_.size(); ++k)
+            kernels.push_back(layers_.kernels(k, mode));
         recorder.record(sum, kernels, boundary_modes_);
     }
 
@@ -175,8 +143,7 @@ class StackRun {
     const Truncation boundary_truncation_;
     const Directions directions_;
     BoundaryModes boundary_modes_;
-    std::vector<double> depths_;  // after truncation
-    std::vector<LayerModes> layers_;
+    StackModes layers_;
     StackSolution solution_;
 };
 

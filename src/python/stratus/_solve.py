@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -137,6 +137,15 @@ def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...], toler
     return Light(*(values.reshape(shape)[()] for values in found))
 
 
+def _gathered(count: int, parts: Iterable[tuple[NDArray[np.intp], Any]]) -> tuple[NDArray[np.float64], ...]:
+    """Six arrays of `count` numbers from parts, each of which has its places."""
+    found = tuple(np.empty(count) for _ in range(6))
+    for places, of_part in parts:
+        for to, values in zip(found, of_part):
+            to[places] = values
+    return found
+
+
 def solve(
     phase_function: PhaseFunctions,
     albedo: ArrayLike,
@@ -168,11 +177,10 @@ def solve(
     """
     layers, at, shape = _layers("solve", phase_function, albedo, optical_depth, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
     options, ground = _options("solve", nodes, tolerance, orders), _boundary(below)
-    found = tuple(np.empty(at[0].size) for _ in range(6))
-    for own, w, depth, places in layers:
-        of_layer = _stratus.solve_layer(own, w, depth, *(values[places] for values in at), *options, ground)
-        for to, values in zip(found, of_layer):
-            to[places] = values
+    found = _gathered(
+        at[0].size,
+        ((places, _stratus.solve_layer(own, w, depth, *(values[places] for values in at), *options, ground))
+         for own, w, depth, places in layers))
     return _light(found, shape, tolerance if nodes is None else np.inf)
 
 
@@ -296,10 +304,9 @@ def solve_stack_inside(
     name = "solve_stack_inside"
     (depths, *at), shape = broadcast(name, np.float64, level=level, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
     options = _options(name, nodes, tolerance, 0)
-    found = tuple(np.empty(depths.size) for _ in range(6))
-    for depth in np.unique(depths):
-        places = np.flatnonzero(depths == depth)
-        of_level = _stratus.solve_stack_inside(stack._own, depth, *(values[places] for values in at), *options)
-        for to, values in zip(found, of_level):
-            to[places] = values
+    at_level = ((depth, np.flatnonzero(depths == depth)) for depth in np.unique(depths))
+    found = _gathered(
+        depths.size,
+        ((places, _stratus.solve_stack_inside(stack._own, depth, *(values[places] for values in at), *options))
+         for depth, places in at_level))
     return LightInside(*(values.reshape(shape)[()] for values in found))

@@ -10,6 +10,7 @@
 #include "forecast.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -269,27 +270,31 @@ struct SeenPlace {
     double light;  // R or T
 };
 
-/// The places on one side that rays of a scene see under a point sun, by their light.
-std::vector<SeenPlace> seen_places(const Scene& scene, const LayerTables* tables, Side side) {
+/// The places on the lit and on the unlit side that rays of a scene see under a point sun, each with
+/// its light.
+std::array<std::vector<SeenPlace>, 2> seen_places(Scene scene, const LayerTables* tables) {
+    scene.effects = plain_effects(scene.effects);
     LayerLight light(scene, tables, 1, LightDetail::sketch);
     const PictureRays rays(scene.camera, scene.width, scene.height);
-    std::vector<SeenPlace> places;
+    std::array<std::vector<SeenPlace>, 2> places;
     for (int y = 0; y < scene.height; ++y)
         for (int x = 0; x < scene.width; ++x) {
             LookupRange seen;
             light.record(&seen);
             radiance_along(scene, light, rays.through(x + 0.5, y + 0.5), scene.to_sun);
             light.record(nullptr);
-            if (side == Side::reflection ? !seen.reflection : !seen.transmission) continue;
             const Geometry at{seen.mu_in.max, seen.mu_out.max, radians(seen.azimuth.max)};
             const Matter matter{seen.optical_depth.max,
                                 {seen.albedo.max, seen.albedo.max, seen.albedo.max},
                                 seen.mixture.max};
-            const Rgb3 sent = side == Side::reflection ? light.reflection(matter, at)
-                                                       : light.transmission(matter, at);
-            if (sent[1] > 0)
-                places.push_back({at, seen.albedo.max, seen_depth(scene, seen.optical_depth.max),
-                                  seen.mixture.max, sent[1]});
+            const auto add = [&](std::size_t side, const Rgb3& sent) {
+                if (sent[1] > 0)
+                    places[side].push_back({at, seen.albedo.max,
+                                            seen_depth(scene, seen.optical_depth.max),
+                                            seen.mixture.max, sent[1]});
+            };
+            if (seen.reflection) add(0, light.reflection(matter, at));
+            if (seen.transmission) add(1, light.transmission(matter, at));
         }
     return places;
 }
@@ -322,8 +327,9 @@ std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables
     const bool has_channels = !whole.layer.channels.empty();
     const Scene scene = has_channels ? channel_scenes(whole)[1] : whole;
     if (has_channels) tables = tables->channels[1].get();
+    const auto seen = seen_places(scene, tables);
     for (const Side side : {Side::reflection, Side::transmission}) {
-        const auto places = places_of_equal_light(seen_places(scene, tables, side));
+        const auto places = places_of_equal_light(seen[side == Side::reflection ? 0 : 1]);
         if (places.empty()) continue;
         const SeenPlace& middle = places[places.size() / 2];
         std::vector<WeightedGeometry> directions;

@@ -31,7 +31,8 @@ class StackModes {
 
     /// Returns a layer in a mode; where nothing is scattered into the mode, the beam alone.
     LayerMode layer(std::size_t k, int mode);
-    /// Returns null where the layer scatters nothing into the mode. Valid until another mode is asked for.
+    /// Returns null where the layer scatters nothing into the mode. Valid until another mode is asked
+    /// for.
     const PhaseKernels* kernels(std::size_t k, int mode);
 
     /// Returns the beam below the first `end` layers.

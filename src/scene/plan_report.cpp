@@ -272,8 +272,7 @@ struct SeenPlace {
 
 /// The places on the lit and on the unlit side that rays of a scene see under a point sun, each with
 /// its light.
-std::array<std::vector<SeenPlace>, 2> seen_places(Scene scene, const LayerTables* tables) {
-    scene.effects = plain_effects(scene.effects);
+std::array<std::vector<SeenPlace>, 2> seen_places(const Scene& scene, const LayerTables* tables) {
     LayerLight light(scene, tables, 1, LightDetail::sketch);
     const PictureRays rays(scene.camera, scene.width, scene.height);
     std::array<std::vector<SeenPlace>, 2> places;

@@ -33,32 +33,33 @@ inline float dot(vec4 a, vec4 b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.
 
 using std::abs, std::floor, std::max, std::min, std::sqrt;
 
-inline std::vector<vec4> texels_of(const ShaderTexture& texture) {
-    const std::size_t bytes = texture.halves ? sizeof(Half) : sizeof(float);
+inline std::vector<vec4> texels_of(const std::vector<char>& bytes, bool halves) {
+    const std::size_t width = halves ? sizeof(Half) : sizeof(float);
     const auto number = [&](std::size_t n) {
         float value = 0;
         Half half{};
-        if (texture.halves)
-            std::memcpy(&half, texture.bytes.data() + n * bytes, bytes);
+        if (halves)
+            std::memcpy(&half, bytes.data() + n * width, width);
         else
-            std::memcpy(&value, texture.bytes.data() + n * bytes, bytes);
-        return texture.halves ? to_float(half) : value;
+            std::memcpy(&value, bytes.data() + n * width, width);
+        return halves ? to_float(half) : value;
     };
     std::vector<vec4> texels;
-    for (std::size_t n = 0; n < texture.bytes.size() / bytes; n += 4)
+    for (std::size_t n = 0; n < bytes.size() / width; n += 4)
         texels.emplace_back(number(n), number(n + 1), number(n + 2), number(n + 3));
     return texels;
 }
 
 #define STRATUS_LAYER
 
-/// The functions, with the textures that they read.
-struct AsCxx {
+/// The textures that the functions read, and what a language has of its own.
+struct Language {
     std::vector<vec4> numbers, functions, layer;
 
-    explicit AsCxx(const std::vector<ShaderTexture>& textures)
-        : numbers(texels_of(textures[0])), functions(texels_of(textures[1])) {
-        if (textures.size() > 2) layer = texels_of(textures[2]);
+    explicit Language(const std::vector<ShaderTexture>& textures)
+        : numbers(texels_of(textures[0].bytes, textures[0].halves)),
+          functions(texels_of(textures[1].bytes, textures[1].halves)) {
+        if (textures.size() > 2) layer = texels_of(textures[2].bytes, textures[2].halves);
     }
 
     vec4 stratus_number(int texel) { return numbers.at(static_cast<std::size_t>(texel)); }
@@ -66,6 +67,11 @@ struct AsCxx {
     vec4 stratus_layer_texel(int texel) { return layer.at(static_cast<std::size_t>(texel)); }
     float stratus_power_of_two(int n) { return std::ldexp(1.0f, n); }
     int stratus_exponent(float x) { return std::ilogb(x); }
+};
+
+/// The functions.
+struct AsCxx : Language {
+    using Language::Language;
 
     // clang-format off
 #include "single.shader"

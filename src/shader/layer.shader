@@ -1,6 +1,7 @@
 // ---- one layer, bound: its three colours in one texture, and directions drawn for it.
 //
-// Define STRATUS_LAYER before this file is included.
+// Define STRATUS_LAYER before this file is included. With STRATUS_FILTERED, which the text of a
+// filtered layer defines itself, its orders n >= 2 are eight fetches from a 3-D texture.
 //
 //   stratus_layer_reflection(mu_in, mu_out, azimuth), stratus_layer_transmission   R and diffuse T
 //   stratus_layer_bsdf(wi, wo)             BRDF or BTDF, without the cosine
@@ -9,8 +10,67 @@
 //   stratus_layer_pdf(wi, wo)              the density that it is drawn with, per steradian
 #ifdef STRATUS_LAYER
 
-// Returns for a colour in .x to .z: optical depth, albedo, diffusion exponent.
+// Returns for a colour: optical depth, albedo, diffusion exponent, unit of a filtered texture.
 vec4 stratus_layer_colour(int colour) { return stratus_layer_texel(colour); }
+
+#ifdef STRATUS_FILTERED
+// A cubic spline at a place among samples, from 0 on, by two filtered fetches: where they lie among
+// the texels, the first of which is the spline's own, and the share of the second.
+vec3 stratus_spline(float place) {
+    float cell = floor(place);
+    float t = place - cell;
+    float s = 1.0f - t;
+    float before = (s * (s * t + 1.0f) * 3.0f + 1.0f) * 0.166666667f;
+    float after = (t * (s * t + 1.0f) * 3.0f + 1.0f) * 0.166666667f;
+    float share = after + t * t * t * 0.166666667f;
+    return vec3(cell + 0.5f + before / (1.0f - share), cell + 3.5f - after / share, share);
+}
+
+// Orders n >= 2 of the colours in .x to .z, before the factor.
+vec4 stratus_layer_sum(int side, StratusPath path) {
+    vec3 places = stratus_places(side, path);
+    vec4 finer = stratus_layer_texel(5);  // than the table's, along cosines .z, along the azimuth .w
+    vec3 in_mu = stratus_spline(places.x * finer.z);
+    vec3 in_other = stratus_spline(places.y * finer.z);
+    vec3 in_azimuth = stratus_spline(places.z * finer.w);
+    float width = stratus_z(stratus_field(side, 5)) * finer.z + 3.0f;
+    float height = stratus_z(stratus_field(side, 6)) * finer.z + 3.0f;
+    float azimuths = stratus_z(stratus_field(side, 7));
+    float depth = azimuths > 1.0f ? (azimuths - 1.0f) * finer.w + 3.0f : 1.0f;  // of a side
+    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (int k = 0; k < (azimuths > 1.0f ? 2 : 1); ++k) {
+        float at = azimuths > 1.0f ? (k == 0 ? in_azimuth.x : in_azimuth.y) : 0.5f;
+        float z = (at + float(side) * depth) / (2.0f * depth);
+        float share = azimuths > 1.0f ? (k == 0 ? 1.0f - in_azimuth.z : in_azimuth.z) : 1.0f;
+        for (int j = 0; j < 2; ++j) {
+            float y = (j == 0 ? in_other.x : in_other.y) / height;
+            float of_row = share * (j == 0 ? 1.0f - in_other.z : in_other.z);
+            vec4 low = stratus_light_at(vec3(in_mu.x / width, y, z));
+            vec4 high = stratus_light_at(vec3(in_mu.y / width, y, z));
+            sum = sum + low * (of_row * (1.0f - in_mu.z)) + high * (of_row * in_mu.z);
+        }
+    }
+    return vec4(sum.x * stratus_w(stratus_layer_colour(0)),
+                sum.y * stratus_w(stratus_layer_colour(1)),
+                sum.z * stratus_w(stratus_layer_colour(2)), 0.0f);
+}
+
+// The path law of a colour, whose albedo its samples are for.
+float stratus_layer_along_path(int side, int colour, float depth, StratusPath path) {
+    if (stratus_z(stratus_field(side, 11)) == 0.0f) return 0.0f;
+    vec4 angle = stratus_path_angle(side, path);
+    int first = int(stratus_w(stratus_field(side, 13))) +
+                colour * int(stratus_w(stratus_field(side, 12)));
+    return side == STRATUS_REFLECTION ? stratus_path_reflection(first, depth, angle, path)
+                                      : stratus_path_transmission(first, depth, angle, path);
+}
+#else
+vec4 stratus_layer_sum(int side, StratusPath path) {
+    vec4 first = stratus_layer_texel(3);
+    return stratus_sum_at(side, 1, int(side == STRATUS_REFLECTION ? first.x : first.y), 1,
+                          stratus_directions(side, stratus_places(side, path)));
+}
+#endif
 
 struct StratusColours {
     vec3 single;
@@ -21,17 +81,19 @@ StratusColours stratus_layer_scattered(int side, StratusPath path) {
     float single[3];
     float multiple[3];
     bool held = stratus_x(stratus_field(side, 14)) > 0.0f;
-    vec4 places = stratus_layer_texel(3);
     vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    if (held)
-        sum = stratus_sum_at(side, 1, int(side == STRATUS_REFLECTION ? places.x : places.y), 1,
-                             stratus_directions(side, path));
+    if (held) sum = stratus_layer_sum(side, path);
+    vec4 phases = stratus_phases(side, path);
     for (int c = 0; c < 3; ++c) {
         vec4 of = stratus_layer_colour(c);
-        float once = side == STRATUS_REFLECTION ? stratus_single_reflection(of.y, of.x, path)
-                                                : stratus_single_transmission(of.y, of.x, path);
+        float once = stratus_single_scattering(side, phases, of.y, of.x, path);
+#ifdef STRATUS_FILTERED
+        float along_path = stratus_layer_along_path(side, c, of.x, path);
+#else
+        float along_path = stratus_along_path(side, of.y, of.x, path);
+#endif
         float more = stratus_component(sum, c) * stratus_factor(side, of.y, of.x, of.z, path) +
-                     stratus_along_path(side, of.y, of.x, path);
+                     along_path;
         bool negative = once + more < 0.0f;
         single[c] = negative ? 0.0f : once;
         multiple[c] = negative ? 0.0f : more;

@@ -73,7 +73,7 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
     float steps = stratus_z(stratus_field(side, 11));
     if (steps == 0.0f) return 0.0f;
     float v = 0.5f * (albedo + albedo * albedo);
-    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), v);
+    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), v * steps);
     vec4 angle = stratus_path_angle(side, path);
     int channel = int(stratus_w(stratus_field(side, 12)));
     int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
@@ -177,30 +177,36 @@ struct StratusDirections {
     int first_azimuth;
 };
 
-StratusDirections stratus_directions(int side, StratusPath path) {
+// The places of a light path among the samples of mu_in, mu_out and azimuth, from 0 on; of the
+// cosines the higher first where the table is symmetric.
+vec3 stratus_places(int side, StratusPath path) {
     vec4 axis_in = stratus_field(side, 5);
     vec4 axis_out = stratus_field(side, 6);
     vec4 around = stratus_field(side, 7);
-    vec4 window = stratus_field(side, 8);
     float root_in = sqrt(path.mu_in);
     float root_out = sqrt(path.mu_out);
     float into = -stratus_twice_arcsine(max(1.0f - path.mu_in, 0.0f) * 0.5f /
                                         ((sqrt(root_in) + 1.0f) * (root_in + 1.0f)));
     float back = -stratus_twice_arcsine(max(1.0f - path.mu_out, 0.0f) * 0.5f /
                                         ((sqrt(root_out) + 1.0f) * (root_out + 1.0f)));
+    float along = around.w > 0.0f ? sqrt(path.half_turn) : path.half_turn;
+    return vec3(stratus_along_axis(axis_in, axis_in.w > 0.0f ? max(into, back) : into),
+                stratus_along_axis(axis_out, axis_in.w > 0.0f ? min(into, back) : back),
+                stratus_clamp((along - around.x) * around.y, 0.0f, (around.z - 1.0f) * 0.999999f));
+}
+
+StratusDirections stratus_directions(int side, vec3 places) {
+    vec4 window = stratus_field(side, 8);
     StratusDirections at;
-    at.mu = stratus_place(axis_in, axis_in.w > 0.0f ? max(into, back) : into);
-    at.other = stratus_place(axis_out, axis_in.w > 0.0f ? min(into, back) : back);
+    at.mu = stratus_place(stratus_field(side, 5), places.x);
+    at.other = stratus_place(stratus_field(side, 6), places.y);
     at.azimuth_weight = vec4(1.0f, 0.0f, 0.0f, 0.0f);
     at.first_azimuth = 0;
-    if (around.z > 1.0f) {
-        float along = around.w > 0.0f ? sqrt(path.half_turn) : path.half_turn;
-        float place = stratus_clamp((along - around.x) * around.y, 0.0f,
-                                    (around.z - 1.0f) * 0.999999f);
-        float cell = floor(place);
+    if (stratus_z(stratus_field(side, 7)) > 1.0f) {
+        float cell = floor(places.z);
         float first = stratus_clamp(cell - 1.0f, window.x, window.y);
         at.first_azimuth = int(first) + 1;  // a mirrored sample lies before the first
-        at.azimuth_weight = stratus_cubic((place - cell) + (cell - first));
+        at.azimuth_weight = stratus_cubic((places.z - cell) + (cell - first));
     }
     return at;
 }
@@ -250,10 +256,12 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
     vec4 albedo_axis = stratus_field(side, 3);
     vec4 depth_axis = stratus_field(side, 4);
     float root = sqrt(max(1.0f - albedo, 0.0f));
-    StratusPlace in_albedo =
-        stratus_place(albedo_axis, -(albedo_axis.w > 0.0f ? sqrt(root) : root));
+    StratusPlace in_albedo = stratus_place(
+        albedo_axis,
+        stratus_along_axis(albedo_axis, -(albedo_axis.w > 0.0f ? sqrt(root) : root)));
     float within = stratus_clamp(depth, 1e-30f, stratus_x(stratus_field(side, 10)));
-    StratusPlace in_depth = stratus_place(depth_axis, stratus_log2(within));
+    StratusPlace in_depth =
+        stratus_place(depth_axis, stratus_along_axis(depth_axis, stratus_log2(within)));
     StratusCoefficients found;
     float exponent = 0.0f;
     for (int k = 0; k < 4; ++k)
@@ -289,7 +297,7 @@ float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
     float along_path = stratus_along_path(side, albedo, depth, path);
     if (stratus_x(stratus_field(side, 14)) == 0.0f) return along_path;  // the table lacks this side
     StratusCoefficients of = stratus_coefficients(side, albedo, depth);
-    StratusDirections directions = stratus_directions(side, path);
+    StratusDirections directions = stratus_directions(side, stratus_places(side, path));
     float sum = 0.0f;
     for (int word = 0; word < 4; ++word)
         sum = sum + dot(of.word[word],
@@ -307,11 +315,10 @@ StratusScattered stratus_scattered(int side, float any_albedo, float optical_dep
     StratusScattered light;
     light.single = 0.0f;
     light.multiple = 0.0f;
-    if (side == STRATUS_REFLECTION) {
-        light.single = stratus_single_reflection(albedo, depth, path);
-        light.multiple = stratus_multiple(side, albedo, depth, path);
-    } else if (stratus_y(stratus_field(side, 14)) == 0.0f) {  // nothing passes a lower boundary
-        light.single = stratus_single_transmission(albedo, depth, path);
+    // Nothing passes a lower boundary.
+    if (side == STRATUS_REFLECTION || stratus_y(stratus_field(side, 14)) == 0.0f) {
+        light.single = stratus_single_scattering(side, stratus_phases(side, path), albedo, depth,
+                                                 path);
         light.multiple = stratus_multiple(side, albedo, depth, path);
     }
     if (light.single + light.multiple < 0.0f) {
@@ -337,9 +344,8 @@ float stratus_single(int side, float albedo, float optical_depth, float mu_in, f
                      float azimuth) {
     float depth = stratus_depth(optical_depth);
     StratusPath path = stratus_path(side, mu_in, mu_out, azimuth);
-    if (side == STRATUS_REFLECTION) return stratus_single_reflection(albedo, depth, path);
-    if (stratus_y(stratus_field(side, 14)) > 0.0f) return 0.0f;
-    return stratus_single_transmission(albedo, depth, path);
+    if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) return 0.0f;
+    return stratus_single_scattering(side, stratus_phases(side, path), albedo, depth, path);
 }
 
 // Over a lower boundary, or of a stack: lit from above alone.

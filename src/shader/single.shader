@@ -124,12 +124,15 @@ vec4 stratus_cubic(float t) {
 }
 
 // axis: first coordinate, samples per unit of it, last sample.
-StratusPlace stratus_place(vec4 axis, float coordinate) {
+float stratus_along_axis(vec4 axis, float coordinate) {
+    return stratus_clamp((coordinate - axis.x) * axis.y, 0.0f, axis.z);
+}
+
+StratusPlace stratus_place(vec4 axis, float along) {
     StratusPlace at;
-    float place = stratus_clamp((coordinate - axis.x) * axis.y, 0.0f, axis.z);
-    at.cell = floor(place);
+    at.cell = floor(along);
     at.first = stratus_clamp(at.cell - 1.0f, 0.0f, axis.z - 3.0f);
-    at.weight = stratus_cubic(place - at.first);
+    at.weight = stratus_cubic(along - at.first);
     return at;
 }
 
@@ -205,10 +208,6 @@ vec4 stratus_phases_of(int curve, int samples, StratusPath path) {
                 0.0f, 0.0f, 0.0f);
 }
 
-vec4 stratus_phases(int side, StratusPath path) {
-    return stratus_phases_of(side * 16, int(stratus_z(stratus_field(side, 13))), path);
-}
-
 float stratus_once_transmitted(float phase, float albedo, float depth, StratusPath path) {
     float steep = 1.0f / max(path.mu_in, path.mu_out);
     float shallow = 1.0f / min(path.mu_in, path.mu_out);
@@ -254,21 +253,33 @@ float stratus_depth(float optical_depth) {
     return stratus_clamp(stack.y > 0.0f ? stack.z : optical_depth, 0.0f, 1e30f);
 }
 
-float stratus_single_reflection(float albedo, float depth, StratusPath path) {
-    vec4 phases = stratus_phases(STRATUS_REFLECTION, path);
+// All that single scattering needs to know of the directions: phase functions of the layer and of a
+// layer below it; of a stack, in .z, the light itself.
+vec4 stratus_phases(int side, StratusPath path) {
+    vec4 phases = stratus_phases_of(side * 16, int(stratus_z(stratus_field(side, 13))), path);
+    if (stratus_is_stack()) phases.z = stratus_single_of_layers(side, path);
+    return phases;
+}
+
+float stratus_single_reflection(vec4 phases, float albedo, float depth, StratusPath path) {
     vec4 boundary = stratus_field(STRATUS_REFLECTION, 11);
     StratusAttenuation into = stratus_attenuation(depth / path.mu_in);
     StratusAttenuation back = stratus_attenuation(depth / path.mu_out);
     float beam = into.transmitted * back.transmitted;
     float sum = path.mu_in + path.mu_out;
     float below = phases.y * beam * boundary.y / sum + beam * boundary.x;
-    if (stratus_is_stack()) return stratus_single_of_layers(STRATUS_REFLECTION, path) + below;
+    if (stratus_is_stack()) return phases.z + below;
     float lost = into.extinguished + back.extinguished - into.extinguished * back.extinguished;
     return phases.x * lost * albedo * 0.25f / sum + below;
 }
 
-float stratus_single_transmission(float albedo, float depth, StratusPath path) {
-    if (stratus_is_stack()) return stratus_single_of_layers(STRATUS_TRANSMISSION, path);
-    float phase = stratus_x(stratus_phases(STRATUS_TRANSMISSION, path));
-    return stratus_once_transmitted(phase, albedo, depth, path);
+float stratus_single_transmission(vec4 phases, float albedo, float depth, StratusPath path) {
+    if (stratus_is_stack()) return phases.z;
+    return stratus_once_transmitted(phases.x, albedo, depth, path);
+}
+
+float stratus_single_scattering(int side, vec4 phases, float albedo, float depth,
+                                StratusPath path) {
+    return side == STRATUS_REFLECTION ? stratus_single_reflection(phases, albedo, depth, path)
+                                      : stratus_single_transmission(phases, albedo, depth, path);
 }

@@ -1,9 +1,15 @@
 #include <stratus/shader/shader.h>
 
+#include <stratus/base/argument.h>
+
 #include "shader_parts.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <cstring>
+#include <iomanip>
 #include <regex>
+#include <sstream>
 
 namespace stratus {
 namespace {
@@ -29,15 +35,27 @@ layout(set = STRATUS_SET, binding = STRATUS_BINDING + 1) uniform sampler2D strat
 #ifdef STRATUS_LAYER
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 2) uniform sampler2D stratus_layer;
 #endif
+#ifdef STRATUS_FILTERED
+layout(set = STRATUS_SET, binding = STRATUS_BINDING + 3) uniform sampler3D stratus_light;
+#endif
 #else
 uniform sampler2D stratus_numbers;
 uniform sampler2D stratus_functions;
 #ifdef STRATUS_LAYER
 uniform sampler2D stratus_layer;
 #endif
+#ifdef STRATUS_FILTERED
+uniform highp sampler3D stratus_light;  // filtered linearly, clamped to its edges
+#endif
 #endif
 
+#ifdef STRATUS_FILTERED
+vec4 stratus_light_at(vec3 place) { return textureLod(stratus_light, place, 0.0); }
+#endif
 vec4 stratus_number(int texel) {
+#ifdef STRATUS_FILTERED
+    if (texel < STRATUS_CONSTANT_NUMBERS) return stratus_constant_numbers[texel];
+#endif
     return texelFetch(stratus_numbers, ivec2(texel % WIDTH, texel / WIDTH), 0);
 }
 vec4 stratus_function(int texel) {
@@ -45,6 +63,9 @@ vec4 stratus_function(int texel) {
 }
 #ifdef STRATUS_LAYER
 vec4 stratus_layer_texel(int texel) {
+#ifdef STRATUS_FILTERED
+    if (texel < 8) return stratus_constant_layer[texel];
+#endif
     return texelFetch(stratus_layer, ivec2(texel % WIDTH, texel / WIDTH), 0);
 }
 #endif
@@ -63,9 +84,21 @@ Texture2D<float4> stratus_functions;
 #ifdef STRATUS_LAYER
 Texture2D<float4> stratus_layer;
 #endif
+#ifdef STRATUS_FILTERED
+Texture3D<float4> stratus_light;
+SamplerState stratus_linear;  // filters linearly, clamped to the edges
+#endif
 #endif
 
+#ifdef STRATUS_FILTERED
+float4 stratus_light_at(float3 place) {
+    return stratus_light.SampleLevel(stratus_linear, place, 0);
+}
+#endif
 float4 stratus_number(int texel) {
+#ifdef STRATUS_FILTERED
+    if (texel < STRATUS_CONSTANT_NUMBERS) return stratus_constant_numbers[texel];
+#endif
     return stratus_numbers.Load(int3(texel % WIDTH, texel / WIDTH, 0));
 }
 float4 stratus_function(int texel) {
@@ -73,6 +106,9 @@ float4 stratus_function(int texel) {
 }
 #ifdef STRATUS_LAYER
 float4 stratus_layer_texel(int texel) {
+#ifdef STRATUS_FILTERED
+    if (texel < 8) return stratus_constant_layer[texel];
+#endif
     return stratus_layer.Load(int3(texel % WIDTH, texel / WIDTH, 0));
 }
 #endif
@@ -116,6 +152,29 @@ int stratus_exponent(float x) { return int(floor(log2(x))); }
 
 )";
 
+std::string number(float x) {
+    std::ostringstream text;
+    text << std::scientific << std::setprecision(8) << std::clamp(x, -3.4e38f, 3.4e38f);
+    return text.str();
+}
+
+/// An array of texels, `name`.
+std::string constant_texels(ShaderLanguage language, const std::string& name,
+                            const ShaderTexture& texture, int texels) {
+    const std::string count = std::to_string(texels);
+    const bool hlsl_text = language == ShaderLanguage::hlsl;
+    std::string text = hlsl_text ? "static const float4 " + name + "[" + count + "] = {\n"
+                                 : "const vec4 " + name + "[" + count + "] = vec4[](\n";
+    for (int n = 0; n < texels; ++n) {
+        float at[4];
+        std::memcpy(at, texture.bytes.data() + n * sizeof at, sizeof at);
+        text += std::string(n == 0 ? "" : ",\n") + "    " + (hlsl_text ? "float4(" : "vec4(") +
+                number(at[0]) + ", " + number(at[1]) + ", " + number(at[2]) + ", " + number(at[3]) +
+                ")";
+    }
+    return text + (hlsl_text ? "};\n\n" : ");\n\n");
+}
+
 std::string with_width(std::string text) {
     const std::string from = "WIDTH";
     for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos;)
@@ -130,16 +189,31 @@ const std::vector<std::string>& shader_language_names() {
     return names;
 }
 
-std::string shader_text(ShaderLanguage language) {
+std::string shader_text(ShaderLanguage language, const FilteredLayer* filtered) {
+    require(filtered == nullptr || language != ShaderLanguage::osl, "shader", "--filtered",
+            "with glsl or hlsl", "osl");
     const char* const own[] = {glsl, hlsl, osl};
     std::string text;
     for (const char* const part : shader_parts) text += part;
     if (language == ShaderLanguage::osl)  // numbers have no suffix there
         text = std::regex_replace(text, std::regex("([0-9])f\\b"), "$1");
     const std::size_t first_blank = text.find("\n\n") + 2;
-    return "#ifndef STRATUS_INCLUDED\n#define STRATUS_INCLUDED\n" + text.substr(0, first_blank) +
-           with_width(own[static_cast<int>(language)]) + text.substr(first_blank) +
-           "\n#endif  // STRATUS_INCLUDED\n";
+    std::string before = text.substr(0, first_blank),
+                own_text = with_width(own[static_cast<std::size_t>(language)]);
+    if (filtered != nullptr) {
+        before +=
+            "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n#define STRATUS_FILTERED\n"
+            "#define STRATUS_CONSTANT_NUMBERS " +
+            std::to_string(filtered->constant_numbers) + "\n\n";
+        const std::size_t after_precision = own_text.find("\n\n") + 2;
+        own_text.insert(after_precision,
+                        constant_texels(language, "stratus_constant_numbers", filtered->numbers,
+                                        filtered->constant_numbers) +
+                            constant_texels(language, "stratus_constant_layer", filtered->layer,
+                                            filtered_layer_constants));
+    }
+    return "#ifndef STRATUS_INCLUDED\n#define STRATUS_INCLUDED\n" + before + own_text +
+           text.substr(first_blank) + "\n#endif  // STRATUS_INCLUDED\n";
 }
 
 }  // namespace stratus

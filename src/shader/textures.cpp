@@ -3,6 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/half.h>
 
+#include "bound_numbers.h"
 #include "table/kernels/packed.h"
 #include "table/packed_block.h"
 
@@ -146,7 +147,9 @@ Texel append_layers(const TableView& view, std::vector<Texel>& numbers) {
     return {exactly(first), exactly(layers.size()), static_cast<float>(std::min(depth, 1e30)), 0};
 }
 
-void append_side(const PackedTable& table, Side which, const Texel& stack, Texels& to) {
+/// With the path law of a bound layer, `bound`, rather than all that layers not bound read.
+void append_side(const PackedTable& table, Side which, const Texel& stack, const PathSheet* bound,
+                 Texels& to) {
     const PackedSide& side = table.side(which);
     const TableView view = table.view();
     const bool lit = which == Side::reflection;
@@ -154,16 +157,18 @@ void append_side(const PackedTable& table, Side which, const Texel& stack, Texel
     const bool over_layer =
         lit && view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer;
     const std::size_t of_albedo = to.numbers.size();
-    for (std::size_t a = 0; a <= size(static_cast<int>(side.albedo.last)); ++a)
+    for (std::size_t a = 0; !bound && a <= size(static_cast<int>(side.albedo.last)); ++a)
         to.numbers.push_back(
             {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
     const std::size_t phase = to.numbers.size();
     append_phase(side.phase, over_layer ? 2 : 1, to.numbers);
-    const std::size_t path = to.numbers.size();
-    if (side.path.sample != nullptr)
-        append_path(side.path, static_cast<int>(side.path_steps), to.numbers);
+    const std::size_t first_of_path = to.numbers.size();
+    const bool has_path = side.path.sample != nullptr;
+    const PathSheetView path = bound && has_path ? bound->view() : side.path;
+    const float steps = bound ? 2 : side.path_steps;  // one less than colours
+    if (has_path) append_path(path, static_cast<int>(steps), to.numbers);
     const std::size_t cells = to.numbers.size();
-    if (held) append_cells(side, FunctionLayout(view).rows(), to);
+    if (held && !bound) append_cells(side, FunctionLayout(view).rows(), to);
 
     const std::array<Texel, 3> curve = of_phase(side.phase);
     const Texel record[record_texels] = {
@@ -181,11 +186,9 @@ void append_side(const PackedTable& table, Side which, const Texel& stack, Texel
         {side.min_albedo, side.max_albedo, side.min_depth, side.max_finite_depth},
         {side.max_depth, as_float(side.divided), as_float(side.over_surface),
          side.extrapolation_length},
-        {side.surface_albedo, side.boundary_quarter_albedo,
-         side.path.sample != nullptr ? side.path_steps : 0, side.path.last_depth},
-        {side.path.offset, exactly(side.path.first_angle), exactly(side.path.angles),
-         exactly(side.path.channel / 2)},
-        {exactly(of_albedo), exactly(cells), exactly(phase), exactly(path)},
+        {side.surface_albedo, side.boundary_quarter_albedo, has_path ? steps : 0, path.last_depth},
+        {path.offset, exactly(path.first_angle), exactly(path.angles), exactly(path.channel / 2)},
+        {exactly(of_albedo), exactly(cells), exactly(phase), exactly(first_of_path)},
         {as_float(held), as_float(view.has_lower_boundary()), side.path_growth, 0},
         stack};
     std::copy_n(record, record_texels, to.numbers.begin() + (lit ? 0 : record_texels));
@@ -201,7 +204,20 @@ ShaderTexture texture(std::string name, bool halves, const void* data, std::size
     return made;
 }
 
+ShaderTexture numbers_texture(const Texels& texels) {
+    return texture("stratus_numbers", false, texels.numbers.data(),
+                   texels.numbers.size() * sizeof(Texel));
+}
+
 }  // namespace
+
+ShaderTexture bound_numbers(const PackedTable& table, const PathSheet& bound) {
+    Texels texels;
+    const Texel stack = append_layers(table.view(), texels.numbers);
+    for (const Side side : {Side::reflection, Side::transmission})
+        append_side(table, side, stack, &bound, texels);
+    return numbers_texture(texels);
+}
 
 std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     constexpr const char* caller = "shader";
@@ -214,14 +230,12 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
             texels.halves = texels.halves && table.side(side).halves;
     const Texel stack = append_layers(view, texels.numbers);
     for (const Side side : {Side::reflection, Side::transmission})
-        append_side(table, side, stack, texels);
+        append_side(table, side, stack, nullptr, texels);
     constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds
     const std::size_t count = std::max(texels.numbers.size(), texels.function_texels());
     require(count <= most, caller, "texels of TABLE", "at most 16777216", count);
-    return {texture("stratus_numbers", false, texels.numbers.data(),
-                    texels.numbers.size() * sizeof(Texel)),
-            texture("stratus_functions", texels.halves, texels.functions.data(),
-                    texels.functions.size())};
+    return {numbers_texture(texels), texture("stratus_functions", texels.halves,
+                                             texels.functions.data(), texels.functions.size())};
 }
 
 }  // namespace stratus

@@ -71,4 +71,20 @@ layer='vec3 wi = vec3(0.0, 0.6, 0.8); StratusSample d = stratus_layer_sample(wi,
 expect_compiled es.frag
 expect_compiled -V core.frag -o core.spv
 expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+
+# the same, filtered
+expect_ok shader full.stratus --language glsl --optical-depth 0.5,1,2 --albedo 0.9 --filtered -o filtered
+expect_says "$err" "5 files" "stratus_light:" "for all but one in a thousand"
+expect_says filtered/stratus_textures.json '"stratus_light"' '"depth":'
+size=$(sed -n 's/.*stratus_light.*"width": \([0-9]*\), "height": \([0-9]*\), "depth": \([0-9]*\).*/\1 * \2 * \3 * 8/p' filtered/stratus_textures.json)
+expect_near "$(stat -c %s filtered/stratus_light.bin)" $((size)) 0
+expect_ok shader full.stratus --language hlsl --optical-depth 0.5,1,2 --albedo 0.9 --filtered -o filtered --quiet
+expect_refused 2 --filtered "a bound layer" -- shader full.stratus --language glsl --filtered -o new
+expect_refused 2 --filtered "glsl or hlsl" osl -- shader full.stratus --language osl --optical-depth 1 --albedo 0.9 --filtered -o new
+{ echo '#version 300 es'; cat filtered/stratus.glsl; echo "out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >es.frag
+{ echo '#version 450'; cat filtered/stratus.glsl; echo "layout(location = 0) out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >core.frag
+{ cat filtered/stratus.hlsl; echo "float4 main() : SV_Target0 { $layer return vec4(f + c.single, 1.0); }"; } >main.hlsl
+expect_compiled es.frag
+expect_compiled -V core.frag -o core.spv
+expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
 finish

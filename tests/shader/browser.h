@@ -74,15 +74,23 @@ for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fra
 gl.linkProgram(program);
 if (!gl.getProgramParameter(program, gl.LINK_STATUS)) tell(gl.getProgramInfoLog(program));
 gl.useProgram(program);
-textures.forEach(({name, width, height, halves, texels}, unit) => {
+textures.forEach(({name, width, height, depth, halves, texels}, unit) => {
   const bytes = Uint8Array.from(atob(texels), (letter) => letter.charCodeAt(0)).buffer;
   gl.activeTexture(gl.TEXTURE0 + unit);
+  gl.uniform1i(gl.getUniformLocation(program, name), unit);
+  if (depth) {
+    gl.bindTexture(gl.TEXTURE_3D, gl.createTexture());
+    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T, gl.TEXTURE_WRAP_R])
+      gl.texParameteri(gl.TEXTURE_3D, axis, gl.CLAMP_TO_EDGE);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.RGBA16F, width, height, depth, 0, gl.RGBA, gl.HALF_FLOAT, new Uint16Array(bytes));
+    return;
+  }
   gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
   gl.texImage2D(gl.TEXTURE_2D, 0, halves ? gl.RGBA16F : gl.RGBA32F, width, height, 0, gl.RGBA,
                 halves ? gl.HALF_FLOAT : gl.FLOAT, halves ? new Uint16Array(bytes) : new Float32Array(bytes));
-  gl.uniform1i(gl.getUniformLocation(program, name), unit);
 });
 const {width, height} = textures[textures.length - 1];
 gl.activeTexture(gl.TEXTURE0 + textures.length);
@@ -112,7 +120,7 @@ constexpr const char* both_sides = R"glsl(
 
 inline void write_page(const std::vector<ShaderTexture>& textures,
                        const std::vector<Lookup>& lookups, const std::string& drawn,
-                       const std::filesystem::path& path) {
+                       const FilteredLayer* filtered, const std::filesystem::path& path) {
     std::vector<float> layers, directions;
     for (const Lookup& at : lookups) {
         layers.insert(layers.end(), {at.albedo, at.optical_depth, 0, 0});
@@ -125,20 +133,23 @@ inline void write_page(const std::vector<ShaderTexture>& textures,
          << "const vertex = `#version 300 es\nvoid main() { gl_Position = vec4(gl_VertexID == 1 ? "
             "3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }`;\n"
          << "const fragment = `#version 300 es\n"
-         << (textures.size() > 2 ? "#define STRATUS_LAYER\n" : "")
-         << shader_text(ShaderLanguage::glsl)
+         << (textures.size() > 2 && !filtered ? "#define STRATUS_LAYER\n" : "")
+         << shader_text(ShaderLanguage::glsl, filtered)
          << "uniform sampler2D layers, directions;\nout vec4 light;\nvoid main() {\n"
             "    vec4 layer = texelFetch(layers, ivec2(gl_FragCoord.xy), 0);\n"
             "    vec4 along = texelFetch(directions, ivec2(gl_FragCoord.xy), 0);\n"
          << drawn << "}`;\nconst textures = [\n";
     const auto put = [&](const std::string& name, int width, int height, bool halves,
-                         const void* data, std::size_t bytes) {
+                         const void* data, std::size_t bytes, int depth = 0) {
         page << "{name: '" << name << "', width: " << width << ", height: " << height
-             << ", halves: " << (halves ? "true" : "false") << ", texels: '" << base64(data, bytes)
-             << "'},\n";
+             << ", depth: " << depth << ", halves: " << (halves ? "true" : "false") << ", texels: '"
+             << base64(data, bytes) << "'},\n";
     };
     for (const ShaderTexture& of : textures)
         put(of.name, shader_texture_width, of.height, of.halves, of.bytes.data(), of.bytes.size());
+    if (filtered != nullptr)
+        put("stratus_light", filtered->width, filtered->height, true, filtered->bytes.data(),
+            filtered->bytes.size(), filtered->depth);
     for (const auto& [name, numbers] : {std::pair{"layers", &layers}, {"directions", &directions}})
         put(name, points_in_row, rows, false, numbers->data(), numbers->size() * sizeof(float));
     page << "];" << page_end;
@@ -166,9 +177,10 @@ inline std::string run_in_chromium(const std::filesystem::path& page,
 /// Errors   std::runtime_error with what Chromium, or the page, said.
 inline std::vector<Light> by_browser(const std::vector<ShaderTexture>& textures,
                                      const std::vector<Lookup>& lookups,
-                                     const std::string& drawn = both_sides) {
+                                     const std::string& drawn = both_sides,
+                                     const FilteredLayer* filtered = nullptr) {
     const TemporaryFolder folder;
-    write_page(textures, lookups, drawn, folder / "page.html");
+    write_page(textures, lookups, drawn, filtered, folder / "page.html");
     const std::string said = run_in_chromium(folder / "page.html", folder / "profile");
     const std::string begin = "light:";
     const std::size_t at = said.find(">" + begin) + 1;

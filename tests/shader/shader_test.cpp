@@ -4,7 +4,7 @@
 #include <stratus/phase/path_law.h>
 #include <stratus/table/family_member.h>
 
-#include "as_cxx.h"
+#include "filtered_as_cxx.h"
 #include "lookups.h"
 #include "refusal.h"
 #include "small_table.h"
@@ -265,6 +265,73 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ShaderLayerOf,
                                          kinds()[6], stacks()[0], stacks()[1], droplets),
                          name_of);
 
+class FilteredLayerOf : public testing::TestWithParam<Kind> {};
+
+/// At the same directions by the runtime: R, T of all orders of the first and the last colour.
+std::vector<Light> filtered_light(const PackedTable& table, const std::vector<Lookup>& lookups) {
+    const Medium<3> medium = medium_of(table);
+    std::vector<Light> all;
+    for (const Lookup& at : lookups) {
+        const Geometry along{double{at.mu_in}, double{at.mu_out}, double{at.azimuth}};
+        const auto total = [&](Side side, int c) {
+            const double w = medium.albedo[c], tau = medium.optical_depth[c];
+            return static_cast<float>(side == Side::reflection
+                                          ? table.reflection(w, tau, along).total()
+                                          : table.transmission(w, tau, along).total());
+        };
+        all.push_back({total(Side::reflection, 0), total(Side::reflection, 2),
+                       total(Side::transmission, 0), total(Side::transmission, 2)});
+    }
+    return all;
+}
+
+/// The share of differences, relative to the runtime's, above 2e-3.
+double share_off(const std::vector<Light>& found, const std::vector<Light>& expected) {
+    int off = 0, all = 0;
+    for (std::size_t n = 0; n < found.size(); ++n)
+        for (std::size_t k = 0; k < 4; ++k) {
+            if (expected[n][k] == 0 && found[n][k] == 0) continue;
+            ++all;
+            off += !(std::abs(found[n][k] - expected[n][k]) <= 2e-3f * expected[n][k] + 1e-6f);
+        }
+    return static_cast<double>(off) / all;
+}
+
+TEST_P(FilteredLayerOf, IsTheTableAtThatLayerByEightFetches) {
+    const PackedTable table(pack(table_of(GetParam())));
+    const FilteredLayer layer = filtered_layer(table, medium_of(table));
+    EXPECT_LE(layer.usual_error, 2e-3);
+    shader::FilteredAsCxx shader(layer);
+    const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
+    std::vector<Light> found;
+    for (const Lookup& at : lookups) {
+        shader.fetches = 0;
+        const auto r = shader.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth);
+        const bool narrow_peak = table.view().path_law != nullptr;
+        const int layers = table.view().is_stack() ? 4 : 1;  // their phase functions, sampled
+        EXPECT_LE(shader.fetches, 8 + layers + (narrow_peak ? 12 : 0));
+        const auto t = shader.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth);
+        found.push_back({r.single.x + r.multiple.x, r.single.z + r.multiple.z,
+                         t.single.x + t.multiple.x, t.single.z + t.multiple.z});
+    }
+    EXPECT_LE(share_off(found, filtered_light(table, lookups)), 2e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayerOf,
+                         testing::Values(kinds()[0], kinds()[1], kinds()[2], kinds()[3], kinds()[5],
+                                         kinds()[6], kinds()[8], stacks()[0], stacks()[2]),
+                         name_of);
+
+TEST(Shader, HasFilteredLayersOfFewAzimuths) {
+    for (const int azimuths : {2, 3, 4}) {
+        Kind few = kinds()[0];
+        few.azimuths = azimuths;
+        const PackedTable table(pack(table_of(few)));
+        const FilteredLayer layer = filtered_layer(table, medium_of(table));
+        EXPECT_LE(layer.usual_error, 2e-3) << azimuths << " azimuths";
+    }
+}
+
 TEST(Shader, RefusesWhatItDoesNotRead) {
     const Table table = table_of(kinds()[0]);
     const PackedTable mixture(pack(mixed(table, table)));
@@ -273,6 +340,10 @@ TEST(Shader, RefusesWhatItDoesNotRead) {
     const PackedTable narrowed(pack(table_of(kinds()[7])));
     expect_refusal<std::invalid_argument>([&] { shader_layer(narrowed, three_layers); },
                                           {"shader", "TABLE", "narrowed"});
+    const PackedTable rings(pack(table_of(kinds()[0])));
+    const FilteredLayer layer = filtered_layer(rings, medium_of(rings));
+    expect_refusal<std::invalid_argument>([&] { shader_text(ShaderLanguage::osl, &layer); },
+                                          {"shader", "--filtered", "glsl or hlsl", "osl"});
     const PackedTable finite(pack(table_of(kinds()[2])));
     expect_refusal<std::invalid_argument>(
         [&] {
@@ -305,6 +376,19 @@ TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
     std::cout << "directions drawn: " << Differences{off[off.size() / 2], off.back()} << '\n';
     EXPECT_LE(off[off.size() / 2], 1e-5);
     EXPECT_LE(off[off.size() * 99 / 100], 1e-3);
+}
+
+TEST(ShaderInABrowser, FiltersABoundLayer) {
+    const PackedTable table(pack(table_of(kinds()[0])));
+    const FilteredLayer layer = filtered_layer(table, medium_of(table));
+    const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
+    const std::vector<Light> found = test::by_browser({layer.numbers, layer.layer}, lookups, R"glsl(
+        StratusColours r = stratus_layer_reflection(along.x, along.y, along.z);
+        StratusColours t = stratus_layer_transmission(along.x, along.y, along.z);
+        light = vec4((r.single + r.multiple).xz, (t.single + t.multiple).xz);
+    )glsl",
+                                                      &layer);
+    EXPECT_LE(share_off(found, filtered_light(table, lookups)), 2e-3);
 }
 
 class ShaderInABrowserOf : public testing::TestWithParam<Kind> {};

@@ -8,6 +8,7 @@
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/packed_table.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,26 @@ struct ShaderTexture {
     std::vector<char> bytes;  // little endian, row by row, zeros beyond the last texel
 };
 
-/// The text to include. GLSL: ES 3.00 or 4.50, without a #version. It is the same for all tables.
-std::string shader_text(ShaderLanguage language);
+/// A bound layer whose orders n >= 2 are a cubic spline, by eight filtered fetches from
+/// `stratus_light`: a 3-D texture of RGBA halves over mu_in, mu_out and azimuth, reflection before
+/// transmission. It is one to three times as fine as the table's samples, as little as keeps all but
+/// one in a thousand of R and T within 2e-3. Of the other textures it reads `stratus_layer` and
+/// `stratus_numbers`, one of its own, whose first texels are constants of its text.
+constexpr int filtered_layer_constants = 8;  // of stratus_layer
+
+struct FilteredLayer {
+    int width, height, depth;
+    std::vector<char> bytes;  // little endian, mu_in innermost
+    ShaderTexture numbers, layer;
+    int constant_numbers;
+    // Differences to the text without a filter, relative to R or T, at 2,000 random directions with
+    // cosines from 0.02: the median, what all but one in a thousand stay below, the worst.
+    double median_error, usual_error, worst_error;
+};
+
+/// The text to include. GLSL: ES 3.00 or 4.50, without a #version. It is the same for all tables, but
+/// for the constants of a filtered layer, which OSL cannot have.
+std::string shader_text(ShaderLanguage language, const FilteredLayer* filtered = nullptr);
 
 /// The textures of a table: `stratus_numbers`, floats, and `stratus_functions`, halves or floats.
 ///
@@ -45,5 +64,8 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table);
 /// Errors   those of `shader_textures` and of a Slice; std::invalid_argument for a table that was
 ///          narrowed to some directions.
 ShaderTexture shader_layer(const PackedTable& table, const Medium<3>& medium);
+
+/// Errors   those of `shader_layer`.
+FilteredLayer filtered_layer(const PackedTable& table, const Medium<3>& medium);
 
 }  // namespace stratus

@@ -1,0 +1,67 @@
+// The text of a filtered layer compiled as C++, with the linear filter of a GPU.
+#pragma once
+
+#include "as_cxx.h"
+
+#include <utility>
+
+namespace stratus::shader {
+
+#define STRATUS_FILTERED
+
+struct FilteredAsCxx : Language {
+    FilteredLayer filtered;
+    std::vector<vec4> light;
+    int fetches = 0;  // since it was made
+
+    explicit FilteredAsCxx(FilteredLayer filtered_)
+        : Language({filtered_.numbers, {}, filtered_.layer}),
+          filtered(std::move(filtered_)),
+          light(texels_of(filtered.bytes, true)) {}
+
+    vec4 stratus_number(int texel) {
+        fetches += texel >= filtered.constant_numbers;
+        return Language::stratus_number(texel);
+    }
+    vec4 stratus_layer_texel(int texel) {
+        fetches += texel >= filtered_layer_constants;
+        return Language::stratus_layer_texel(texel);
+    }
+
+    /// Filters with weights of 8 bits, as GPUs do.
+    vec4 stratus_light_at(vec3 place) {
+        ++fetches;
+        const int count[] = {filtered.width, filtered.height, filtered.depth};
+        const float share[] = {place.x, place.y, place.z};
+        int low[3], high[3];
+        float weight[3];
+        for (int a = 0; a < 3; ++a) {
+            const float at = share[a] * static_cast<float>(count[a]) - 0.5f, cell = floor(at);
+            low[a] = std::clamp(static_cast<int>(cell), 0, count[a] - 1);
+            high[a] = std::clamp(static_cast<int>(cell) + 1, 0, count[a] - 1);
+            weight[a] = std::round((at - cell) * 256) / 256;
+        }
+        vec4 sum;
+        for (int corner = 0; corner < 8; ++corner) {
+            int texel = 0;
+            float product = 1;
+            for (int a = 2; a >= 0; --a) {
+                const bool upper = (corner >> a & 1) != 0;
+                texel = texel * count[a] + (upper ? high[a] : low[a]);
+                product *= upper ? weight[a] : 1 - weight[a];
+            }
+            sum = sum + light[static_cast<std::size_t>(texel)] * product;
+        }
+        return sum;
+    }
+
+    // clang-format off
+#include "single.shader"
+#include "multiple.shader"
+#include "layer.shader"
+    // clang-format on
+};
+
+#undef STRATUS_FILTERED
+
+}  // namespace stratus::shader

@@ -1,4 +1,4 @@
-"""Looks up a packed table with NumPy alone: docs/packed.md describes the file, docs/tables.md the terms.
+"""Looks up a packed table with NumPy alone: docs/packed.md describes the file, docs/conventions.md the terms.
 
 Of one layer with no lower boundary, mixture or path law, where mu_in and mu_out are sampled alike, at finite depths.
 """

@@ -63,7 +63,7 @@ int stratus_table_open(const char* path, stratus_table** table);
  * the table and the handles of its family are open. */
 int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table);
 
-/* A table of a family of phase functions (docs/tables.md), seen at one point of it: a handle of its
+/* A table of a family of phase functions (docs/recipes.md), seen at one point of it: a handle of its
  * own, which shares the samples and may outlive the other. Lookups and bindings of such tables take
  * no other. There is a value for each axis: lengths in um, of a mixture the share of the first phase
  * function in all that is scattered. Without a family count is 0.

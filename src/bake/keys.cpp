@@ -36,7 +36,7 @@ Keys recipe_keys() {
     constexpr const char* depth = "[1e-6, 1e9] or inf";
     static constexpr Key keys[] = {
         {"", "title", "string", "-", "-", "\"\"", "kept with the table"},
-        {"", "phase_function", "string", "-", "a phase function", "(required)", "section 2"},
+        {"", "phase_function", "string", "-", "a phase function", "(required)", "the layer's"},
         {"", "second_phase_function", "string", "-", "a phase function", "(none)",
          "adds an axis: f phi1 + (1 - f) phi2, f = w1 / (w1 + w2)"},
         {"", "mixture", "table { min, max }", "-", "-", "(all of [0, 1])",
@@ -136,7 +136,7 @@ Keys stack_keys() {
         std::vector<Key> all{
             {"", "layers", "tables [[layers]]", "-", "-", "(required)", "the layers, top first"},
             {"layers", "phase_function", "string", "-", "a phase function", "(required)",
-             "docs/tables.md"},
+             "docs/recipes.md"},
             {"layers", "albedo", "number", "-", "[0, 1]", "(required)", "single scattering"},
             {"layers", "optical_depth", "number", "-", "[0, inf]", "(required)",
              "finite where anything lies below"},

@@ -1,4 +1,4 @@
-// The layer as the scenes see it, on the lookups of `stratus shader`; cosines and azimuth are those of docs/tables.md.
+// The layer as the scenes see it, on the lookups of `stratus shader`; cosines and azimuth are those of docs/conventions.md.
 uniform sampler2D fluxes;       // over mu: diffuse transmittance of the first zone; red, green, blue
 uniform vec2 cosine_axis;       // of fluxes: first coordinate, samples per unit of it
 uniform int cosines;

@@ -18,7 +18,7 @@ expect_says "$out" "camera.field_of_view_deg" degrees "[1e-3, 170]" layer.opposi
 expect_page scenes.md
 expect_ok bake --keys
 expect_says "$out" discretisation.mu_samples "[4, 512]" optical_depth.max "or inf"
-expect_page tables.md
+expect_page recipes.md
 
 cat >rings.csv <<'ROWS'
 radius,optical_depth,w1,w2

@@ -1,4 +1,4 @@
-"""Looks up tables by docs/tables.md, section 4, alone, and compares with `stratus eval`: R and T, by origin, to 1e-5.
+"""Looks up tables by docs/tables.md, section 2, alone, and compares with `stratus eval`: R and T, by origin, to 1e-5.
 
 Usage: look_up_as_documented.py STRATUS GOLDEN_FOLDER. Exits 77 (skipped) where a package is missing.
 """

@@ -98,7 +98,7 @@ struct Band {
 class WaterWithoutARow : public testing::TestWithParam<Band> {};
 
 TEST_P(WaterWithoutARow, IsFoundBetweenTheOthers) {
-    // Intervals are twice as wide there as in the table. docs/tables.md states these bounds.
+    // Intervals are twice as wide there as in the table. docs/recipes.md states these bounds.
     const Band& band = GetParam();
     const std::vector<IndexRow> rows = all_of_water();
     double squares = 0, worst = 0;

@@ -1,5 +1,5 @@
 // Table files of all formats hold axes and other numbers, and in texts all else, under the names below
-// (docs/tables.md, section 3). A number in a text is the shortest that reads back as the same bits.
+// (docs/tables.md, section 1). A number in a text is the shortest that reads back as the same bits.
 #pragma once
 
 #include <stratus/table/table.h>

@@ -3,7 +3,7 @@
 //
 // Layers are divided at the levels and what is above a level is added to what is below [HT74]: the
 // light between the two is that of the level. Everything is over the incident flux mu0 F0 of a beam
-// from above, as R and T are (docs/tables.md).
+// from above, as R and T are (docs/conventions.md).
 #pragma once
 
 #include <stratus/layer/lower_boundary.h>

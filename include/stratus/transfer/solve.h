@@ -2,7 +2,7 @@
 //
 // All azimuthal modes are doubled from a thin layer to the requested depth; single scattering is
 // subtracted from every mode in closed form and added again with the exact phase function, so that
-// the Fourier series only carries orders n >= 2. Conventions (docs/tables.md): R = pi I /
+// the Fourier series only carries orders n >= 2. Conventions (docs/conventions.md): R = pi I /
 // (mu0 F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
 #pragma once
 

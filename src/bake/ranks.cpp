@@ -4,7 +4,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
 
-#include "nap.h"
+#include "backoff.h"
 #include "rank_messages.h"
 
 #include <algorithm>
@@ -29,22 +29,24 @@
 namespace stratus {
 namespace {
 
-// A nap takes 20 us of processor time where timers are slow.
+// A sleep takes 20 us of processor time where timers are slow.
 constexpr std::chrono::microseconds longest_of_waiting{200}, longest_of_serving{2000};
-constexpr std::chrono::microseconds nap_between_stages{10000};
+constexpr std::chrono::microseconds sleep_between_stages{10000};
 
 bool is_alive(pid_t process) { return ::kill(process, 0) == 0 || errno != ESRCH; }
 
-/// Lets one more thread solve, when there is room for it.
-class Turn {
+/// Holds a count of a semaphore while it lives.
+class SemaphoreGuard {
   public:
-    explicit Turn(std::counting_semaphore<>& room) : room_(room) { room_.acquire(); }
-    ~Turn() { room_.release(); }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
+    explicit SemaphoreGuard(std::counting_semaphore<>& semaphore) : semaphore_(semaphore) {
+        semaphore_.acquire();
+    }
+    ~SemaphoreGuard() { semaphore_.release(); }
+    SemaphoreGuard(const SemaphoreGuard&) = delete;
+    SemaphoreGuard& operator=(const SemaphoreGuard&) = delete;
 
   private:
-    std::counting_semaphore<>& room_;
+    std::counting_semaphore<>& semaphore_;
 };
 
 }  // namespace
@@ -69,11 +71,11 @@ struct Ranks::State {
     // ---- all ranks -----------------------------------------------------------------------------
 
     RankMessage await(int from, int tag) {
-        for (Nap nap(longest_of_waiting);; nap.rest())
+        for (Backoff backoff(longest_of_waiting);; backoff.sleep())
             if (auto message = transport->receive(from, tag)) return std::move(*message);
     }
 
-    void tell_first(Head head, std::span<const char> bytes = {}) {
+    void send_to_first(Head head, std::span<const char> bytes = {}) {
         transport->send(0, to_first, joined(head, bytes));
     }
 
@@ -127,9 +129,9 @@ struct Ranks::State {
         int from, stage, slot;
     };
 
-    std::string name_of(int of) const {
-        const Place& place = places[static_cast<std::size_t>(of)];
-        return "rank " + std::to_string(of) + " (" + place.machine + ", process " +
+    std::string name_of(int number) const {
+        const Place& place = places[static_cast<std::size_t>(number)];
+        return "rank " + std::to_string(number) + " (" + place.machine + ", process " +
                std::to_string(place.process) + ")";
     }
 
@@ -196,14 +198,14 @@ struct Ranks::State {
         const std::span<const char> bytes = std::span(message.bytes).subspan(sizeof head);
         switch (head.kind) {
             case Kind::alive:
-                transport->send(message.from, sign, joined(Head{Kind::alive, 0, 0}, kept()));
+                transport->send(message.from, life_sign, joined(Head{Kind::alive, 0, 0}, kept()));
                 return;
             case Kind::failed:
                 end_losing(1,
                            name_of(message.from) + ": " + std::string(bytes.begin(), bytes.end()));
             case Kind::leaving:
                 tallies[from] = {head.pieces, head.seconds};
-                transport->send(message.from, sign, raw_bytes(Head{Kind::leaving, 0, 0}));
+                transport->send(message.from, life_sign, raw_bytes(Head{Kind::leaving, 0, 0}));
                 return;
             case Kind::claim:
                 // The other rank waits for its next piece, not for what becomes of the last one.
@@ -212,10 +214,10 @@ struct Ranks::State {
         }
     }
 
-    void note_life(std::size_t of, bool leaves) {
+    void note_life(std::size_t from, bool leaves) {
         const std::lock_guard lock(mutex);
-        seen[of] = Clock::now();
-        if (leaves) has_left[of] = true;
+        seen[from] = Clock::now();
+        if (leaves) has_left[from] = true;
     }
 
     bool all_have_left() {
@@ -245,14 +247,14 @@ struct Ranks::State {
 
     /// Serves the other ranks, until all have left.
     void serve_all() {
-        for (Nap nap(longest_of_serving); !all_have_left();) {
+        for (Backoff backoff(longest_of_serving); !all_have_left();) {
             while (auto message = transport->receive(-1, to_first)) {
                 handle(*message);
-                nap.reset();
+                backoff.reset();
             }
             std::unique_lock lock(mutex);
             const bool is_asked = is_leaving || !open.empty() || !running.empty();
-            changed.wait_for(lock, is_asked ? nap.next() : nap_between_stages);
+            changed.wait_for(lock, is_asked ? backoff.next() : sleep_between_stages);
         }
     }
 
@@ -309,17 +311,17 @@ struct Ranks::State {
 
     void run_other(const RankedStage& of_all, int threads) {
         ++stage_number;
-        std::counting_semaphore<> room(threads);
+        std::counting_semaphore<> solving(threads);
         const int slots = threads + of_all.claimed_ahead;
         parallel_for(slots, slots, [&](int slot) {
             Head claim{Kind::claim, stage_number, slot};
             std::vector<char> result;
             for (;;) {
-                tell_first(claim, result);
+                send_to_first(claim, result);
                 const std::vector<char> answer = await(0, first_slot + slot).bytes;
                 claim.piece = content_of<int>(answer);
                 if (claim.piece == no_piece) return;
-                const Turn turn(room);
+                const SemaphoreGuard guard(solving);
                 result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
             }
         });
@@ -347,10 +349,10 @@ struct Ranks::State {
         auto told = Clock::now() - std::chrono::hours(1);
         for (auto heard = Clock::now();;) {
             if (seconds_since(told) > interval && !is_leaving) {
-                tell_first({Kind::alive, 0, 0});
+                send_to_first({Kind::alive, 0, 0});
                 told = Clock::now();
             }
-            while (const auto answer = transport->receive(0, sign)) {
+            while (const auto answer = transport->receive(0, life_sign)) {
                 heard = Clock::now();
                 if (content_of<Head>(answer->bytes).kind == Kind::leaving) return;
                 const auto said = std::span(answer->bytes).subspan(sizeof(Head));
@@ -380,7 +382,7 @@ struct Ranks::State {
         if (rank != 0) {
             // Most such reasons are rank 0's, too, who tells them better.
             std::this_thread::sleep_for(std::chrono::milliseconds(200));
-            tell_first({Kind::failed, 0, 0}, reason);
+            send_to_first({Kind::failed, 0, 0}, reason);
             std::this_thread::sleep_for(std::chrono::duration<double>(options.time_limit));
             transport->abort(exit_code);
         }
@@ -467,7 +469,7 @@ std::vector<RankTally> Ranks::finish() {
     state.changed.notify_all();
     if (!is_first()) {
         const RankTally tally = state.tally();
-        state.tell_first({Kind::leaving, 0, 0, no_piece, tally.pieces, tally.seconds});
+        state.send_to_first({Kind::leaving, 0, 0, no_piece, tally.pieces, tally.seconds});
     }
     state.thread.join();
     if (state.watcher.joinable()) state.watcher.join();

@@ -2,7 +2,7 @@
 // libraries keep a processor busy while they do, and here ranks may have more threads than cores.
 #include <stratus/bake/rank_transport.h>
 
-#include "nap.h"
+#include "backoff.h"
 
 #include <mpi.h>
 
@@ -17,7 +17,7 @@
 namespace stratus {
 namespace {
 
-constexpr std::chrono::microseconds longest_nap{200};
+constexpr std::chrono::microseconds longest_sleep{200};
 
 /// Longer messages go in parts, and no further than while one looks after them.
 constexpr std::size_t most_in_one_go = std::size_t{1} << 12;
@@ -108,7 +108,8 @@ class MpiTransport : public RankTransport {
             const std::lock_guard lock(mutex_);
             request = begin();
         }
-        for (Nap nap(bytes > most_in_one_go ? Nap::shortest : longest_nap);; nap.rest()) {
+        for (Backoff backoff(bytes > most_in_one_go ? Backoff::shortest : longest_sleep);;
+             backoff.sleep()) {
             {
                 const std::lock_guard lock(mutex_);
                 int is_done = 0;

@@ -25,7 +25,7 @@ FLOORS = STOREYS.split()[:5]
 # Private headers that another room includes all the same.
 KNOWN = {
     ("picture", "src/io/file_bytes.h"),
-    ("ranks", "src/bake/nap.h"),
+    ("ranks", "src/bake/backoff.h"),
     ("scene", "src/bake/axes.h"),
     ("scene", "src/bake/forecast.h"),
     ("scene", "src/bake/toml_section.h"),

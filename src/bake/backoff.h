@@ -7,15 +7,15 @@
 
 namespace stratus {
 
-/// Sleeps longer and longer while nothing happens.
-class Nap {
+/// Sleeps of a polling loop, each twice as long as the one before while nothing happens.
+class Backoff {
   public:
     static constexpr std::chrono::microseconds shortest{20};
 
-    explicit Nap(std::chrono::microseconds longest) : longest_(longest) {}
+    explicit Backoff(std::chrono::microseconds longest) : longest_(longest) {}
 
-    void rest() { std::this_thread::sleep_for(next()); }
-    /// How long the next nap is, for who takes it otherwise.
+    void sleep() { std::this_thread::sleep_for(next()); }
+    /// Returns the length of the next sleep, for callers that wait on something else meanwhile.
     std::chrono::microseconds next() { return std::exchange(next_, std::min(2 * next_, longest_)); }
     void reset() { next_ = shortest; }
 

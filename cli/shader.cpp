@@ -138,25 +138,31 @@ void run_shader(const ShaderOptions& options) {
     const std::vector<std::string>& names = shader_language_names();
     const auto language = static_cast<ShaderLanguage>(
         std::find(names.begin(), names.end(), options.language) - names.begin());
-    const bool osl = language == ShaderLanguage::osl;
+    const bool osl = language == ShaderLanguage::osl, cpp = language == ShaderLanguage::cpp;
+    require(!cpp || options.albedo.empty(), "shader", "--albedo and --optical-depth",
+            "left out for cpp, whose class Layer binds any", "both");
     const PackedTable table = read_member("shader", options.input, options.reading, options.at);
-    std::vector<ShaderTexture> textures = shader_textures(table);
+    std::vector<ShaderTexture> textures;
+    if (!cpp) textures = shader_textures(table);
     const auto medium = medium_of(table.view(), options.optical_depth, options.albedo);
-    if (medium) textures.push_back(shader_layer(table, *medium));
+    if (medium && !cpp) textures.push_back(shader_layer(table, *medium));
     std::optional<FilteredLayer> filtered;
     if (options.filtered) {
         require(medium.has_value(), "shader", "--filtered",
                 "a bound layer: --optical-depth and --albedo", "none");
-        require(!osl, "shader", "--filtered", "with glsl or hlsl", "osl");
+        require(!osl && !cpp, "shader", "--filtered", "with glsl or hlsl", options.language);
         filtered = filtered_layer(table, *medium);
         textures = {filtered->numbers, filtered->layer};
     }
 
     std::vector<OutputFile> files{
-        text_file(osl ? "stratus.osl.h" : "stratus." + options.language,
+        text_file(cpp   ? "stratus_lookup.h"
+                  : osl ? "stratus.osl.h"
+                        : "stratus." + options.language,
                   shader_text(language, filtered ? &*filtered : nullptr)),
-        osl ? text_file("stratus_textures.h", textures_header(textures))
-            : text_file("stratus_textures.json", textures_json(table, textures, filtered))};
+        cpp   ? text_file("table.stratus", {table.data(), table.bytes()})
+        : osl ? text_file("stratus_textures.h", textures_header(textures))
+              : text_file("stratus_textures.json", textures_json(table, textures, filtered))};
     for (const ShaderTexture& texture : textures) files.push_back(texture_file(texture, osl));
     if (filtered)
         files.push_back({std::string(light_name) + ".bin", [&](const std::filesystem::path& path) {
@@ -192,7 +198,9 @@ void add_shader(CLI::App& app) {
     command->add_option("TABLE", options->input, "Packed table (.stratus), or one to be packed")
         ->required()
         ->check(file_name());
-    command->add_option("--language", options->language, "glsl (ES 3.00, 4.50), hlsl, or osl")
+    command
+        ->add_option("--language", options->language,
+                     "glsl (ES 3.00, 4.50), hlsl, osl, or cpp (C++17)")
         ->required()
         ->check(CLI::IsMember(shader_language_names()));
     command->add_option("-o,--output", options->folder, "Folder to write into; made if missing")
@@ -216,7 +224,9 @@ void add_shader(CLI::App& app) {
     add_max_memory(*command, options->reading);
     command->footer(
         "The text, stratus.glsl, stratus.hlsl or stratus.osl.h, is the same for all tables; the\n"
-        "textures are the table.\n\n"
+        "textures are the table. --language cpp writes stratus_lookup.h, which needs nothing but "
+        "the table:\n"
+        "table.stratus beside it, of a family the member --at.\n\n"
         "A bound layer is one more texture, stratus_layer, with which directions can be sampled; a "
         "stack always\nhas it. --filtered adds stratus_light, a 3-D texture, and leaves out "
         "stratus_functions, which layers of\ndepths and albedos not bound would read.\n\n"

@@ -12,24 +12,7 @@
 
 namespace stratus::shader {
 
-struct vec3 {
-    float x, y, z;
-
-    vec3() : vec3(0, 0, 0) {}
-    vec3(float x_, float y_, float z_) : x(x_), y(y_), z(z_) {}
-};
-inline vec3 operator+(vec3 a, vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline vec3 operator*(vec3 a, float b) { return {a.x * b, a.y * b, a.z * b}; }
-
-struct vec4 {
-    float x, y, z, w;
-
-    vec4() : vec4(0, 0, 0, 0) {}
-    vec4(float x_, float y_, float z_, float w_) : x(x_), y(y_), z(z_), w(w_) {}
-};
-inline vec4 operator+(vec4 a, vec4 b) { return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w}; }
-inline vec4 operator*(vec4 a, float b) { return {a.x * b, a.y * b, a.z * b, a.w * b}; }
-inline float dot(vec4 a, vec4 b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w; }
+#include "cpp/vectors.inc"
 
 using std::abs, std::floor, std::max, std::min, std::sqrt;
 

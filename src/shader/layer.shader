@@ -204,6 +204,23 @@ vec4 stratus_azimuth_scale(int side, vec4 into, vec4 away) {
     return vec4(nearer, farther, 0.0f, 0.0f);
 }
 
+// Cosine and sine of the azimuth at q in [0, 1], and d azimuth / d q.
+vec4 stratus_azimuth_at(vec4 scale, float q) {
+    if (stratus_is_peaked()) {
+        float t = stratus_root_distance(scale, q);
+        float half_cosine = (1.0f - t) * (1.0f + t) / (1.0f + t * t);
+        float half_sine = 2.0f * t / (1.0f + t * t);
+        return vec4((half_cosine - half_sine) * (half_cosine + half_sine),
+                    2.0f * half_cosine * half_sine,
+                    4.0f / (1.0f + t * t) * stratus_root_stretch(scale, q), 0.0f);
+    }
+    float x = scale.y * (1.0f - q);
+    float y = scale.x * q;
+    float square = x * x + y * y;
+    return vec4((x - y) * (x + y) / square, 2.0f * x * y / square,
+                2.0f * scale.x * scale.y / square, 0.0f);
+}
+
 // Returns, for a quarter of the sphere, from mu_in to the normal or, to_horizon 1, to the horizon, at s in
 // [0, 1]: the cosine, and |d mu / d s| in .w.
 vec4 stratus_outgoing(int side, float to_horizon, vec4 into, float s) {
@@ -381,32 +398,15 @@ StratusSample stratus_layer_sample(vec3 wi, float u1, float u2, float u3) {
     float at_azimuth = stratus_around_sample(around.x, about.x - 1.0f, around.y);
     float q = at_azimuth / (about.x - 1.0f);
     vec4 scale = stratus_azimuth_scale(side, into, away);
-    float cosine;
-    float sine;
-    float stretch;  // d azimuth / d q
-    if (stratus_is_peaked()) {
-        float t = stratus_root_distance(scale, q);
-        float half_cosine = (1.0f - t) * (1.0f + t) / (1.0f + t * t);
-        float half_sine = 2.0f * t / (1.0f + t * t);
-        cosine = (half_cosine - half_sine) * (half_cosine + half_sine);
-        sine = 2.0f * half_cosine * half_sine;
-        stretch = 4.0f / (1.0f + t * t) * stratus_root_stretch(scale, q);
-    } else {
-        float x = scale.y * (1.0f - q);
-        float y = scale.x * q;
-        float square = x * x + y * y;
-        cosine = (x - y) * (x + y) / square;
-        sine = 2.0f * x * y / square;
-        stretch = 2.0f * scale.x * scale.y / square;
-    }
-    if (turn < 0.0f) sine = -sine;
+    vec4 azimuth = stratus_azimuth_at(scale, q);
+    float sine = turn < 0.0f ? -azimuth.y : azimuth.y;
     float aside = stratus_sine(away) / sqrt(square_in);
-    float forward = -aside * cosine;
+    float forward = -aside * azimuth.x;
     float sideways = -aside * sine;
     float up = (wi.z > 0.0f) == (side == STRATUS_REFLECTION) ? away.z : -away.z;
     drawn.wo = vec3(forward * x_in - sideways * wi.y, forward * wi.y + sideways * x_in, up);
     drawn.pdf = stratus_density_at(at_row, float(quarter), at_line, at_azimuth) /
-                (away.w * stretch * 2.0f);
+                (away.w * azimuth.z * 2.0f);
     drawn.value = stratus_layer_bsdf(wi, drawn.wo);
     return drawn;
 }

@@ -182,19 +182,85 @@ std::string with_width(std::string text) {
     return text;
 }
 
+/// What the C++ header begins with.
+constexpr const char* cpp =
+    R"(// Stratus: lookups in packed tables (.stratus), and layers bound from them, in C++17 alone.
+//
+//   #include "stratus_lookup.h"
+//   const stratus_lookup::Table table("saturn_rings.stratus");
+//   const float r = table.reflection(albedo, optical_depth, mu_in, mu_out, azimuth).total();
+//   const stratus_lookup::Layer layer(table, {1.5f, 1.5f, 1.5f}, {0.95f, 0.93f, 0.8f});
+//   const stratus_lookup::Sample drawn = layer.sample(wo, u1, u2, u3);
+//
+// R = 1 is a white Lambert surface: BRDF = R / pi. Classes Table and Layer, at the end, say the rest.
+#pragma once
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <locale>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus_lookup {
+
+)";
+
+constexpr const char* cpp_text = R"(
+#define STRATUS_LAYER
+/// The text that is GLSL, HLSL and OSL as well: src/shader/*.shader of Stratus, where its comments are.
+struct Text {
+    const Texels* table;
+    const std::vector<vec4>* layer;
+
+    static vec4 texel(const std::vector<vec4>& of, int n) {
+        const auto at = static_cast<std::size_t>(n);
+        return at < of.size() ? of[at] : vec4();
+    }
+    vec4 stratus_number(int n) { return texel(table->numbers, n); }
+    vec4 stratus_function(int n) { return texel(table->functions, n); }
+    vec4 stratus_layer_texel(int n) { return texel(*layer, n); }
+    float stratus_power_of_two(int n) { return std::ldexp(1.0f, n); }
+    int stratus_exponent(float x) { return (bits_of(x) >> 23) - 127; }
+
+)";
+
+std::string cpp_header(std::string text) {
+    const std::regex comments_and_blanks("(^|\\n)( *(//[^\\n]*)?\\n)+");
+    for (std::size_t at = 0; (at = text.find("#ifdef STRATUS_FILTERED")) != std::string::npos;) {
+        const std::size_t other = text.find("#else\n", at);
+        text.erase(text.find("#endif\n", other), 7);
+        text.erase(at, other + 6 - at);
+    }
+    return std::string(cpp) + cpp_vectors + "\n" + cpp_reader + cpp_text +
+           std::regex_replace(text, comments_and_blanks, "$1") + "};\n\n" + cpp_lookup +
+           "\n#undef STRATUS_LAYER\n#undef STRATUS_REFLECTION\n#undef STRATUS_TRANSMISSION\n\n"
+           "}  // namespace stratus_lookup\n";
+}
+
 }  // namespace
 
 const std::vector<std::string>& shader_language_names() {
-    static const std::vector<std::string> names{"glsl", "hlsl", "osl"};
+    static const std::vector<std::string> names{"glsl", "hlsl", "osl", "cpp"};
     return names;
 }
 
 std::string shader_text(ShaderLanguage language, const FilteredLayer* filtered) {
-    require(filtered == nullptr || language != ShaderLanguage::osl, "shader", "--filtered",
-            "with glsl or hlsl", "osl");
+    require(filtered == nullptr || language < ShaderLanguage::osl, "shader", "--filtered",
+            "with glsl or hlsl", shader_language_names()[static_cast<std::size_t>(language)]);
     const char* const own[] = {glsl, hlsl, osl};
     std::string text;
     for (const char* const part : shader_parts) text += part;
+    if (language == ShaderLanguage::cpp) return cpp_header(text);
     if (language == ShaderLanguage::osl)  // numbers have no suffix there
         text = std::regex_replace(text, std::regex("([0-9])f\\b"), "$1");
     const std::size_t first_blank = text.find("\n\n") + 2;

@@ -410,6 +410,7 @@ bool PackedTable::is_intact() const {
     return TensorFile(contents_->data, contents_->bytes).is_intact();
 }
 
+const char* PackedTable::data() const noexcept { return static_cast<const char*>(contents_->data); }
 std::size_t PackedTable::bytes() const noexcept { return contents_->bytes; }
 
 }  // namespace stratus

@@ -1,4 +1,4 @@
-// Packed tables as shader code: the functions of a lookup in GLSL, HLSL or OSL, one text for all
+// Packed tables as shader code: the functions of a lookup in GLSL, HLSL, OSL or C++, one text for all
 // tables, and the textures that they read.
 //
 // The text is src/shader/*.shader, which is C++ as well, after what is each language's own.
@@ -14,7 +14,7 @@
 
 namespace stratus {
 
-enum class ShaderLanguage { glsl, hlsl, osl };
+enum class ShaderLanguage { glsl, hlsl, osl, cpp };
 
 /// Names of the languages on the command line, and the endings of their files; in the order of
 /// ShaderLanguage.
@@ -48,8 +48,9 @@ struct FilteredLayer {
     double median_error, usual_error, worst_error;
 };
 
-/// The text to include. GLSL: ES 3.00 or 4.50, without a #version. It is the same for all tables, but
-/// for the constants of a filtered layer, which OSL cannot have.
+/// The text to include. GLSL: ES 3.00 or 4.50, without a #version. C++17: a header without dependencies
+/// that reads the table's own file, in place of textures, and refuses a family. It is the same for all
+/// tables, but for the constants of a filtered layer, which GLSL and HLSL alone can have.
 std::string shader_text(ShaderLanguage language, const FilteredLayer* filtered = nullptr);
 
 /// The textures of a table: `stratus_numbers`, floats, and `stratus_functions`, halves or floats.

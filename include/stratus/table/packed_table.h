@@ -132,7 +132,8 @@ class PackedTable {
     /// Cost     of reading all of it, some 2 ms a megabyte.
     bool is_intact() const;
 
-    /// Size of the file.
+    /// The file, and its size.
+    const char* data() const noexcept;
     std::size_t bytes() const noexcept;
 
   private:

@@ -1,0 +1,239 @@
+// The lookup as one C++ header: compiled on its own, in a program that is run.
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/shader/shader.h>
+#include <stratus/table/family_member.h>
+
+#include "kinds.h"
+#include "lookups.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+using test::content, test::differences, test::Differences, test::Light, test::Lookup,
+    test::set_content, test::Kind, test::table_of;
+
+/// The program of lookup_program.cpp, compiled once.
+class LookupHeader : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        folder_ = new test::TemporaryFolder;
+        set_content(*folder_ / "stratus_lookup.h", shader_text(ShaderLanguage::cpp));
+        const std::string path = folder_->path().string(),
+                          command = std::string(STRATUS_CXX_COMPILER) +
+                                    " -std=c++17 -O1 -Wall -Wextra -Wconversion -Werror -I" + path +
+                                    " " STRATUS_LOOKUP_PROGRAM " -o " + path + "/look_up";
+        ASSERT_EQ(std::system(command.c_str()), 0);
+    }
+    static void TearDownTestSuite() { delete folder_; }
+
+    /// What the program finds, or says.
+    template <class Row>
+    static std::vector<Row> found(const std::vector<char>& table,
+                                  const std::vector<Lookup>& lookups,
+                                  const std::string& layer = "") {
+        set_content(*folder_ / "table.stratus", {table.begin(), table.end()});
+        set_content(*folder_ / "rows", {reinterpret_cast<const char*>(lookups.data()),
+                                        lookups.size() * sizeof(Lookup)});
+        const int code = run("table.stratus rows found " + layer);
+        EXPECT_EQ(code, 0) << content(*folder_ / "said");
+        const std::string bytes = content(*folder_ / "found");
+        std::vector<Row> all(bytes.size() / sizeof(Row));
+        std::memcpy(all.data(), bytes.data(), all.size() * sizeof(Row));
+        EXPECT_EQ(all.size(), lookups.size());
+        all.resize(lookups.size());
+        return all;
+    }
+
+    static std::string refusal(const std::string& bytes, const std::string& layer = "") {
+        set_content(*folder_ / "table.stratus", bytes);
+        set_content(*folder_ / "rows", "");
+        EXPECT_EQ(run("table.stratus rows found " + layer), 1 << 8);
+        return content(*folder_ / "said");
+    }
+
+  private:
+    static int run(const std::string& words) {
+        const std::string path = folder_->path().string();
+        return std::system(("cd " + path + " && ./look_up " + words + " > said").c_str());
+    }
+
+    static test::TemporaryFolder* folder_;
+};
+test::TemporaryFolder* LookupHeader::folder_ = nullptr;
+
+struct LayerRow {
+    float r, t, direct, bsdf;
+    Vector wo;
+    float pdf, pdf_again, weight;
+};
+
+std::vector<Kind> readable_kinds() {
+    std::vector<Kind> all = test::kinds();
+    for (Kind stack : test::stacks()) {
+        stack.layers[1].phase_function = PhaseFunction::henyey_greenstein(-0.4);  // a closed form
+        all.push_back(stack);
+    }
+    all.push_back(test::droplets);
+    return all;
+}
+
+TEST_F(LookupHeader, LooksUpAsTheRuntime) {
+    for (const Kind& kind : readable_kinds()) {
+        SCOPED_TRACE(kind.name);
+        const std::vector<char> file = pack(table_of(kind));
+        const PackedTable table(file);
+        std::vector<Lookup> lookups = test::random_lookups(table, 2000);
+        const AxisView &w = table.view().albedo, &tau = table.view().optical_depth;
+        for (std::size_t n = 0; n < 200 && !table.view().is_stack(); ++n) {
+            lookups[n].albedo = static_cast<float>(n % 2 == 0 ? w.highest : w.lowest);
+            if (tau.ends_at_infinity && n % 3 == 0)
+                lookups[n].optical_depth = std::numeric_limits<float>::infinity();
+            if (n % 3 == 1) lookups[n].optical_depth *= 1e-4f;  // thin
+        }
+        const Differences off =
+            differences(found<Light>(file, lookups), by_runtime(table, lookups));
+        EXPECT_LE(off.median, 1e-6);
+        EXPECT_LE(off.worst, std::string(kind.name) == "droplets" ? 1e-3 : 1e-4);
+    }
+}
+
+TEST_F(LookupHeader, LooksUpAMemberOfAFamily) {
+    Kind other = test::kinds()[0];
+    other.phase = "rayleigh";
+    const Table family = mixed(table_of(test::kinds()[0]), table_of(other));
+    const std::vector<char> file = pack(table_at(family, {0.4})), whole = pack(family);
+    const PackedTable table(file);
+    const std::vector<Lookup> lookups = test::random_lookups(table, 500);
+    const Differences off = differences(found<Light>(file, lookups), by_runtime(table, lookups));
+    EXPECT_LE(off.worst, 1e-4);
+    EXPECT_NE(refusal({whole.begin(), whole.end()}).find("features must be of stack and path_law"),
+              std::string::npos);
+}
+
+TEST_F(LookupHeader, GivesNotANumberForOne) {
+    std::vector<Lookup> lookups(5, {0.9f, 1, 0.5f, 0.6f, 1});
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    lookups[0].albedo = lookups[1].optical_depth = lookups[2].mu_in = lookups[3].mu_out =
+        lookups[4].azimuth = nan;
+    for (const std::size_t kind : {std::size_t{0}, std::size_t{4}, std::size_t{5}})
+        for (const Light& light : found<Light>(pack(table_of(test::kinds()[kind])), lookups))
+            for (const float one : light) EXPECT_TRUE(std::isnan(one));
+}
+
+TEST_F(LookupHeader, BindsALayerAndDrawsItsDirections) {
+    for (const Kind& kind : readable_kinds()) {
+        if (kind.narrowed || kind.one_side || std::string(kind.name) == "endless_stack") continue;
+        SCOPED_TRACE(kind.name);
+        const std::vector<char> file = pack(table_of(kind));
+        const PackedTable table(file);
+        const bool one_sided = table.view().is_stack() || table.view().has_lower_boundary();
+        const double tau = table.view().is_stack() ? table.view().optical_depth.lowest : 1,
+                     w = table.view().is_stack() ? table.view().albedo.lowest : 0.7;
+        const std::vector<Lookup> lookups = test::random_lookups(table, 2000);
+        // Directions of one cosine: what they weigh has the mean that the runtime's fluxes have.
+        std::vector<Lookup> alike = lookups;
+        for (Lookup& at : alike) at.mu_in = 0.6f;
+        const std::string layer = "0.4 1 6 0.9 0.7 0.99";
+        for (const LayerRow& row : found<LayerRow>(file, lookups, layer)) {
+            if (!(row.pdf > 0)) continue;
+            EXPECT_NEAR(double{row.pdf_again}, double{row.pdf}, 2e-3 * double{row.pdf});
+            EXPECT_NEAR(double{row.weight} * double{row.pdf},
+                        double{row.bsdf} * std::abs(double{row.wo.z}), 1e-5 * double{row.bsdf});
+        }
+        const std::vector<LayerRow> rows = found<LayerRow>(file, alike, layer);
+        double sum = 0, squares = 0, sphere = 0, sphere_squares = 0;
+        for (std::size_t n = 0; n < rows.size(); ++n) {
+            const LayerRow& row = rows[n];
+            const Lookup& at = alike[n];
+            const Geometry along{double{at.mu_in}, double{at.mu_out}, double{at.azimuth}};
+            const double r = table.reflection(w, tau, along).total(),
+                         t = table.transmission(w, tau, along).total();
+            EXPECT_NEAR(double{row.r}, r, 1e-4 * r + 1e-6);
+            EXPECT_NEAR(double{row.t}, t, 1e-4 * t + 1e-6);
+            EXPECT_NEAR(double{row.direct},
+                        table.view().has_lower_boundary()
+                            ? 0
+                            : direct_transmittance(tau, double{at.mu_out}),
+                        1e-6);
+            sum += double{row.weight};
+            squares += double{row.weight} * double{row.weight};
+            sphere += row.pdf > 0 ? 1 / double{row.pdf} : 0;
+            sphere_squares += row.pdf > 0 ? 1 / (double{row.pdf} * double{row.pdf}) : 0;
+        }
+        const auto expect_mean = [&](double total, double of_squares, double expected) {
+            const double count = static_cast<double>(rows.size()), mean = total / count;
+            const double deviation = std::sqrt((of_squares / count - mean * mean) / count);
+            EXPECT_NEAR(mean, expected, 5 * deviation + 1e-4 * expected);
+        };
+        const RgbBsdf bsdf(RgbSlice(table.view(), {{tau, tau, tau}, {w, w, w}}));
+        const auto shares = bsdf.albedo(0.6f);
+        expect_mean(sum, squares, double{shares.reflected.g} + double{shares.transmitted.g});
+        if (!one_sided && std::string(kind.name) != "droplets")
+            expect_mean(sphere, sphere_squares, 4 * pi);
+    }
+}
+
+TEST_F(LookupHeader, RefusesLayersOutsideTheTable) {
+    const std::vector<char> finite = pack(table_of(test::kinds()[2]));
+    const std::string bytes(finite.begin(), finite.end());
+    EXPECT_NE(refusal(bytes, "1 1 100 1 1 1").find("Layer: optical_depth must be in [0, 8"),
+              std::string::npos);
+    EXPECT_NE(refusal(bytes, "1 1 1 1 1.5 1").find("Layer: albedo must be in ["),
+              std::string::npos);
+    EXPECT_NE(refusal(bytes, "1 1 1 1 nan 1").find("got nan"), std::string::npos);
+    const std::vector<char> narrowed = pack(table_of(test::kinds()[7]));
+    EXPECT_NE(refusal({narrowed.begin(), narrowed.end()}, "1 1 1 1 1 1").find("all directions"),
+              std::string::npos);
+}
+
+TEST_F(LookupHeader, RefusesFilesThatAreNone) {
+    const std::vector<char> packed = pack(table_of(test::kinds()[0]));
+    const std::string file(packed.begin(), packed.end());
+    const auto changed = [&](const std::string& from, const std::string& to) {
+        std::string bytes = file;
+        bytes.replace(bytes.find(from), from.size(), to);
+        return bytes;
+    };
+    const std::pair<std::string, const char*> rows[] = {
+        {"", "the file must be a packed table"},
+        {"\x89HDF\r\n\x1a\n and more bytes of a file that is none", "the file must be a packed"},
+        {file.substr(0, 100), "the file must be a packed table"},
+        {file.substr(0, file.size() - 64), "data_offsets of"},
+        {changed("\"stratus-packed\"", "\"stratus-pocket\""), "format must be stratus-packed"},
+        {changed("\"format_version\":\"6\"", "\"format_version\":\"7\""),
+         "format_version must be 6"},
+        {changed("\"dtype\"", "\"dtpye\""), "of the file must be '['"},
+        {changed("\"F64\"", "\"F65\""), "must be F16, F32, F64 or I32, got F65"},
+        {changed("\"logarithmic\"", "\"lagorithmic\""), "optical_depth_scale must be logarithmic"},
+        {changed("henyey_greenstein:g", "henyey_greenstone:g"), "phase must be given"}};
+    for (const auto& [bytes, sentence] : rows)
+        EXPECT_NE(refusal(bytes).find(sentence), std::string::npos) << refusal(bytes);
+    // Blocks of other layers than those that they serve.
+    const std::size_t at = file.find("\"reflection/blocks\""),
+                      offsets = file.find('[', file.find("data_offsets", at)) + 1;
+    std::uint64_t length = 0;
+    std::memcpy(&length, file.data(), sizeof length);
+    const std::size_t first = 8 + length + std::stoul(file.substr(offsets));
+    for (const std::size_t field : {0, 1, 2, 3, 4, 5}) {
+        std::string bytes = file;
+        const std::int32_t wrong = field == 1 || field == 3 ? 1 : 1000000;
+        std::memcpy(&bytes[first + 4 * field], &wrong, sizeof wrong);
+        EXPECT_NE(refusal(bytes).find("must be one that holds its samples"), std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,4 +1,4 @@
-// Parting the lanes of a register and joining them again.
+// Compress-store and expand-load by mask.
 #pragma once
 
 #include "lanes.h"
@@ -9,7 +9,7 @@ namespace stratus {
 namespace {
 
 #if defined(__AVX2__) && !defined(__AVX512F__)
-/// For each set of lanes: those in it one after the other, and how many of it come before each.
+/// For each mask: the lanes in it, contiguously, and how many of them come before each lane.
 struct LaneOrders {
     std::uint8_t chosen[256][8] = {}, before[256][8] = {};
 
@@ -32,8 +32,9 @@ STRATUS_INLINE __m256i widened(const std::uint8_t (&order)[8]) {
 }
 #endif
 
-/// Some lanes one after the other; what follows them, up to a whole register, may change.
-STRATUS_INLINE void store_some(LookupLanes x, unsigned lanes, float* to) {
+/// Stores the lanes of the mask `lanes` contiguously. Memory after them, up to a whole register, may
+/// change.
+STRATUS_INLINE void compress_store(LookupLanes x, unsigned lanes, float* to) {
 #if defined(__AVX512F__)
     _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(lanes), x.v));
 #elif defined(__AVX2__)
@@ -46,8 +47,8 @@ STRATUS_INLINE void store_some(LookupLanes x, unsigned lanes, float* to) {
 #endif
 }
 
-/// Back from there, with 0 in the other lanes; a whole register is read.
-STRATUS_INLINE LookupLanes load_some(const float* from, unsigned lanes) {
+/// Loads contiguous numbers into the lanes of the mask, 0 into the others. A whole register is read.
+STRATUS_INLINE LookupLanes expand_load(const float* from, unsigned lanes) {
 #if defined(__AVX512F__)
     return LookupLanes(LookupLanes::Floats(
         _mm512_maskz_expand_ps(static_cast<__mmask16>(lanes), _mm512_loadu_ps(from))));

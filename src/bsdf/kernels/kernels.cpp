@@ -345,11 +345,11 @@ void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimu
 /// Appends the paths of some lanes.
 STRATUS_INLINE void append(const LightPathOf<LookupLanes>& path, unsigned lanes, LightPaths& paths,
                            int& count) {
-    store_some(path.mu_in(), lanes, paths.mu_in + count);
-    store_some(path.mu_out(), lanes, paths.mu_out + count);
-    store_some(path.forward(), lanes, paths.forward + count);
-    store_some(path.backward(), lanes, paths.backward + count);
-    store_some(path.half_azimuth, lanes, paths.half_azimuth + count);
+    compress_store(path.mu_in(), lanes, paths.mu_in + count);
+    compress_store(path.mu_out(), lanes, paths.mu_out + count);
+    compress_store(path.forward(), lanes, paths.forward + count);
+    compress_store(path.backward(), lanes, paths.backward + count);
+    compress_store(path.half_azimuth, lanes, paths.half_azimuth + count);
     count += __builtin_popcount(lanes);
 }
 
@@ -389,7 +389,7 @@ void joined(const PartedPaths& parted, const float* reflected, const float* tran
             float* value) {
     for (int i = 0; i < count; i += lane_width) {
         const unsigned lanes = parted.reflected[i / lane_width];
-        const LookupLanes all = (load_some(reflected, lanes) + load_some(transmitted, ~lanes)) *
+        const LookupLanes all = (expand_load(reflected, lanes) + expand_load(transmitted, ~lanes)) *
                                 load<LookupLanes>(parted.factor + i);
         reflected += __builtin_popcount(lanes);
         transmitted += lane_width - __builtin_popcount(lanes);

@@ -1,10 +1,11 @@
 """The documented material of an atlas, rendered by Blender's Cycles on a plane, beside the solver.
 
-    blender --background --python-exit-code 1 --python atlas_in_blender.py -- STRATUS ATLAS_NODES.py
+    blender --background --python-exit-code 1 --python atlas_in_blender.py -- STRATUS STRATUS_ADDON.py
 """
 import csv
 import importlib.util
 import math
+import os
 import pathlib
 import subprocess
 import sys
@@ -14,9 +15,9 @@ import bpy
 import numpy as np
 
 stratus, example = sys.argv[sys.argv.index("--") + 1:]
-specification = importlib.util.spec_from_file_location("atlas_nodes", example)
-atlas_nodes = importlib.util.module_from_spec(specification)
-specification.loader.exec_module(atlas_nodes)
+specification = importlib.util.spec_from_file_location("stratus_addon", example)
+addon = importlib.util.module_from_spec(specification)
+specification.loader.exec_module(addon)
 
 size = 64
 suns = [(0.3, 0.8, 0.5), (0, 0, 1), (0.6, -0.7, 0.3), (-0.5, 0.5, -0.7)]
@@ -83,7 +84,7 @@ def check(name, layers, seen_from_below, folder, median, largest):
     errors = []
     for given in suns:
         sun = np.array(given) / np.linalg.norm(given)
-        met = pixels_of(scene, plane, atlas_nodes.atlas_material(atlas, sun), folder)
+        met = pixels_of(scene, plane, addon.atlas_material(atlas, sun), folder)
         query = folder / "query.csv"
         with open(query, "w", newline="") as file:
             azimuths = [math.degrees(math.atan2(eye[1], eye[0]) - math.atan2(sun[1], sun[0])) - 180 for eye, _ in met]
@@ -93,7 +94,7 @@ def check(name, layers, seen_from_below, folder, median, largest):
         answer = subprocess.run([stratus, "solve", "--layers", lit_side, "--query", query], check=True, capture_output=True, text=True)
         for (_, pixel), solved in zip(met, csv.DictReader(answer.stdout.splitlines())):
             errors.extend(abs(pixel / (abs(sun[2]) * float(solved["reflection" if sun[2] > 0 else "transmission"])) - 1))
-    dark = atlas_nodes.atlas_material(atlas, suns[0], (0, 0, 0))
+    dark = addon.atlas_material(atlas, suns[0], (0, 0, 0))
     depth = sum(layer[2] for layer in layers)
     beam = max(max(abs(pixel - math.exp(-depth / eye[2]))) for eye, pixel in pixels_of(scene, plane, dark, folder, sky=1.0))
     print(f"{name}: {len(errors)} values of pixels: median {np.median(errors):.2g}, largest {max(errors):.2g}; beam within {beam:.2g}")
@@ -119,15 +120,39 @@ with tempfile.TemporaryDirectory() as folder:
     bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, location=(0, 4 * math.sin(tilt), 3 - 4 * math.cos(tilt)))
     bpy.ops.object.shade_smooth()
     scene.camera.data.angle, scene.cycles.samples = math.radians(32), 16
-    material = atlas_nodes.atlas_material(str(folder / "ground.exr"), (1, 0, 0))
+    material = addon.atlas_material(str(folder / "ground.exr"), (1, 0, 0))
     pixels = picture_of(scene, bpy.context.object, material, folder)
     if pixels[:, :size // 2 - 4].max() > 0 or pixels[size // 2, size * 3 // 4].min() < 0.1:
         sys.exit("a ball must be lit on the side of the sun alone")
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    atlas_nodes.atlas_material(atlas)
+    addon.atlas_material(atlas)
     saved = str(folder / "saved.blend")
     bpy.ops.wm.save_as_mainfile(filepath=saved)
     bpy.ops.wm.open_mainfile(filepath=saved)
     if "stack_from_below" not in bpy.data.materials:
         sys.exit("a material that no object has is not saved")
+
+    # The menu entry, on a stack and on a table, with the program from the PATH.
+    os.environ["PATH"] = str(pathlib.Path(stratus).parent) + os.pathsep + os.environ["PATH"]
+    (folder / "rings.toml").write_text('phase_function = "isotropic"\ntolerance = 0.02\n'
+                                       'optical_depth = { min = 0.1, max = 2 }\nalbedo = { min = 0.5, max = 1 }\n')
+    subprocess.run([stratus, "bake", folder / "rings.toml", "-o", folder / "rings.stratus", "--quiet"], check=True)
+    addon.register()
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_plane_add()
+    for name in ("ground.toml", "rings.stratus"):
+        done = bpy.ops.import_scene.stratus_material(filepath=str(folder / name), optical_depth="0.5,1,2", albedo="0.9", sun=(0, 2, 0))
+        material = bpy.context.object.data.materials[-1]
+        if done != {"FINISHED"} or material.name != name.split(".")[0]:
+            sys.exit(f"{name} was not imported")
+    if not all(image.packed_file for image in bpy.data.images if image.name.endswith(".exr")):
+        sys.exit("the pictures of materials must be kept in the scene")
+    for refused in ({"albedo": "2"}, {"sun": (0, 0, 0)}):
+        try:
+            bpy.ops.import_scene.stratus_material(filepath=str(folder / "rings.stratus"), **refused)
+            sys.exit(f"{refused} must be refused")
+        except RuntimeError as told:
+            if "must be" not in str(told):
+                raise
+    addon.unregister()

@@ -13,7 +13,7 @@ from mathutils import Vector
 
 folder = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(folder))
-from atlas_nodes import atlas_material
+from stratus_addon import atlas_material
 
 bpy.ops.wm.read_factory_settings(use_empty=True)
 scene = bpy.context.scene

@@ -1,17 +1,34 @@
-"""A Blender material from an atlas of `stratus export ... --format exr-atlas`, by shader nodes alone, for Cycles and Eevee.
+"""A Blender add-on: materials of layers that scatter, by shader nodes alone, for Cycles and Eevee.
 
-    blender scene.blend --python atlas_nodes.py -- rings.exr
+Edit > Preferences > Add-ons > Install takes this file, and has the place of the `stratus` program. File > Import > Stratus material
+takes a table (.stratus) with an optical depth and an albedo, a stack (.toml), or an atlas of `stratus export ... --format exr-atlas`
+(.exr, its .json beside it), and gives the material to the active object. Without an interface:
 
-adds the material `rings` (rings.json must lie beside the picture), which is saved with the scene before any object has it. It shows
-the light of one sun, whose direction and irradiance are values of the node group: pi makes a white Lambert surface 1. The sun casts no
-shadow on it. What is behind shines through with exp(-tau / mu_out). A stack's first layer is on the side of the face's normal.
+    blender scene.blend --python stratus_addon.py -- rings.exr
+
+adds the material `rings`, which is saved with the scene before any object has it. It shows the light of one sun, whose direction and
+irradiance are values of the node group: pi makes a white Lambert surface 1. The sun casts no shadow on it. What is behind shines
+through with exp(-tau / mu_out). A stack's first layer is on the side of the face's normal.
 """
 import json
 import math
 import pathlib
+import shutil
+import subprocess
 import sys
+import tempfile
 
 import bpy
+from bpy_extras.io_utils import ImportHelper
+
+bl_info = {
+    "name": "Stratus materials",
+    "description": "Clouds, rings, haze and dust by tables of multiple scattering",
+    "blender": (3, 4, 0),
+    "version": (0, 1, 0),
+    "location": "File > Import > Stratus material",
+    "category": "Material",
+}
 
 
 class Nodes:
@@ -59,6 +76,7 @@ def atlas_group(picture):
     transmits = "transmission" in layout["rows"]
     image = bpy.data.images.load(picture)
     image.colorspace_settings.name = "Non-Color"
+    image.pack()  # kept in the .blend
 
     tree = bpy.data.node_groups.new(pathlib.Path(picture).stem, "ShaderNodeTree")
     add_socket(tree, "Sun", "NodeSocketVector")
@@ -136,9 +154,78 @@ def atlas_material(picture, sun=(0, 0, 1), irradiance=(math.pi, math.pi, math.pi
     return material
 
 
+def exported_atlas(source, optical_depth, albedo, program, folder):
+    """Path of the atlas that `stratus export` writes of a table or a stack into a folder; ValueError with what it refuses."""
+    atlas = pathlib.Path(folder) / (pathlib.Path(source).stem + ".exr")
+    layer = [] if source.endswith(".toml") else ["--optical-depth", optical_depth, "--albedo", albedo]
+    done = subprocess.run([program, "export", source, *layer, "--format", "exr-atlas", "-o", str(atlas)],
+                          capture_output=True, text=True)
+    if done.returncode:
+        raise ValueError(done.stderr.strip())
+    return str(atlas)
+
+
+class StratusPreferences(bpy.types.AddonPreferences):
+    bl_idname = __name__
+
+    program: bpy.props.StringProperty(name="stratus", description="The program, where it is not on the PATH", subtype="FILE_PATH")
+
+    def draw(self, _context):
+        self.layout.prop(self, "program")
+
+
+class ImportStratusMaterial(bpy.types.Operator, ImportHelper):
+    """Make a material of a table, a stack or an atlas of Stratus"""
+
+    bl_idname = "import_scene.stratus_material"
+    bl_label = "Import Stratus material"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filter_glob: bpy.props.StringProperty(default="*.stratus;*.toml;*.exr", options={"HIDDEN"})
+    optical_depth: bpy.props.StringProperty(name="Optical depth", default="1", description="Of a table: one, or three with commas")
+    albedo: bpy.props.StringProperty(name="Albedo", default="0.95", description="Of a table: one, or three with commas")
+    sun: bpy.props.FloatVectorProperty(name="Sun", default=(0, 0, 1), subtype="XYZ", description="Direction towards it")
+    irradiance: bpy.props.FloatVectorProperty(name="Irradiance", default=(math.pi,) * 3, min=0, description="Across the beam")
+
+    def execute(self, context):
+        added = context.preferences.addons.get(__name__)
+        program = (added and bpy.path.abspath(added.preferences.program)) or shutil.which("stratus") or "stratus"
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                atlas = self.filepath
+                if not atlas.endswith(".exr"):
+                    atlas = exported_atlas(atlas, self.optical_depth, self.albedo, program, folder)
+                length = math.hypot(*self.sun)
+                if not length > 0:
+                    raise ValueError("Sun must be a direction, got (0, 0, 0)")
+                material = atlas_material(atlas, [x / length for x in self.sun], self.irradiance)
+        except (OSError, RuntimeError, ValueError, KeyError) as problem:
+            self.report({"ERROR"}, str(problem))
+            return {"CANCELLED"}
+        if context.object is not None and hasattr(context.object.data, "materials"):
+            context.object.data.materials.append(material)
+        return {"FINISHED"}
+
+
+def menu_entry(menu, _context):
+    menu.layout.operator(ImportStratusMaterial.bl_idname, text="Stratus material (.stratus, .toml, .exr)")
+
+
+def register():
+    bpy.utils.register_class(StratusPreferences)
+    bpy.utils.register_class(ImportStratusMaterial)
+    bpy.types.TOPBAR_MT_file_import.append(menu_entry)
+
+
+def unregister():
+    bpy.types.TOPBAR_MT_file_import.remove(menu_entry)
+    bpy.utils.unregister_class(ImportStratusMaterial)
+    bpy.utils.unregister_class(StratusPreferences)
+
+
 if __name__ == "__main__":
     try:
         for picture in sys.argv[sys.argv.index("--") + 1:]:
             atlas_material(picture)
     except (OSError, RuntimeError, ValueError, KeyError) as problem:
-        sys.exit(f"atlas_nodes.py: must be given atlases of `stratus export` after --, each with its .json beside it: {problem}")
+        sys.exit(f"stratus_addon.py: must be given atlases of `stratus export` after --, each with its .json beside it: {problem}")

@@ -39,6 +39,13 @@ expect_refused 2 "--at g" "[0.3, 0.6]" "got 0.9" -- shader family.h5 --at g=0.9 
 expect_ok shader family.h5 --at g=0.4 --language glsl -o family --quiet
 expect_refused 1 absent.stratus -- shader absent.stratus --language glsl -o new
 
+# C++: one header, and the table
+expect_ok shader full.stratus --language cpp -o cpp --quiet
+expect_same cpp/table.stratus full.stratus
+expect_ok shader mixed.h5 --at mixture=0.4 --language cpp -o member --quiet
+grep -q family member/table.stratus && fail "a member is no family"
+expect_refused 2 "left out for cpp" -- shader full.stratus --language cpp --optical-depth 1 --albedo 0.9 -o new
+
 # compiled: expect_compiled ARGS..., of glslangValidator
 command -v glslangValidator >/dev/null || fail "glslangValidator is needed: Debian's package glslang-tools"
 expect_compiled() {

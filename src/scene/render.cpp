@@ -146,6 +146,21 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     return image;
 }
 
+Image render(const SceneFile& file, std::span<const std::shared_ptr<const LayerTables>> tables,
+             const RenderOptions& options) {
+    const double panels = static_cast<double>(file.panels.size());
+    std::vector<Image> pictures;
+    for (std::size_t k = 0; k < file.panels.size(); ++k) {
+        const LayerLight light(file.panels[k], tables[k].get(), options.threads);
+        RenderOptions own = options;
+        own.progress = [&](double done, const std::string& stage) {
+            if (options.progress) options.progress((static_cast<double>(k) + done) / panels, stage);
+        };
+        pictures.push_back(render(file.panels[k], light, own));
+    }
+    return side_by_side(pictures, file.columns);
+}
+
 Image side_by_side(const std::vector<Image>& pictures, int columns) {
     const int count = static_cast<int>(pictures.size());
     const int across = std::min(columns, count), rows = (count + across - 1) / across;

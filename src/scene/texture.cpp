@@ -119,7 +119,7 @@ double DepthMap::at(const SurfacePoint& point) const noexcept {
     switch (pattern) {
         case Pattern::plain: break;
         case Pattern::clouds: {
-            const double height = noise(scale * point.position, seed) -
+            const double height = noise(scale * (point.position - offset), seed) -
                                   noise_level(1 - std::clamp(coverage, 0.0, 1.0));
             const double risen = std::clamp(height, 0.0, 1.0);  // 1: three widths above the mean
             return max * risen * risen * (3 - 2 * risen);

@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,10 @@ struct RenderOptions {
 
 /// The whole picture.
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options = {});
+
+/// The panels of a file, each in the light of its tables (layer_tables.h), side by side.
+Image render(const SceneFile& file, std::span<const std::shared_ptr<const LayerTables>> tables,
+             const RenderOptions& options = {});
 
 /// Pictures of one size side by side, row after row of `columns`.
 Image side_by_side(const std::vector<Image>& pictures, int columns);

@@ -64,6 +64,7 @@ struct DepthMap {
     double max = 0;  // plain: everywhere
     double scale = 1, coverage = 0.5;
     unsigned seed = 1;
+    Vector3 offset{0, 0, 0};  // by which clouds have drifted
     std::shared_ptr<const Image> image;
 
     double at(const SurfacePoint& point) const noexcept;

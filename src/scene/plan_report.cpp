@@ -499,10 +499,10 @@ void add_ray_costs(const Scene& scene, const LayerTables* tables, TimedLights& l
     const int rows = std::clamp(static_cast<int>(timed_rays * scene.height / rays_of(scene)),
                                 std::min(min_timed_rows, scene.height), scene.height);
     few.row_step = std::max(1, scene.height / rows);
-    const int rendered = (scene.height - 1 - few.row_step / 2) / few.row_step + 1;
     const double started = processor_seconds();
     render(scene, *timed.light, few);
-    cost.ray_seconds += (processor_seconds() - started) * scene.height / rendered;
+    cost.ray_seconds +=
+        (processor_seconds() - started) * samples_of(scene) / samples_of(scene, few.row_step);
 }
 
 }  // namespace

@@ -39,6 +39,10 @@ struct RenderOptions {
     std::function<void(double done, const std::string& stage)> progress;
 };
 
+/// Rays and suns that are seen together in one row of so many: samples squared a pixel, a sun or several
+/// each, and more where a pixel covers many waves of clouds or of a surface.
+double samples_of(const Scene& scene, int row_step = 1);
+
 /// The whole picture.
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options = {});
 

@@ -168,10 +168,11 @@ void print_plan(const PlanReport& report) {
     for (const OrderReport& orders : report.orders) print_orders(orders);
 }
 
-void print_cost(const FileReport& report, double reading, int threads, double planning,
+void print_cost(const FileReport& report, int frames, double reading, int threads, double planning,
                 double planning_processor) {
     const TableCost& tables = report.cost.tables;
-    const double seconds = reading + report.cost.seconds();
+    const double seconds = reading + report.cost.seconds(),
+                 next = report.cost.light_seconds + report.cost.ray_seconds;
     std::cout << text(
         "\nrender takes about %.2f s of processor time, %.2f s on %d thread%s: reading %.2f, "
         "choosing %.2f, solving %.2f, checking %.2f, packing tables %.2f, preparing light %.2f, "
@@ -179,6 +180,12 @@ void print_cost(const FileReport& report, double reading, int threads, double pl
         seconds, reading + report.cost.seconds() / threads, threads, threads == 1 ? "" : "s",
         reading, tables.choose_seconds, tables.solve_seconds, tables.check_seconds,
         tables.pack_seconds, report.cost.light_seconds, report.cost.ray_seconds);
+    if (frames > 1)
+        std::cout << text(
+            "that is the first frame, of which all is told above; tables serve all %d, each "
+            "further one "
+            "takes about %.2f s of processor time if it is alike, all together %.2f s\n",
+            frames, next, seconds + (frames - 1) * next);
     std::cout << text("planning took %.2f s, %.2f s of processor time", planning,
                       planning_processor)
               << (report.kept_seconds > 0
@@ -188,7 +195,7 @@ void print_cost(const FileReport& report, double reading, int threads, double pl
               << "\n";
 }
 
-/// A recipe of a table that serves a light path of all panels, and the name of its file's ending:
+/// A recipe of a table that serves a light path of all panels and frames, and the name of its file's ending:
 /// "", "_shine", "_red", "_shine_red".
 struct PlannedRecipe {
     Recipe recipe;
@@ -196,13 +203,14 @@ struct PlannedRecipe {
 };
 
 /// One for each light path, or for each and red, green and blue.
-std::vector<PlannedRecipe> planned_recipes(const SceneFile& file,
+std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
                                            const std::vector<PlanReport>& reports) {
     constexpr const char* colours[] = {"_red", "_green", "_blue"};
     std::map<std::pair<std::size_t, LightPath>, PlannedRecipe> all;
-    for (std::size_t k = 0; k < reports.size(); ++k) {
-        Scene scene = file.panels[k];
-        scene.effects = reports[k].plan.effects;
+    const std::vector<Scene> scenes = scenes_of(film);
+    for (std::size_t k = 0; k < scenes.size(); ++k) {
+        Scene scene = scenes[k];
+        leave_out(reports[k % reports.size()].plan, scene);
         const std::vector<Scene> channels = channel_scenes(scene);
         for (std::size_t c = 0; c < channels.size(); ++c)
             for (const auto& [path, own] : needed_recipes(channels[c])) {
@@ -249,23 +257,27 @@ void run_plan(const PlanCommand& command) {
     std::vector<std::string> notes;
     const auto start = Clock::now();
     const double started = processor_seconds();
-    SceneFile file = read_scene(command.scene, &notes);
+    std::vector<SceneFile> film = read_film(command.scene, &notes);
+    const SceneFile& file = film[0];
     const double reading = processor_seconds() - started;
     for (const std::string& note : notes) progress.note("note: " + note);
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
-    for (Scene& scene : file.panels) {
-        if (command.tolerance > 0) scene.tolerance = command.tolerance;
-        drop_effects(command.drop, scene);
-        set_width(command.width, scene);
-    }
+    for (SceneFile& frame : film)
+        for (Scene& scene : frame.panels) {
+            if (command.tolerance > 0) scene.tolerance = command.tolerance;
+            drop_effects(command.drop, scene);
+            set_width(command.width, scene);
+        }
+    const std::vector<Scene> later = scenes_of({film.begin() + 1, film.end()});
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
     std::optional<TableCache> cache = open_cache(command.cache);
-    const FileReport report = report_plans(file.panels, options, cache ? &*cache : nullptr,
-                                           command.picture.empty() ? few_pixels : shown_pixels);
+    const FileReport report =
+        report_plans(file.panels, options, cache ? &*cache : nullptr,
+                     command.picture.empty() ? few_pixels : shown_pixels, later);
     if (!command.picture.empty()) write_change_picture(file, report.scenes, command.picture);
     const std::vector<PlanReport>& reports = report.scenes;
     print_answers(file, reports);
@@ -275,9 +287,9 @@ void run_plan(const PlanCommand& command) {
         print_contents(file.panels[k]);
         print_plan(reports[k]);
     }
-    print_cost(report, reading, thread_count(command.threads), seconds_since(start),
+    print_cost(report, file.frames, reading, thread_count(command.threads), seconds_since(start),
                processor_seconds() - started);
-    const std::vector<PlannedRecipe> recipes = planned_recipes(file, reports);
+    const std::vector<PlannedRecipe> recipes = planned_recipes(film, reports);
     if (recipes.empty()) {
         std::cout << "\nNo table is needed: single scattering has a closed form.\n";
         if (!command.recipe.empty())

@@ -18,14 +18,17 @@
 #include "table_option.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -35,20 +38,61 @@ namespace {
 struct RenderCommand {
     std::string scene;
     std::vector<std::string> tables, outputs;
-    std::string effects, drop;
+    std::string effects, drop, frames;
     CacheOptions cache;
     int width = 0, threads = 0;
     bool quiet = false;
     ReadOptions reading;
 };
 
-void check_outputs(const RenderCommand& command) {
-    for (const std::string& output : command.outputs) {
-        require_writable("render", "--output", output, {".png", ".exr", ".svg"});
-        require_different_files("render", command.scene, output);
-        for (const std::string& table : command.tables)
-            require_different_files("render", table, output);
+/// Frames to render: A:B, both included, or the first of a film without --frames.
+struct FrameRange {
+    int first = 0, last = 0;
+};
+
+FrameRange read_frames(const std::string& text, int count) {
+    FrameRange range;
+    if (text.empty()) return range;
+    const char* const end = text.data() + text.size();
+    const auto [colon, first_error] = std::from_chars(text.data(), end, range.first);
+    const auto [rest, error] = std::from_chars(std::min(colon + 1, end), end, range.last);
+    const bool read = first_error == std::errc() && colon != end && *colon == ':' &&
+                      error == std::errc() && rest == end;
+    require(read && 0 <= range.first && range.first <= range.last && range.last < count, "render",
+            "--frames", "A:B, frames from A to B within 0:" + std::to_string(count - 1), text);
+    return range;
+}
+
+/// The file of a frame, whose number stands in place of %d or %04d.
+std::string name_of_frame(const std::string& pattern, int frame) {
+    const std::size_t begin = pattern.find('%');
+    std::size_t end = begin == pattern.npos ? begin : begin + 1;
+    std::size_t digits = 0;
+    if (end < pattern.size() && pattern[end] == '0') {
+        digits = end + 1 < pattern.size() ? static_cast<std::size_t>(pattern[end + 1] - '0') : 0;
+        end += 2;
     }
+    require(end < pattern.size() && pattern[end] == 'd' && digits < 10 &&
+                pattern.find('%', end) == pattern.npos,
+            "render", "--output", "a name with one %d, or %04d, where --frames is given", pattern);
+    const std::string number = std::to_string(frame);
+    return pattern.substr(0, begin) + std::string(digits - std::min(digits, number.size()), '0') +
+           number + pattern.substr(end + 1);
+}
+
+std::string output_of(const RenderCommand& command, const std::string& output, int frame) {
+    return command.frames.empty() ? output : name_of_frame(output, frame);
+}
+
+void check_outputs(const RenderCommand& command, const FrameRange& frames) {
+    for (const std::string& each : command.outputs)
+        for (int frame = frames.first; frame <= frames.last; ++frame) {
+            const std::string output = output_of(command, each, frame);
+            require_writable("render", "--output", output, {".png", ".exr", ".svg"});
+            require_different_files("render", command.scene, output);
+            for (const std::string& table : command.tables)
+                require_different_files("render", table, output);
+        }
 }
 
 void require_ending(const std::string& output, bool svg) {
@@ -117,16 +161,14 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
     });
 }
 
-/// Switches off in every panel what its plan leaves out.
-void follow_plans(SceneFile& file, Progress& progress) {
-    for (std::size_t k = 0; k < file.panels.size(); ++k) {
-        const Plan plan = plan_scene(file.panels[k]);
-        file.panels[k].effects = plan.effects;
-        for (const LeftOut& effect : plan.left_out)
-            progress.note("plan: " + panel_name(file, k) + ": without " + effect.name +
+/// Leaves out what the plans do, and says so.
+void leave_out_by_plans(std::vector<SceneFile>& film, Progress& progress) {
+    const std::vector<Plan> plans = follow_plans(film);
+    for (std::size_t k = 0; k < plans.size(); ++k)
+        for (const LeftOut& effect : plans[k].left_out)
+            progress.note("plan: " + panel_name(film[0], k) + ": without " + effect.name +
                           ", which changes about " + short_number(effect.change.change, 2) +
                           " of any light at most, by an estimate");
-    }
 }
 
 /// Tells of a picture without light, and of a PNG that cannot show most of it.
@@ -152,40 +194,49 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
             ", and clipped; the brightest has " + short_number(brightest, 3));
 }
 
-void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progress) {
-    for (Scene& scene : file.panels) {
-        if (!command.effects.empty()) scene.effects = parse_scene_effects(split(command.effects));
-        drop_effects(command.drop, scene);
-        set_width(command.width, scene);
-    }
+/// Renders frames of a film, or a picture, with tables that serve every frame: each is the same whichever
+/// others are rendered.
+void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
+                  const FrameRange& frames, Progress& progress) {
+    for (SceneFile& file : film)
+        for (Scene& scene : file.panels) {
+            if (!command.effects.empty())
+                scene.effects = parse_scene_effects(split(command.effects));
+            drop_effects(command.drop, scene);
+            set_width(command.width, scene);
+        }
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
-    if (command.effects.empty() && command.tables.empty()) follow_plans(file, progress);
-    const auto tables = tables_for(command, file.panels, progress);
+    if (command.effects.empty() && command.tables.empty()) leave_out_by_plans(film, progress);
+    const auto tables = tables_for(command, scenes_of(film), progress);
     const double baked = seconds_since(started);
-    std::vector<Image> pictures;
-    for (std::size_t k = 0; k < file.panels.size(); ++k) {
-        const LayerLight light(file.panels[k], tables[k].get(), command.threads);
+    const int count = frames.last - frames.first + 1;
+    for (int k = frames.first; k <= frames.last; ++k) {
+        const SceneFile& file = film[static_cast<std::size_t>(k)];
+        const std::size_t panels = file.panels.size();
         RenderOptions options;
         options.threads = command.threads;
         options.progress = [&](double done, const std::string& stage) {
-            progress.show((static_cast<double>(k) + done) / static_cast<double>(file.panels.size()),
-                          stage);
+            progress.show((k - frames.first + done) / count, stage);
         };
-        pictures.push_back(render(file.panels[k], light, options));
+        const Image image = render(
+            file, std::span(tables).subspan(static_cast<std::size_t>(k) * panels, panels), options);
+        for (const std::string& output : command.outputs)
+            write_picture(file, image, output_of(command, output, k));
+        if (k == frames.first) note_exposure(command, image, file.panels[0].white, progress);
+        if (k < frames.last) continue;
+        char line[160];
+        std::snprintf(line, sizeof line, "%s%d x %d pixels; tables %.2f s, all %.2f s",
+                      count > 1 ? (std::to_string(count) + " frames of ").c_str() : "", image.width,
+                      image.height, baked, seconds_since(started));
+        progress.note(line);
     }
-    const Image image = side_by_side(pictures, file.columns);
-    for (const std::string& output : command.outputs) write_picture(file, image, output);
-    note_exposure(command, image, file.panels[0].white, progress);
-    char line[160];
-    std::snprintf(line, sizeof line, "%d x %d pixels; tables %.2f s, all %.2f s", image.width,
-                  image.height, baked, seconds_since(started));
-    progress.note(line);
 }
 
 void run_figure(const RenderCommand& command, const SceneFile& file, Progress& progress) {
     for (const auto& [option, given] :
-         {std::pair("--table", !command.tables.empty()),
+         {std::pair("--frames", !command.frames.empty()),
+          std::pair("--table", !command.tables.empty()),
           std::pair("--effects", !command.effects.empty()),
           std::pair("--drop", !command.drop.empty()), std::pair("--width", command.width != 0)})
         if (given)
@@ -218,17 +269,20 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
 }
 
 void run_render(const RenderCommand& command) {
-    check_outputs(command);
+    if (command.frames.empty()) check_outputs(command, {});
     std::vector<std::string> notes;
-    SceneFile file = read_scene(command.scene, &notes);
-    for (const std::string& output : command.outputs)
-        require_ending(output, file.figure.has_value());
+    std::vector<SceneFile> film = read_film(command.scene, &notes);
+    const bool is_figure = film[0].figure.has_value();
+    for (const std::string& output : command.outputs) require_ending(output, is_figure);
     Progress progress(command.quiet);
     for (const std::string& note : notes) progress.note("note: " + note);
-    if (file.figure)
-        run_figure(command, file, progress);
-    else
-        run_pictures(command, file, progress);
+    if (is_figure) return run_figure(command, film[0], progress);
+    const FrameRange frames = read_frames(command.frames, film[0].frames);
+    if (command.frames.empty() && film.size() > 1)
+        progress.note("note: this is frame 0 of " + std::to_string(film.size()) +
+                      "; --frames renders others");
+    check_outputs(command, frames);
+    run_pictures(command, film, frames, progress);
 }
 
 }  // namespace
@@ -252,6 +306,12 @@ void add_render(CLI::App& app) {
             "fewer that serve several")
         ->allow_extra_args(false)
         ->check(file_name());
+    render
+        ->add_option(
+            "--frames", command->frames,
+            "Frames A to B of the scene's [animation], as A:B; the output's name has their "
+            "number in place of %d, or %04d. Default: the first alone")
+        ->check(file_name());
     add_max_memory(*render, command->reading);
     std::string names;
     for (const auto& effect : scene_effects()) names += std::string(", ") + effect.first;
@@ -274,7 +334,7 @@ void add_render(CLI::App& app) {
         "or the scene names it; `stratus plan` tells more. Tables are kept for the next picture in "
         "$STRATUS_CACHE, $XDG_CACHE_HOME/stratus or ~/.cache/stratus.\n"
         "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "
-        "--width 512");
+        "--width 512\n  stratus render film.toml --frames 0:99 -o frame_%04d.png");
     render->callback([command] { run_render(*command); });
 }
 

@@ -50,13 +50,6 @@ void drop_effects(const std::string& names, Scene& scene) {
     for (const std::string& name : split(names)) scene.effects.*scene_effect(name) = false;
 }
 
-void set_width(int width, Scene& scene) {
-    if (width == 0) return;
-    scene.height = std::max(
-        1, static_cast<int>(std::lround(static_cast<double>(scene.height) * width / scene.width)));
-    scene.width = width;
-}
-
 std::string panel_name(const SceneFile& file, std::size_t panel) {
     const std::string& title = file.panels[panel].title;
     if (!title.empty()) return shown(title);

@@ -16,7 +16,7 @@ namespace stratus {
 
 struct CacheOptions {
     bool off = false;
-    std::uintmax_t limit = std::uintmax_t{2} << 30;
+    std::uintmax_t limit = default_cache_limit;
 };
 
 /// Names in a comma-separated list.
@@ -28,9 +28,6 @@ void add_cache(CLI::App& command, CacheOptions& options);
 
 /// Switches effects off, whether or not the scene names them.
 void drop_effects(const std::string& names, Scene& scene);
-
-/// Makes a picture so wide, in the same shape; 0: as it is.
-void set_width(int width, Scene& scene);
 
 /// Returns the name that messages give a panel: its title, or its number.
 std::string panel_name(const SceneFile& file, std::size_t panel);

@@ -1,10 +1,20 @@
-// Plans of scenes.
+// Scenes: plans and pictures.
+#include <stratus/bake/work_log.h>
+#include <stratus/io/table_file.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>
+#include <stratus/scene/render.h>
 #include <stratus/scene/scene.h>
 
 #include "long_work.h"
 #include "module.h"
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace stratus::python {
 namespace {
@@ -89,8 +99,60 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
     return py::make_tuple(plans, seconds, notes);
 }
 
+PackedTable packed_table(const std::string& path) {
+    if (std::filesystem::path(path).extension() == ".stratus") return PackedTable(path);
+    return PackedTable(pack(read_table(path)));
+}
+
+/// The radiance of one frame, height x width x 3, and notes.
+py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
+                       const std::vector<std::string>& effects,
+                       const std::vector<std::string>& drop, int width,
+                       const std::vector<std::string>& table_paths, bool cached, int threads,
+                       const py::object& progress) {
+    std::vector<std::string> notes;
+    std::vector<SceneFile> film =
+        is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
+    require(!film[0].figure, "render", "scene", "a picture", "a figure");
+    require(frame >= 0 && frame < film[0].frames, "render", "frame",
+            "in [0, " + std::to_string(film[0].frames - 1) + "]", frame);
+    require(width >= 0 && width <= 16384, "render", "width", "in [1, 16384]", width);
+    for (SceneFile& file : film)
+        for (Scene& scene : file.panels) {
+            if (!effects.empty()) scene.effects = parse_scene_effects(effects);
+            for (const std::string& name : drop) scene.effects.*scene_effect(name) = false;
+            set_width(width, scene);
+        }
+    const Image image = run_long(threads, py::none(), progress, [&](const BakeOptions& options) {
+        if (effects.empty() && table_paths.empty()) follow_plans(film);
+        std::vector<PackedTable> given;
+        for (const std::string& path : table_paths) given.push_back(packed_table(path));
+        std::optional<TableCache> cache;
+        if (cached && !default_cache_folder().empty())
+            cache.emplace(default_cache_folder(), default_cache_limit);
+        const std::vector<Scene> scenes = scenes_of(film);
+        const auto tables = given.empty() ? bake_for(scenes, options, cache ? &*cache : nullptr)
+                                          : adopt_tables(scenes, std::move(given));
+        const SceneFile& file = film[static_cast<std::size_t>(frame)];
+        RenderOptions rendering;
+        rendering.threads = options.threads;
+        rendering.progress = [&](double done, const std::string& stage) {
+            if (options.log.stop()) throw WorkStopped();
+            options.progress(done, stage);
+        };
+        const std::size_t panels = file.panels.size();
+        return render(file,
+                      std::span(tables).subspan(static_cast<std::size_t>(frame) * panels, panels),
+                      rendering);
+    });
+    return py::make_tuple(array_of(image.rgb), image.height, image.width, notes);
+}
+
 }  // namespace
 
-void add_scene(py::module_& module) { module.def("plan", plan); }
+void add_scene(py::module_& module) {
+    module.def("plan", plan);
+    module.def("render", render_frame);
+}
 
 }  // namespace stratus::python

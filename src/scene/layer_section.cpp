@@ -48,6 +48,7 @@ DepthMap read_depth(const Section& section_of_layer, const Source& source, Scene
     map.scale = section.number("scale");
     map.coverage = section.number("coverage");
     map.seed = read_seed(section);
+    map.offset = read_vector(section, "offset");
     return map;
 }
 

@@ -42,4 +42,35 @@ Plan plan_scene(const Scene& scene) {
     return plan;
 }
 
+void leave_out(const Plan& plan, Scene& scene) {
+    for (const LeftOut& effect : plan.left_out) scene.effects.*scene_effect(effect.name) = false;
+}
+
+Plan plan_frames(const std::vector<const Scene*>& frames) {
+    Plan plan = plan_scene(*frames[0]);
+    for (std::size_t k = 1; k < frames.size() && !plan.left_out.empty(); ++k) {
+        const std::vector<LeftOut> other = plan_scene(*frames[k]).left_out;
+        std::erase_if(plan.left_out, [&](LeftOut& effect) {
+            const auto same = std::ranges::find(other, effect.name, &LeftOut::name);
+            if (same != other.end()) join(effect.change, same->change);
+            return same == other.end();
+        });
+    }
+    Scene first = *frames[0];
+    leave_out(plan, first);
+    plan.effects = first.effects;
+    return plan;
+}
+
+std::vector<Plan> follow_plans(std::vector<SceneFile>& film) {
+    std::vector<Plan> plans;
+    for (std::size_t k = 0; k < film[0].panels.size(); ++k) {
+        std::vector<const Scene*> frames;
+        for (const SceneFile& frame : film) frames.push_back(&frame.panels[k]);
+        plans.push_back(plan_frames(frames));
+        for (SceneFile& frame : film) leave_out(plans.back(), frame.panels[k]);
+    }
+    return plans;
+}
+
 }  // namespace stratus

@@ -499,26 +499,31 @@ void add_ray_costs(const Scene& scene, const LayerTables* tables, TimedLights& l
     const int rows = std::clamp(static_cast<int>(timed_rays * scene.height / rays_of(scene)),
                                 std::min(min_timed_rows, scene.height), scene.height);
     few.row_step = std::max(1, scene.height / rows);
-    const int rendered = (scene.height - 1 - few.row_step / 2) / few.row_step + 1;
     const double started = processor_seconds();
     render(scene, *timed.light, few);
-    cost.ray_seconds += (processor_seconds() - started) * scene.height / rendered;
+    cost.ray_seconds +=
+        (processor_seconds() - started) * samples_of(scene) / samples_of(scene, few.row_step);
 }
 
 }  // namespace
 
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
-                        TableCache* cache, double pixels) {
+                        TableCache* cache, double pixels, const std::vector<Scene>& later) {
     FileReport file;
     std::vector<SparsePictures> pictures;
     std::vector<Scene> planned, to_bake;
     for (const Scene& scene : scenes) {
         PlanReport& report = file.scenes.emplace_back();
-        report.plan = plan_scene(scene);
+        std::vector<const Scene*> frames{&scene};
+        for (std::size_t k = file.scenes.size() - 1; k < later.size(); k += scenes.size())
+            frames.push_back(&later[k]);
+        report.plan = plan_frames(frames);
         planned.push_back(with_effects(scene, report.plan.effects));
         pictures.emplace_back(scene, pixels);
         for (Scene& each : pictures.back().to_bake()) to_bake.push_back(std::move(each));
     }
+    for (std::size_t k = 0; k < later.size(); ++k)
+        leave_out(file.scenes[k % scenes.size()].plan, planned.emplace_back(later[k]));
     std::vector<ForecastTable> forecast;
     for (const SharedRecipe& shared : shared_recipes(channel_scenes(planned))) {
         forecast.push_back(forecast_table(shared, options, cache));

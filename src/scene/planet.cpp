@@ -1,7 +1,10 @@
+#include "ring_footprint.h"
 #include "subjects.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace stratus {
 namespace {
@@ -32,6 +35,21 @@ double distance_to_globe(const Ray& ray, double flattening) noexcept {
 Vector3 globe_normal(const Vector3& point, double flattening) noexcept {
     const double stretch = 1 / (1 - flattening);
     return normalised({point.x, point.y, point.z * stretch * stretch});
+}
+
+double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& cell) noexcept {
+    const double waves =
+        std::max(layer.optical_depth.waves(sphere_extent), planet.surface.waves(sphere_extent));
+    if (waves == 0) return 0;
+    // Of rays beside the planet, the point of its limb that they pass.
+    std::array<Vector3, 4> points{};
+    const std::array<Ray, 4> sides = cell.sides();
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const Ray& ray = sides[k];
+        const double distance = distance_to_sphere(ray);
+        points[k] = normalised(ray.at(distance < 0 ? -dot(ray.origin, ray.direction) : distance));
+    }
+    return waves * std::max(length(points[1] - points[0]), length(points[3] - points[2]));
 }
 
 Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {

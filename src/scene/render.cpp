@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <numbers>
 #include <variant>
 
 namespace stratus {
@@ -18,6 +20,25 @@ constexpr int min_suns = 9;  // directions to the sun's disk in each pixel
 Rgb3 radiance_seen(const View& view) {
     return std::visit([&](const auto& subject) { return radiance_of(subject, view); },
                       view.scene.subject);
+}
+
+/// Suns of each sample, where samples do not have one sun each.
+std::size_t suns_of_sample(const Scene& scene, std::size_t suns) noexcept {
+    return std::max<std::size_t>(1, suns / static_cast<std::size_t>(scene.samples * scene.samples));
+}
+
+/// Rows of samples that take the place of each, a sun each, so that every wave of detail in a pixel has some
+/// and every sun as many: towards horizons and limbs a pixel covers many waves, which a few samples would
+/// show as speckle. The light is averaged, not the depth: mean clouds have another light.
+int finer_rows(const Scene& scene, const PictureRays& rays, std::size_t suns, int x, int y) {
+    constexpr double samples_per_wave = 8, most = 256;  // of a pixel
+    const Cell pixel{rays, static_cast<double>(x), static_cast<double>(y), x + 1.0, y + 1.0};
+    const double waves =
+        std::visit([&](const auto& subject) { return waves_within(subject, scene.layer, pixel); },
+                   scene.subject);
+    const double finer = std::min(samples_per_wave * waves, most) / (scene.samples * scene.samples);
+    const double step = static_cast<double>(suns_of_sample(scene, suns));
+    return finer > 1 ? static_cast<int>(step * std::ceil(finer / step)) : 1;
 }
 
 /// Pictures of a scene, pixels [begin, end) of a row at a time.
@@ -47,23 +68,29 @@ class RowRenderer {
 
   private:
     void add_samples(int x, int y, LightSum& scattered, Rgb3& sum) const {
+        const int n = scene_.samples, finer = finer_rows(scene_, rays_, suns_.size(), x, y);
+        // Where rows are finer, the layer's light is not summed by the layer.
+        LightSum* const layer = light_.has_sums() && finer == 1 ? &scattered : nullptr;
         scattered.into(sum);
-        LightSum* const layer = light_.has_sums() ? &scattered : nullptr;
-        const int n = scene_.samples, count = n * n;
-        for (int k = 0; k < count; ++k) {
-            // A sheared grid: no two samples share a row, column or diagonal, so that an edge along
-            // one of these crosses them one by one.
-            const int i = k % n, j = k / n;
-            const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
-            const Ray ray = rays_.through(x + across, y + down);
-            const double cell = 1.0 / n, left = x + i * cell, top = y + j * cell;
-            const Cell around{rays_, left, top, left + cell, top + cell};
-            for (std::size_t s = static_cast<std::size_t>(k) % suns_.size(); s < suns_.size();
-                 s += static_cast<std::size_t>(count)) {
-                const Rgb3 seen = radiance_seen({scene_, light_, ray, suns_[s], &around, layer});
-                sum = sum + seen;
+        const std::size_t all_suns = suns_of_sample(scene_, suns_.size()),
+                          suns = finer == 1 ? all_suns : 1;
+        const double share = static_cast<double>(all_suns / suns) / finer;
+        for (int row = 0; row < n * finer; ++row)
+            for (int column = 0; column < n; ++column) {
+                // A sheared grid: no two samples share a row, column or diagonal, so that an edge along
+                // one of these crosses them one by one.
+                const double sheared =
+                    finer == 1 ? (row + 0.5) / n : (row + 0.5) * std::numbers::phi;
+                const double across = (column + sheared - std::floor(sheared)) / n,
+                             down = (row + (n - column - 0.5) / n) / (n * finer);
+                const Ray ray = rays_.through(x + across, y + down);
+                const double cell = 1.0 / n, left = x + column * cell, top = y + row / finer * cell;
+                const Cell around{rays_, left, top, left + cell, top + cell};
+                std::size_t sun = static_cast<std::size_t>(row * n + column);
+                for (std::size_t s = 0; s < suns; ++s, sun += static_cast<std::size_t>(n * n))
+                    sum = sum + share * radiance_seen({scene_, light_, ray,
+                                                       suns_[sun % suns_.size()], &around, layer});
             }
-        }
     }
 
     const Scene& scene_;
@@ -122,6 +149,18 @@ Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y) {
     return RowRenderer(scene, light).row(y, x, x + 1)[0];
 }
 
+double samples_of(const Scene& scene, int row_step) {
+    const PictureRays rays(scene.camera, scene.width, scene.height);
+    const std::size_t suns = sun_directions(scene).size();
+    double samples = 0;
+    for (int y = row_step / 2; y < scene.height; y += row_step)
+        for (int x = 0; x < scene.width; ++x) {
+            const int finer = finer_rows(scene, rays, suns, x, y);
+            samples += finer > 1 ? finer : static_cast<double>(suns_of_sample(scene, suns));
+        }
+    return samples * scene.samples * scene.samples;
+}
+
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options) {
     Image image(scene.width, scene.height);
     const RowRenderer rows(scene, light);
@@ -144,6 +183,21 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
             if (options.progress) options.progress(static_cast<double>(done) / tiles, "rendering");
         });
     return image;
+}
+
+Image render(const SceneFile& file, std::span<const std::shared_ptr<const LayerTables>> tables,
+             const RenderOptions& options) {
+    const double panels = static_cast<double>(file.panels.size());
+    std::vector<Image> pictures;
+    for (std::size_t k = 0; k < file.panels.size(); ++k) {
+        const LayerLight light(file.panels[k], tables[k].get(), options.threads);
+        RenderOptions own = options;
+        own.progress = [&](double done, const std::string& stage) {
+            if (options.progress) options.progress((static_cast<double>(k) + done) / panels, stage);
+        };
+        pictures.push_back(render(file.panels[k], light, own));
+    }
+    return side_by_side(pictures, file.columns);
 }
 
 Image side_by_side(const std::vector<Image>& pictures, int columns) {

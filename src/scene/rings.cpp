@@ -93,6 +93,9 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noe
     return irradiance(view, 1) * share * Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}};
 }
 
+/// Rings count by area (ring_footprint.h).
+double waves_within(const Rings&, const SceneLayer&, const Cell&) noexcept { return 0; }
+
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);

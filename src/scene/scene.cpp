@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -57,8 +59,8 @@ void check_stack(const Section& root, const Scene& scene) {
     const bool from_below = camera.orthographic ? camera.forward().z > 0 : camera.position.z < 0;
     if (!from_below) return;
     const bool lit_ground = slab->surface && !slab->surface->is_black();
-    const bool shining = !scene.background.is_black() &&
-                         scene.background.pattern == Texture::Pattern::plain;
+    const bool shining =
+        !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
     require(!lit_ground, caller, root.section("slab").at("surface"),
             "black or absent under a stack that is seen from below", "another");
     require(!shining, caller, root.at("background"),
@@ -101,9 +103,11 @@ void merge(toml::table& table, toml::table&& change) {
     }
 }
 
-/// One of a file's panels: the file without its panels and title, with the panel's keys.
-toml::table panel_table(const std::string& text, const TomlFile& origin, std::size_t panel) {
+/// One of a file's panels at a frame: the file without its panels and title, with the panel's keys.
+toml::table panel_table(const std::string& text, const TomlFile& origin, int frame,
+                        std::size_t panel) {
     toml::table table = parse_toml(text, origin);
+    animate(table, origin, frame);
     toml::array panels = std::move(*table.get_as<toml::array>("panels"));
     table.erase("panels");
     table.erase("title");
@@ -111,8 +115,8 @@ toml::table panel_table(const std::string& text, const TomlFile& origin, std::si
     return table;
 }
 
-/// The pictures of a file: itself, or its panels.
-void read_panels(const Section& root, const TomlFile& origin, const Source& source,
+/// The pictures of a file at a frame: itself, or its panels.
+void read_panels(const Section& root, const TomlFile& origin, const Source& source, int frame,
                  SceneFile& file) {
     if (!root.has("panels")) {
         require_absent(root, "columns", "where there are no [[panels]]");
@@ -123,8 +127,9 @@ void read_panels(const Section& root, const TomlFile& origin, const Source& sour
     require(panels.size() <= 64, caller, root.at("panels"), "64 tables at most", panels.size());
     for (std::size_t k = 0; k < panels.size(); ++k) {
         const Section own(*panels[k].as_table(), origin, scene_keys());
-        for (const char* key : {"columns", "panels"}) require_absent(own, key, "from a panel");
-        const toml::table table = panel_table(file.text, origin, k);
+        for (const char* key : {"animation", "columns", "panels"})
+            require_absent(own, key, "from a panel");
+        const toml::table table = panel_table(file.text, origin, frame, k);
         file.panels.push_back(read_panel({table, origin, scene_keys()}, source));
     }
     for (const Scene& scene : file.panels)
@@ -142,32 +147,91 @@ Figure read_figure(const Section& root, const std::string& subject, const Source
     return read_lambert(root, source);
 }
 
+SceneFile read_frame(const std::string& text, const TomlFile& origin, const Source& source,
+                     int frame) {
+    toml::table parsed = parse_toml(text, origin);
+    SceneFile file;
+    file.text = text;
+    file.frames = animate(parsed, origin, frame).frames;
+    const Section root(parsed, origin, scene_keys());
+    file.title = root.text("title");
+    const std::string subject = subject_of(root);
+    if (is_figure(subject))
+        file.figure = read_figure(root, subject, source);
+    else
+        read_panels(root, origin, source, frame, file);
+    return file;
+}
+
+/// Reads frames by `read`(origin, source). Panels and frames repeat one another's notes.
+template <class Read>
+auto with_notes(const std::string& directory, std::vector<std::string>* notes,
+                const std::string& name, const Read& read) {
+    std::vector<std::string> all;
+    std::map<std::string, std::shared_ptr<const Image>> images;
+    auto result = read(TomlFile{caller, name}, Source{directory, &all, &images});
+    for (const std::string& note : all)
+        if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
+    return result;
+}
+
 }  // namespace
 }  // namespace scene_file
 
 SceneFile parse_scene(const std::string& text, const std::string& directory,
                       std::vector<std::string>* notes, const std::string& name) {
     using namespace scene_file;
-    const TomlFile origin{caller, name};
-    const toml::table parsed = parse_toml(text, origin);
-    std::vector<std::string> all_notes;  // panels repeat one another's
-    const Source source{directory, &all_notes};
-    const Section root(parsed, origin, scene_keys());
-    SceneFile file;
-    file.text = text;
-    file.title = root.text("title");
-    const std::string subject = subject_of(root);
-    if (is_figure(subject))
-        file.figure = read_figure(root, subject, source);
-    else
-        read_panels(root, origin, source, file);
-    for (const std::string& note : all_notes)
-        if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
-    return file;
+    return with_notes(directory, notes, name, [&](const TomlFile& origin, const Source& source) {
+        return read_frame(text, origin, source, 0);
+    });
+}
+
+std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory,
+                                  std::vector<std::string>* notes, const std::string& name) {
+    using namespace scene_file;
+    return with_notes(directory, notes, name, [&](const TomlFile& origin, const Source& source) {
+        toml::table parsed = parse_toml(text, origin);
+        const Animation animation = animate(parsed, origin, 0);
+        // Frames with keys come first: refusals of what these say name its line.
+        std::vector<int> order = animation.keyed;
+        for (int frame = 0; frame < animation.frames; ++frame)
+            if (!std::ranges::binary_search(animation.keyed, frame)) order.push_back(frame);
+        std::vector<SceneFile> film(order.size());
+        for (const int frame : order) {
+            TomlFile own = origin;
+            if (film.size() > 1)
+                own.name += (own.name.empty() ? "frame " : ", frame ") + std::to_string(frame);
+            film[static_cast<std::size_t>(frame)] = read_frame(text, own, source, frame);
+        }
+        for (const SceneFile& each : film)
+            require(each.figure || (each.panels[0].width == film[0].panels[0].width &&
+                                    each.panels[0].height == film[0].panels[0].height),
+                    caller, "picture", "of one size in all frames", "several sizes");
+        return film;
+    });
 }
 
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
     return parse_scene(read_text(path), path.parent_path().string(), notes, path.string());
+}
+
+std::vector<SceneFile> read_film(const std::filesystem::path& path,
+                                 std::vector<std::string>* notes) {
+    return parse_film(read_text(path), path.parent_path().string(), notes, path.string());
+}
+
+void set_width(int width, Scene& scene) {
+    if (width == 0) return;
+    scene.height = std::max(
+        1, static_cast<int>(std::lround(static_cast<double>(scene.height) * width / scene.width)));
+    scene.width = width;
+}
+
+std::vector<Scene> scenes_of(const std::vector<SceneFile>& film) {
+    std::vector<Scene> scenes;
+    for (const SceneFile& frame : film)
+        scenes.insert(scenes.end(), frame.panels.begin(), frame.panels.end());
+    return scenes;
 }
 
 }  // namespace stratus

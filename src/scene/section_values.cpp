@@ -23,10 +23,13 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
     const PngEncoding encoding = section.choice("encoding", {"srgb", "data"}) == "srgb"
                                      ? PngEncoding::srgb
                                      : PngEncoding::data;
-    auto image = section.placed(key, [&] {
-        return std::make_shared<const Image>(is_png ? read_png(path, 0, encoding)
-                                                    : read_exr_image(path));
-    });
+    std::shared_ptr<const Image>& image =
+        (*images)[path.string() + (encoding == PngEncoding::srgb ? " srgb" : " data")];
+    if (!image)
+        image = section.placed(key, [&] {
+            return std::make_shared<const Image>(is_png ? read_png(path, 0, encoding)
+                                                        : read_exr_image(path));
+        });
     const auto outside = std::ranges::find_if_not(
         image->rgb, [&](float value) { return value >= 0 && double{value} <= most; });
     if (outside != image->rgb.end())

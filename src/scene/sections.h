@@ -2,12 +2,14 @@
 #pragma once
 
 #include <stratus/scene/scene.h>
+#include <stratus/scene/scene_keys.h>
 
 #include "toml_section.h"
 
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +22,8 @@ constexpr const char* caller = "scene";
 struct Source {
     std::filesystem::path directory;
     std::vector<std::string>* notes;
+    std::map<std::string, std::shared_ptr<const Image>>*
+        images;  // already read, which frames share
 
     /// Returns the image that a section names; refuses numbers that are not in [0, most].
     std::shared_ptr<const Image> image(const Section& section, double most) const;
@@ -49,6 +53,16 @@ unsigned read_seed(const Section& section);
 Texture read_image(const Section& section, const Source& source, double most);
 
 // ---- Sections
+
+/// What an [animation] says of its frames.
+struct Animation {
+    int frames = 1;
+    std::vector<int> keyed{};  // those of its keys, ascending
+};
+
+/// Gives a file's keys the values that they have at a frame of its [animation]: of numbers, and of lists of
+/// as many numbers, linear between two keys' frames, of all else those of the key before.
+Animation animate(toml::table& root, const TomlFile& origin, int frame);
 
 void read_picture(const Section& root, Scene& scene);
 Camera read_camera(const Section& root);

@@ -1,8 +1,10 @@
 #include <stratus/base/constants.h>
 
+#include "ring_footprint.h"
 #include "subjects.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace stratus {
@@ -78,6 +80,24 @@ double distance_to_plane(const Ray& ray, double z) noexcept {
 }
 
 }  // namespace
+
+double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell) noexcept {
+    double waves = layer.optical_depth.waves(slab.image_size);
+    if (slab.surface) waves = std::max(waves, slab.surface->waves(slab.image_size));
+    if (waves == 0) return 0;
+    const std::array<Ray, 4> sides = cell.sides();
+    const auto distance = [&](const Ray& ray) {
+        const double to_layer = distance_to_plane(ray, 0);
+        return std::isinf(to_layer) && slab.surface ? distance_to_plane(ray, -slab.height)
+                                                    : to_layer;
+    };
+    const auto apart = [&](const Ray& one, const Ray& other) {
+        const double a = distance(one), b = distance(other);
+        if (std::isinf(a) && std::isinf(b)) return 0.0;
+        return std::isinf(a) || std::isinf(b) ? infinity : length(one.at(a) - other.at(b));
+    };
+    return waves * std::max(apart(sides[0], sides[1]), apart(sides[2], sides[3]));
+}
 
 Rgb3 radiance_of(const Slab& slab, const View& view) noexcept {
     const double to_layer = distance_to_plane(view.ray, 0),

@@ -8,6 +8,12 @@ namespace stratus {
 
 struct Cell;
 
+/// Waves of the coarsest detail of the layer and of what it lies on that a part of the picture covers, along
+/// the longer side of its trace there.
+double waves_within(const Rings& rings, const SceneLayer& layer, const Cell& cell) noexcept;
+double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& cell) noexcept;
+double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell) noexcept;
+
 /// One ray, and the sun in one direction.
 struct View {
     const Scene& scene;

@@ -57,6 +57,8 @@ Rgb pixel_of(const Image& image, const SurfacePoint& point) noexcept {
                  y - j);
 }
 
+double waves_of(const Image& image, double extent) noexcept { return image.width / (4 * extent); }
+
 /// The level below which `share` of the noise lies. The noise is close to a normal distribution of
 /// this width about 0, whose distribution function the logistic one approximates.
 double noise_level(double share) noexcept {
@@ -111,15 +113,31 @@ Rgb Texture::at(const SurfacePoint& point) const noexcept {
     return colour;
 }
 
+double Texture::waves(double extent) const noexcept {
+    switch (pattern) {
+        case Pattern::plain: return 0;
+        case Pattern::continents: return scale;
+        case Pattern::image: return waves_of(*image, extent);
+        case Pattern::squares: break;
+        case Pattern::bands: return 4.3 * 2 * scale / extent;
+    }
+    return scale / extent;
+}
+
 bool Texture::is_black() const noexcept {
     return pattern == Pattern::plain && colour.r == 0 && colour.g == 0 && colour.b == 0;
+}
+
+double DepthMap::waves(double extent) const noexcept {
+    if (pattern == Pattern::image) return waves_of(*image, extent);
+    return is_plain() ? 0 : scale;
 }
 
 double DepthMap::at(const SurfacePoint& point) const noexcept {
     switch (pattern) {
         case Pattern::plain: break;
         case Pattern::clouds: {
-            const double height = noise(scale * point.position, seed) -
+            const double height = noise(scale * (point.position - offset), seed) -
                                   noise_level(1 - std::clamp(coverage, 0.0, 1.0));
             const double risen = std::clamp(height, 0.0, 1.0);  // 1: three widths above the mean
             return max * risen * risen * (3 - 2 * risen);

@@ -139,6 +139,48 @@ expect_says "$err" "24 x 12 pixels"
 expect_ok render panels.toml -o panels.png
 expect_says "$err" "24 x 12 pixels"
 
+# a film: each frame is the same whichever others are rendered, alone or with a table that its plan wrote
+cat slab.toml - >film.toml <<'SCENE'
+[animation]
+frames = 4
+[[animation.keys]]
+frame = 0
+sun.elevation_deg = 40.0
+layer.optical_depth = 1.0
+[[animation.keys]]
+frame = 3
+sun.elevation_deg = 70
+layer.optical_depth = 4.5
+SCENE
+expect_ok render film.toml --frames 0:3 -o film_%02d.exr -o film_%d.png
+expect_says "$err" "4 frames of 12 x 6 pixels"
+for frame in 0 1 2; do cmp -s film_0$frame.exr film_0$((frame + 1)).exr && fail "frames $frame and the next must differ"; done
+expect_ok render film.toml --frames 2:2 -o alone_%d.exr --no-cache --quiet
+expect_same alone_2.exr film_02.exr
+[ ! -e alone_1.exr ] || fail "only one frame was asked for"
+expect_ok render film.toml -o first.exr
+expect_says "$err" "frame 0 of 4"
+expect_same first.exr film_00.exr
+expect_ok plan film.toml --quiet --write film_table.toml
+expect_says "$out" "tables serve all 4, each further one" "max = 4.5"
+expect_ok bake film_table.toml -o film.stratus --quiet
+expect_ok render film.toml --frames 3:3 -o tabled_%d.png --table film.stratus --quiet
+expect_same tabled_3.png film_3.png
+for range in 3 1:0 0:4 a:b 0: :3 -1:3 0:1x; do
+    expect_refused 2 --frames "A:B" "within 0:3" "got $range" -- render film.toml --frames=$range -o a_%d.png
+done
+for name in a.png a_%d_%d.png a_%s.png a_%0d.png a_%12d.png %.png a_%; do
+    expect_refused 2 --output "with one %d, or %04d" "got $name" -- render film.toml --frames 0:1 -o $name
+done
+expect_refused 2 --frames figures -- render lambert.toml --frames 0:0 -o a_%d.svg
+sed 's/frame = 3/frame = 2/; s/= 4.5/= -1/' film.toml >film_bad.toml
+expect_refused 2 "film_bad.toml, frame 2, line 28: layer.optical_depth" "got -1" -- render film_bad.toml --frames 0:1 -o a_%d.png
+mkdir cut_1.exr
+expect_refused 2 --output "got the folder cut_1.exr" -- render film.toml --frames 0:3 -o cut_%d.exr --quiet
+[ ! -e cut_0.exr ] || fail "what cannot be written must be told before any frame"
+through "$size_limited" expect_refused 1 broad_0.exr -- render film.toml --frames 0:3 -o broad_%d.exr --quiet --width 200
+[ -z "$(ls | grep broad)" ] || fail "no half-written frame may remain"
+
 # what a PNG cannot show is told
 expect_ok render panels.toml -o panels.png
 grep -q clipped "$err" && fail "nothing is clipped"

@@ -309,6 +309,64 @@ surface = {surface}
         self.assertLessEqual(dark.left_out[0].change, dark.tolerance / 2)
 
 
+class Pictures(unittest.TestCase):
+    """A planet without a layer: Lambert's law. Under one: what the program's functions make of its recipe's table."""
+
+    PLANET = {
+        "picture": {"width": 24, "height": 16, "samples": 1},
+        "camera": {"position": np.array([5.0, 0.0, 0.0]), "orthographic_width": 3},
+        "sun": {"phase_angle_deg": 30.0, "visible": False},
+        "layer": {"phase_function": "isotropic", "albedo": [0.9, 0.5, 0.1], "optical_depth": 0.0},
+        "planet": {"surface": (0.3, 0.6, 0.9)},
+    }
+
+    def expect_lambert(self, light, phase_deg):
+        right, up = np.meshgrid((np.arange(24) - 11.5) / 8, (7.5 - np.arange(16)) / 8)
+        towards = np.sqrt(np.maximum(0, 1 - right**2 - up**2))
+        phase = np.radians(phase_deg)
+        mu = np.where(towards > 0, np.maximum(0, np.cos(phase) * towards + np.sin(phase) * right), 0)
+        self.assertEqual(light.dtype, np.float32)
+        np.testing.assert_allclose(light, mu[..., None] * [0.3, 0.6, 0.9], atol=1e-6)
+
+    def test_show_a_planet_by_lamberts_law(self):
+        self.expect_lambert(stratus.render(self.PLANET), 30)
+
+    def test_are_those_of_the_frame(self):
+        keys = [{"frame": frame, "sun": {"phase_angle_deg": phase}} for frame, phase in ((0, -60), (3, 30))]
+        film = {**self.PLANET, "animation": {"frames": 4, "keys": keys}}
+        for frame, phase in enumerate([-60, -30, 0, 30]):
+            self.expect_lambert(stratus.render(film, frame=frame, cache=False), phase)
+        with self.assertRaisesRegex(ValueError, r"render: frame must be in \[0, 3\], got 4"):
+            stratus.render(film, frame=4)
+
+    def test_are_the_same_by_a_table(self):
+        scene = Plans.SCENE.format(albedo=0.99, surface=0.3)
+        with tempfile.TemporaryDirectory() as folder:
+            recipes = stratus.plan(scene).scenes[0].recipes
+            paths = [os.path.join(folder, f"{k}.stratus") for k in range(len(recipes))]
+            for recipe, path in zip(recipes, paths):
+                stratus.bake(recipe).save(path)
+            by_table = stratus.render(scene, width=32, table=paths)
+        self.assertEqual(by_table.shape, (24, 32, 3))
+        baked = stratus.render(scene, width=32, cache=False)
+        np.testing.assert_allclose(by_table, baked, atol=2e-3 * baked.max())
+        once = stratus.render(scene, width=32, drop=["multiple"], cache=False)
+        np.testing.assert_array_equal(once, stratus.render(scene, width=32, effects=["-multiple"]))
+        self.assertLess(once.sum(), 0.9 * baked.sum())
+
+    def test_refuse_what_is_no_scene(self):
+        with self.assertRaisesRegex(ValueError, "unknown key 'sun.colur'"):
+            stratus.render({**self.PLANET, "sun": {"colur": 1}})
+        with self.assertRaisesRegex(ValueError, "sun.visible must be true or false, got 'yes'"):
+            stratus.render({**self.PLANET, "sun": {"phase_angle_deg": 1, "visible": "yes"}})
+        with self.assertRaisesRegex(ValueError, r"width must be in \[1, 16384\], got 20000"):
+            stratus.render(self.PLANET, width=20000)
+        with self.assertRaisesRegex(ValueError, "unknown effect 'multipel'"):
+            stratus.render(self.PLANET, drop=["multipel"])
+        with self.assertRaises(FileNotFoundError):
+            stratus.render("absent.toml")
+
+
 class Fits(unittest.TestCase):
     def test_find_a_layer_again(self):
         mu = np.linspace(0.15, 1, 8)

@@ -54,6 +54,26 @@ TEST(Plan, NeedsATableForBrightDust) {
     EXPECT_FALSE(leaves_out(plan, "multiple"));
 }
 
+TEST(Plan, LeavesOutOfFilmsWhatAllFramesDo) {
+    Scene dark = wide_slab(0.5, 0.02), darker = wide_slab(0.5, 0.01);
+    dark.tolerance = darker.tolerance = 0.05;
+    const Scene bright = wide_slab(0.5, 0.9);
+    const auto planned = [](const std::vector<Scene>& frames) {
+        std::vector<SceneFile> film(frames.size());
+        for (std::size_t k = 0; k < frames.size(); ++k) film[k].panels = {frames[k]};
+        const Plan plan = follow_plans(film).at(0);
+        for (const SceneFile& frame : film)
+            EXPECT_EQ(frame.panels[0].effects.multiple, !leaves_out(plan, "multiple"));
+        return plan;
+    };
+    EXPECT_FALSE(leaves_out(planned({dark, bright}), "multiple"));
+    EXPECT_FALSE(leaves_out(planned({bright, dark}), "multiple"));
+    const Plan both = planned({darker, dark});
+    ASSERT_TRUE(leaves_out(both, "multiple"));
+    EXPECT_EQ(both.left_out[0].change.change, plan_scene(dark).left_out[0].change.change);
+    EXPECT_GT(both.left_out[0].change.change, plan_scene(darker).left_out[0].change.change);
+}
+
 TEST(Plan, KeepsWhatTheSceneNames) {
     Scene scene = wide_slab(0.5, 0.02);
     scene.tolerance = 0.05;

@@ -8,6 +8,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -356,6 +359,76 @@ TEST(Render, AntialiasesEdges) {
     for (const float value : image.rgb) sum += double{value};
     // The mean cosine over the disk is 2/3, the disk pi of the picture's 4.
     EXPECT_NEAR(sum / static_cast<double>(image.rgb.size()), 2.0 / 3 * pi / 4, 1e-3);
+}
+
+/// Pixels of part of a row, as they are and by 32 x 32 samples each.
+struct SampledRow {
+    std::vector<double> light, reference;
+
+    double mean_error() const { return std::abs(sum(light) / sum(reference) - 1); }
+    /// Root mean square over the mean light.
+    double error() const {
+        double squares = 0;
+        for (std::size_t k = 0; k < light.size(); ++k)
+            squares += std::pow(light[k] - reference[k], 2);
+        return std::sqrt(squares * static_cast<double>(light.size())) / sum(reference);
+    }
+    static double sum(const std::vector<double>& numbers) {
+        return std::accumulate(numbers.begin(), numbers.end(), 0.0);
+    }
+};
+
+SampledRow sampled_row(const Scene& scene, int y) {
+    Scene twice = scene;  // in width and height, of 16 x 16 samples
+    twice.width *= 2;
+    twice.height *= 2;
+    twice.samples = 16;
+    const LayerLight light(scene, nullptr), finer(twice, nullptr);
+    SampledRow row;
+    for (int x = 0; x < scene.width; ++x) {
+        row.light.push_back(radiance(scene, light, x, y).g);
+        double sum = 0;
+        for (const int dx : {0, 1})
+            for (const int dy : {0, 1}) sum += radiance(twice, finer, 2 * x + dx, 2 * y + dy).g;
+        row.reference.push_back(sum / 4);
+    }
+    return row;
+}
+
+Texture squares(float brightest, double scale) {
+    Texture texture;
+    texture.pattern = Texture::Pattern::squares;
+    texture.other = {brightest, brightest, brightest};
+    texture.scale = scale;
+    return texture;
+}
+
+TEST(Render, ShowsCloudsAtTheHorizonWithoutSpeckle) {
+    Scene scene = once(small_slab(4, 0.99));
+    scene.samples = 2;
+    scene.width = 128;
+    scene.height = 64;
+    scene.camera.orthographic = false;
+    scene.camera.position = {0, -9, 3};
+    scene.camera.look_at = {0, 0, 3};  // the horizon is below row 31
+    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+    Slab& slab = std::get<Slab>(scene.subject);
+    slab.half_size = infinity;
+    slab.height = 0.25;
+    slab.surface = squares(0.3f, 1);
+    for (const int under : {1, 2, 3, 6}) {  // a few samples: 24 % for a pixel, up to 3 % for a row
+        const SampledRow row = sampled_row(scene, 31 + under);
+        EXPECT_LT(row.mean_error(), 0.01) << under;
+        EXPECT_LT(row.error(), 0.06) << under << ": 32 x 32 samples themselves err by some 2 %";
+    }
+}
+
+TEST(Render, ShowsDetailAtThePlanetsLimbWithoutSpeckle) {
+    Scene scene = once(small_planet(30, 0, 1));
+    scene.samples = 2;
+    std::get<Planet>(scene.subject).surface = squares(1, 64);
+    const SampledRow row = sampled_row(scene, 8);
+    EXPECT_LT(row.error(), 0.07) << "four samples: 19 %";
 }
 
 TEST(Sun, IsADiskOfDirections) {

@@ -543,6 +543,86 @@ TEST(SceneFile, OfAFigureHoldsTheFigureAlone) {
         {"lambert.mu_in", "1 to 8", "an empty list"});
 }
 
+const std::string moving = cloud_but("[slab]",
+                                     "[animation]\n"
+                                     "frames = 9\n"
+                                     "[[animation.keys]]\n"
+                                     "frame = 2\n"
+                                     "camera.position = [3.0, 4, 1]\n"
+                                     "layer.optical_depth.seed = 3\n"
+                                     "effects = 'all'\n"
+                                     "[[animation.keys]]\n"
+                                     "frame = 4\n"
+                                     "slab.height = 4\n"
+                                     "layer.optical_depth.offset = [1, 2, 3]\n"
+                                     "[[animation.keys]]\n"
+                                     "frame = 6\n"
+                                     "camera.position = [7.0, 0, 1]\n"
+                                     "layer.optical_depth.seed = 8\n"
+                                     "effects = ['-multiple']\n"
+                                     "[slab]");
+
+TEST(Film, ChangesNumbersLinearlyBetweenKeysAndAllElseAtThem) {
+    const std::vector<SceneFile> film = parse_film(moving);
+    ASSERT_EQ(film.size(), 9u);
+    EXPECT_EQ(parse_scene(moving).frames, 9);
+    const double x[] = {3, 3, 3, 4, 5, 6, 7, 7, 7};
+    for (std::size_t k = 0; k < film.size(); ++k) {
+        const Scene& scene = film[k].panels.at(0);
+        EXPECT_DOUBLE_EQ(scene.camera.position.x, x[k]) << k;
+        EXPECT_DOUBLE_EQ(scene.camera.position.y, 7 - x[k]) << k;
+        EXPECT_EQ(scene.layer.optical_depth.seed, k < 6 ? 3u : 8u) << k;
+        EXPECT_EQ(scene.effects.multiple, k < 6) << k;
+        EXPECT_EQ(std::get<Slab>(scene.subject).height, 4) << "of the only key";
+        EXPECT_EQ(scene.layer.optical_depth.offset.y, 2);
+        EXPECT_EQ(scene.layer.optical_depth.coverage, 0.4) << "as without keys";
+    }
+    EXPECT_EQ(scenes_of(film).size(), 9u);
+    const std::vector<SceneFile> still = parse_film(cloud);
+    ASSERT_EQ(still.size(), 1u);
+    EXPECT_EQ(still[0].panels[0].camera.position.x, 3);
+}
+
+TEST(Film, GivesPanelsTheirOwnKeysInEveryFrame) {
+    const std::vector<SceneFile> film =
+        parse_film(moving + "[[panels]]\ntitle = 'a'\n[[panels]]\nslab.height = 5\n");
+    for (const SceneFile& frame : film) {
+        ASSERT_EQ(frame.panels.size(), 2u);
+        EXPECT_EQ(frame.panels[1].camera.position.x, frame.panels[0].camera.position.x);
+        EXPECT_EQ(std::get<Slab>(frame.panels[0].subject).height, 4);
+        EXPECT_EQ(std::get<Slab>(frame.panels[1].subject).height, 5);
+    }
+}
+
+TEST(Film, RefusesWhatNoFramesCanBeMadeOf) {
+    const auto refused = [&](const std::string& line, const std::string& instead,
+                             const std::vector<const char*>& fragments) {
+        std::string text = moving;
+        text.replace(text.find(line), line.size(), instead);
+        expect_refusal<std::invalid_argument>([&] { parse_film(text); }, fragments);
+    };
+    refused("frames = 9", "frames = 0", {"line 25: animation.frames", "[1, 10000]", "got 0"});
+    refused("frames = 9", "", {"animation.frames", "present"});
+    refused("frame = 6", "frame = 9", {"line 36: animation.keys.frame", "below", "9", "got 9"});
+    refused("frame = 6", "frame = 4", {"animation.keys", "ascending", "4 after 4"});
+    refused("frame = 6", "frame = 4.5", {"animation.keys.frame", "whole number"});
+    refused("frame = 6\n", "", {"animation.keys.frame", "present"});
+    refused("seed = 8", "sead = 8", {"frame", "unknown key 'layer.optical_depth.sead'"});
+    refused("seed = 8", "seed = -8", {"frame 6, line 38: layer.optical_depth.seed", "got -8"});
+    refused("layer.optical_depth.seed = 8", "layer.optical_depth = 8", {"optical_depth as both"});
+    refused("[7.0, 0, 1]", "[-3, -4, 1]", {"frame 4: camera.position", "look_at"});
+    refused("[[animation.keys]]\nframe = 4",
+            "picture.width = 64\n[[animation.keys]]\nframe = 4\npicture.width = 32",
+            {"one size in all frames"});
+    for (const char* key : {"panels = []", "columns = 2", "animation = {}"})
+        refused("effects = 'all'", key, {"absent from animation.keys"});
+    expect_scene_refusal(moving + "[[panels]]\nanimation = {}\n", {"animation", "from a panel"});
+    expect_scene_refusal(
+        "[lambert]\nphase_function = 'isotropic'\nalbedo = 1.0\noptical_depth = 1.0\n"
+        "mu_in = [1]\n[animation]\nframes = 2\nkeys = [{ frame = 0 }]\n",
+        {"animation", "absent from a figure"});
+}
+
 TEST(SceneOfAStack, HoldsItsLayers) {
     const test::TemporaryFolder folder;
     const std::string layer = "[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1\n";

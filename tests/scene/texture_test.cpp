@@ -42,6 +42,17 @@ TEST(DepthMap, CloudsHaveTheRequestedCoverage) {
     }
 }
 
+TEST(DepthMap, CloudsDriftByTheirOffset) {
+    DepthMap map;
+    map.pattern = DepthMap::Pattern::clouds;
+    map.max = 10;
+    map.scale = 2;
+    DepthMap drifted = map;
+    drifted.offset = {0.5, 0.25, -1};
+    for (const Vector3& point : sphere(100))
+        EXPECT_NEAR(drifted.at({point + drifted.offset, 0, 0}), map.at({point, 0, 0}), 1e-9);
+}
+
 /// Perlin's noise, corner by corner and octave by octave.
 double plain_noise(Vector3 p, unsigned seed) {
     const auto scrambled = [](std::uint32_t n) {

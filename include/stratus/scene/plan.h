@@ -36,6 +36,19 @@ constexpr double share_left_out = 0.5;
 /// Cost     milliseconds; nothing where the scene needs no table.
 Plan plan_scene(const Scene& scene);
 
+/// The plan of the first of a film's frames, that leaves out what the plans of all frames do, so that no
+/// light jumps from one to the next.
+///
+/// Cost     that of one plan where it leaves out nothing, else of one for each frame.
+Plan plan_frames(const std::vector<const Scene*>& frames);
+
+/// Switches off what a plan leaves out.
+void leave_out(const Plan& plan, Scene& scene);
+
+/// Plans each panel of a film over its frames, and switches off in these what the plan leaves out; a plan
+/// for each panel.
+std::vector<Plan> follow_plans(std::vector<SceneFile>& film);
+
 // ---- for people ---------------------------------------------------------------------------------
 
 /// The change that one effect makes in a scene's picture, and what it adds to the cost of tables.
@@ -77,7 +90,7 @@ struct PlanReport {
 };
 
 /// The cost of the next `render` for all scenes of a file, which share tables: seconds of one
-/// processor.
+/// processor; of a film, of its first frame, but for the tables, which serve all.
 struct RenderCost {
     TableCost tables;          // those that are kept already cost nothing
     double light_seconds = 0;  // binding layers; what rings and their planet send one another
@@ -96,12 +109,14 @@ struct FileReport {
 /// Pixels of sparse pictures: enough to tell how much effects change.
 constexpr double few_pixels = 400;
 
-/// Reports on the scenes of a file. Mean changes, and those of effects that are never left out, are
+/// Reports on the scenes of a file, or of the first frame of a film, whose tables serve the scenes of
+/// its `later` frames, too. Mean changes, and those of effects that are never left out, are
 /// measured on a sparse picture, looked up in small tables that scenes share. The choices that a
 /// render's tables need are made, and kept in the cache.
 ///
 /// Cost     these choices, and beside them about a tenth of the render.
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options = {},
-                        TableCache* cache = nullptr, double pixels = few_pixels);
+                        TableCache* cache = nullptr, double pixels = few_pixels,
+                        const std::vector<Scene>& later = {});
 
 }  // namespace stratus

@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,16 @@ struct RenderOptions {
     std::function<void(double done, const std::string& stage)> progress;
 };
 
+/// Rays and suns that are seen together in one row of so many: samples squared a pixel, a sun or several
+/// each, and more where a pixel covers many waves of clouds or of a surface.
+double samples_of(const Scene& scene, int row_step = 1);
+
 /// The whole picture.
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options = {});
+
+/// The panels of a file, each in the light of its tables (layer_tables.h), side by side.
+Image render(const SceneFile& file, std::span<const std::shared_ptr<const LayerTables>> tables,
+             const RenderOptions& options = {});
 
 /// Pictures of one size side by side, row after row of `columns`.
 Image side_by_side(const std::vector<Image>& pictures, int columns);

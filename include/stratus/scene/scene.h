@@ -151,12 +151,13 @@ struct Scene {
 struct SceneFile {
     std::string title;
     std::string text;           // of the file
+    int frames = 1;             // of its [animation]
     int columns = 1;            // of panels
     std::vector<Scene> panels;  // all of one size; one where there are no [[panels]]
     std::optional<Figure> figure;
 };
 
-/// Reads a scene from TOML text; paths in it are relative to `directory`. Notes for the user are
+/// Reads a scene from TOML text, at the first frame of its [animation]; paths in it are relative to `directory`. Notes for the user are
 /// appended to `notes`. `name`: of its file, in refusals.
 ///
 /// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
@@ -166,6 +167,21 @@ SceneFile parse_scene(const std::string& text, const std::string& directory = ""
 
 /// Reads scenes from a file. Errors: std::runtime_error when it cannot be read.
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+/// Reads every frame of an [animation]; the scene alone where there is none. Frames share their images.
+///
+/// Errors   as above, naming the frame, too; for frames of several sizes.
+std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory = "",
+                                  std::vector<std::string>* notes = nullptr,
+                                  const std::string& name = "");
+std::vector<SceneFile> read_film(const std::filesystem::path& path,
+                                 std::vector<std::string>* notes = nullptr);
+
+/// The panels of all frames, frame after frame: the scenes that a film's tables serve.
+std::vector<Scene> scenes_of(const std::vector<SceneFile>& film);
+
+/// Makes a picture so many pixels wide, in the same shape; 0: as it is.
+void set_width(int width, Scene& scene);
 
 /// A scene for each of red, green and blue where these have their own phase functions, with that
 /// one's, its depth, and grey in its albedo; else the scene itself.

@@ -47,6 +47,9 @@ class TableCache {
     std::string trouble_;
 };
 
+/// The limit of kept tables unless another is asked for, in bytes.
+constexpr std::uintmax_t default_cache_limit = std::uintmax_t{2} << 30;
+
 /// $STRATUS_CACHE, else $XDG_CACHE_HOME/stratus, else $HOME/.cache/stratus; empty where none is set.
 std::filesystem::path default_cache_folder();
 

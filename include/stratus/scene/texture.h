@@ -7,6 +7,7 @@
 #include <stratus/scene/space.h>
 
 #include <memory>
+#include <numbers>
 
 namespace stratus {
 
@@ -21,6 +22,9 @@ struct SurfacePoint {
 /// On a planet, from a point of the unit sphere: longitude, 0 in the image's middle and along x, and
 /// latitude.
 SurfacePoint sphere_point(const Vector3& point) noexcept;
+
+/// Width of images on the unit sphere, along its equator.
+constexpr double sphere_extent = 2 * std::numbers::pi;
 
 /// On a plane whose images are `extent` wide and high, their lower left corner in the origin and
 /// upright as seen from above.
@@ -46,6 +50,9 @@ struct Texture {
     std::shared_ptr<const Image> image;
 
     Rgb at(const SurfacePoint& point) const noexcept;
+    /// Waves of its coarsest detail in a unit of length, where images are `extent` wide; of images a wave
+    /// for four of their pixels.
+    double waves(double extent) const noexcept;
     bool is_black() const noexcept;
     /// Whether it depends on the point's place on an image.
     bool uses_image_place() const noexcept {
@@ -64,9 +71,12 @@ struct DepthMap {
     double max = 0;  // plain: everywhere
     double scale = 1, coverage = 0.5;
     unsigned seed = 1;
+    Vector3 offset{0, 0, 0};  // by which clouds have drifted
     std::shared_ptr<const Image> image;
 
     double at(const SurfacePoint& point) const noexcept;
+    /// As of textures.
+    double waves(double extent) const noexcept;
     bool is_plain() const noexcept { return pattern == Pattern::plain; }
     /// Whether it depends on the point's place on an image.
     bool uses_image_place() const noexcept { return pattern == Pattern::image; }

@@ -15,7 +15,7 @@ call but the reading and writing of .h5 and .exr files.
 from ._directions import Directions, directions
 from ._fit import Fit, fit
 from ._phase import PhaseFunction, phase_function_help
-from ._scene import EffectShare, LeftOut, Plan, ScenePlan, plan
+from ._scene import EffectShare, LeftOut, Plan, ScenePlan, plan, render
 from ._slice import Bsdf, Sample, Slice
 from ._solve import (
     Fluxes, FluxesInside, Light, LightInside, Stack, fluxes, solve, solve_stack, solve_stack_inside, stack_fluxes,
@@ -27,6 +27,6 @@ from ._table import EffectOptions, Table, bake, bind_single, load
 __all__ = [
     "Bsdf", "Directions", "EffectOptions", "EffectShare", "Fit", "Fluxes", "FluxesInside", "LeftOut", "Light",
     "LightInside", "PhaseFunction", "Plan", "Sample", "ScenePlan", "Slice", "Stack", "Table", "bake", "bind_single",
-    "directions", "fit", "fluxes", "load", "phase_function_help", "plan", "solve", "solve_stack",
+    "directions", "fit", "fluxes", "load", "phase_function_help", "plan", "render", "solve", "solve_stack",
     "solve_stack_inside", "stack_fluxes", "stack_fluxes_inside",
 ]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 
 @contextlib.contextmanager
@@ -44,8 +46,25 @@ def warn_of(notes: Iterable[str]) -> None:
         warnings.warn(note, stacklevel=3)
 
 
-def text_or_path(source: str | os.PathLike[str]) -> tuple[str, bool]:
-    """TOML text, or the path of a file: an os.PathLike, or a str that ends in .toml."""
+def _toml(value: Any) -> str:
+    """A value as TOML writes it, within a line."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_toml(str(key))} = {_toml(each)}" for key, each in value.items()) + " }"
+    if isinstance(value, (str, os.PathLike)):
+        return json.dumps(os.fspath(value), ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if hasattr(value, "tolist"):  # of NumPy
+        return _toml(value.tolist())
+    if isinstance(value, Iterable):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return repr(value)
+
+
+def text_or_path(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[str, bool]:
+    """TOML text, a dict in its place, or the path of a file: an os.PathLike, or a str that ends in .toml."""
+    if isinstance(source, Mapping):
+        return "".join(f"{_toml(str(key))} = {_toml(value)}\n" for key, value in source.items()), False
     if isinstance(source, str) and not source.endswith(".toml"):
         return source, False
     return os.fspath(source), True

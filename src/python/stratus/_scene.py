@@ -1,10 +1,14 @@
-"""Plans of scenes: which effects change less than a scene's tolerance, and what each costs."""
+"""Scenes: plans, which say what effects change and cost, and pictures."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _stratus
 from ._errors import errors_of, text_or_path, warn_of
@@ -54,7 +58,7 @@ class Plan:
 
 
 def plan(
-    scene: str | os.PathLike[str],
+    scene: str | os.PathLike[str] | Mapping[str, Any],
     *,
     tolerance: float | None = None,
     drop: Sequence[str] = (),
@@ -64,7 +68,8 @@ def plan(
 ) -> Plan:
     """Which effects a scene needs, and the recipes of its tables.
 
-    scene      TOML text, or the path of a scene file: an os.PathLike, or a str that ends in .toml
+    scene      TOML text, a dict in its place, or the path of a scene file: an os.PathLike, or a str that
+               ends in .toml
     tolerance  relative change of a pixel, [1e-6, 0.5], in place of the scene's own
     drop       effects to leave out whatever they change
     measure    also what each effect changes and costs, on a sparse picture
@@ -90,3 +95,43 @@ def plan(
         for one in told
     ]
     return Plan(scenes, seconds)
+
+
+def render(
+    scene: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    frame: int = 0,
+    effects: Sequence[str] = (),
+    drop: Sequence[str] = (),
+    width: int | None = None,
+    table: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
+    cache: bool = True,
+    threads: int = 0,
+    progress: Callable[[float, str], object] | None = None,
+) -> NDArray[np.float32]:
+    """The picture of a scene, its panels side by side: linear radiance, (height, width, 3), the upper row first.
+
+    Radiance is relative to that of a white Lambert surface which faces the sun. The numbers are those that
+    `stratus render` writes to an .exr file.
+
+    scene     as of `plan`; files that text or a dict names are looked for in the working directory
+    frame     of the scene's [animation], from 0; tables are made for all its frames, and kept
+    effects   in place of the scene's own, all of which are then simulated: "all", "NAME", "-NAME"
+    drop      effects to leave out whatever they change
+    width     in pixels, [1, 16384], in the scene's shape
+    table     paths of tables to look up in place of baking, as `plan` has recipes
+    cache     keep tables for the next picture, and use those that are kept, as the program does
+    progress  as of `bake`
+
+    Errors   ValueError naming the key or argument, the allowed range and the value met; OSError for a file
+             that cannot be opened.
+    """
+    text, is_path = text_or_path(scene)
+    tables = [table] if isinstance(table, (str, os.PathLike)) else list(table)
+    with errors_of(text if is_path else None):
+        light, height, across, notes = _stratus.render(
+            text, is_path, frame, list(effects), list(drop), width or 0, [os.fspath(each) for each in tables], cache,
+            threads, progress,
+        )
+    warn_of(notes)
+    return light.reshape(height, across, 3)

@@ -83,6 +83,7 @@ std::string lower_boundary_text(const Table& table) {
     const std::string albedo = "albedo " + short_number(table.lower_boundary.albedo, digits);
     switch (table.lower_boundary.kind) {
         case LowerBoundary::Kind::surface: return "Lambert surface, " + albedo;
+        case LowerBoundary::Kind::ground: return table.lower_boundary.law->text() + ", " + albedo;
         case LowerBoundary::Kind::layer:
             return "semi-infinite layer, " + albedo + ", " +
                    shortened(table.lower_boundary.phase_function.text());

@@ -4,6 +4,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
+#include <stratus/table/ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "allowed.h"
@@ -28,7 +29,7 @@ namespace stratus {
 namespace {
 
 struct SolveCommand {
-    std::string phase, albedo, layers, query, output;
+    std::string phase, albedo, over, layers, query, output;
     LayerQuestion question;
     std::vector<double> mu_in, levels;
     bool asked = false;  // a query was given
@@ -166,7 +167,8 @@ Stack stack_of(SolveCommand& command, std::vector<std::string>& notes) {
     LayerQuestion& question = command.question;
     question.phase_function = read_phase_function(command.phase, "", &notes);
     question.albedo = read_albedo(command.albedo, question.phase_function);
-    return {{{question.phase_function, question.albedo, question.optical_depth}}, {}};
+    return {{{question.phase_function, question.albedo, question.optical_depth}},
+            command.over.empty() ? LowerBoundary() : read_ground(command.over)};
 }
 
 /// Describes the stack by its numbers.
@@ -205,7 +207,8 @@ void run_solve(SolveCommand command) {
                                  " (--accept: exit code 0)");
     };
     if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
-    const Method method = command.layers.empty() ? method_of(question) : method_of(stack, question);
+    const bool is_layer = command.layers.empty() && command.over.empty();
+    const Method method = is_layer ? method_of(question) : method_of(stack, question);
     if (!command.asked) {
         const bool misses = answer_fluxes(command, method, medium_of(command, stack));
         return refuse_unless_accepted(misses ? "see error" : "");
@@ -238,7 +241,7 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
     const auto given = [&](const char* name) { return solve.get_option(name)->count() > 0; };
     for (const char* needed : {"--phase", "--albedo", "--optical-depth"})
         if (!given("--layers") && !given(needed)) throw CLI::RequiredError(needed);
-    for (const char* name : {"--tolerance", "--levels"})
+    for (const char* name : {"--tolerance", "--levels", "--over"})
         require_scheme(solve.get_option(name), scheme, {"harmonic"});
     require_scheme(solve.get_option("--orders"), scheme, {"harmonic", "markov", "photons"});
     for (const char* name : {"--start", "--start-depth"})
@@ -262,6 +265,11 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
         .add_option("--optical-depth", command.question.optical_depth,
                     "Vertical optical depth, [0, inf]")
         ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+    solve
+        .add_option("--over", command.over,
+                    "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +
+                        ground_help())
+        ->type_name("GROUND");
     add_accuracy(solve, command.question.nodes, command.question.tolerance, command.accept,
                  ". Default of other schemes: classic 32, h-function 64, markov 16");
     solve
@@ -313,14 +321,14 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
 /// Stacks, and what is asked.
 void add_question_options(CLI::App& solve, SolveCommand& command) {
     solve
-        .add_option(
-            "--layers", command.layers,
-            "TOML file of a stack: tables [[layers]], top first, with phase_function, "
-            "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, or "
-            "with phase_function and albedo")
+        .add_option("--layers", command.layers,
+                    "TOML file of a stack: tables [[layers]], top first, with phase_function, "
+                    "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, "
+                    "with ground (as --over), or with phase_function and albedo")
         ->check(file_name())
         ->excludes(solve.get_option("--phase"), solve.get_option("--albedo"),
-                   solve.get_option("--optical-depth"), solve.get_option("--scheme"));
+                   solve.get_option("--optical-depth"), solve.get_option("--over"),
+                   solve.get_option("--scheme"));
     CLI::Option* const query = solve
                                    .add_option("--query", command.query,
                                                "CSV with columns " + direction_columns_help +

@@ -180,6 +180,9 @@ Recipe recipe_of(const toml::table& parsed, const TomlFile& file, const PhaseSou
         if (section.has(key)) *range = read_directions(section, key);
     check_directions(recipe);
     read_sides(section, recipe);
+    require(!recipe.lower_boundary.law || recipe.lower_boundary.law->text().rfind("table:", 0) != 0,
+            caller, section.at("below"), "ocean or rpv in recipes, for tables name no other file",
+            "a table");
     require(!recipe.lower_boundary.is_present() || !recipe.transmission, caller,
             section.at("sides"), "[\"reflection\"] where there is [below], which lets nothing pass",
             "transmission");
@@ -311,6 +314,8 @@ std::string resolved_text(const Recipe& recipe) {
     if (!is_mixture_alone(recipe)) out << family_text(recipe);
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::surface)
         out << "[below]\nlambert_albedo = " << recipe.lower_boundary.albedo << "\n";
+    if (recipe.lower_boundary.law)
+        out << "[below]\nground = " << quoted(recipe.lower_boundary.law->text()) << "\n";
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::layer)
         out << "[below]\nphase_function = " << quoted(recipe.lower_boundary.phase_function.text())
             << "\nalbedo = " << recipe.lower_boundary.albedo << "\n";

@@ -1,6 +1,7 @@
 #include "toml_section.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/table/ground.h>
 
 #include <algorithm>
 #include <charconv>
@@ -317,11 +318,17 @@ toml::table parse_toml(const std::string& text, const TomlFile& file) {
 LowerBoundary read_lower_boundary(const Section& file, const char* caller,
                                   const PhaseSource& source) {
     const Section section = file.section("below");
-    constexpr const char* forms = "lambert_albedo alone, or both phase_function and albedo";
-    if (section.has("lambert_albedo")) {
-        require(!section.has("phase_function") && !section.has("albedo"), caller, section.here(),
-                forms, "lambert_albedo and more");
-        return LowerBoundary::surface(section.number("lambert_albedo"));
+    constexpr const char* forms =
+        "lambert_albedo or ground alone, or both phase_function and albedo";
+    for (const char* alone : {"lambert_albedo", "ground"}) {
+        if (!section.has(alone)) continue;
+        for (const char* other : {"lambert_albedo", "ground", "phase_function", "albedo"})
+            require(other == std::string(alone) || !section.has(other), caller, section.here(),
+                    forms, alone + std::string(" and ") + other);
+        if (alone == std::string("lambert_albedo"))
+            return LowerBoundary::surface(section.number(alone));
+        const std::string ground = section.text(alone);
+        return section.placed(alone, [&] { return read_ground(ground, source.directory); });
     }
     const bool has_phase = section.has("phase_function"), has_albedo = section.has("albedo");
     require(has_phase && has_albedo, caller, section.here(), forms,

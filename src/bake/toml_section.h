@@ -117,7 +117,7 @@ constexpr int max_key_parts = 32, max_nesting = 32;
 /// that was given in place of the caller's.
 toml::table parse_toml(const std::string& text, const TomlFile& file);
 
-/// The table [below]: lambert_albedo, or phase_function and albedo.
+/// The table [below]: lambert_albedo, ground, or phase_function and albedo.
 LowerBoundary read_lower_boundary(const Section& file, const char* caller,
                                   const PhaseSource& source);
 

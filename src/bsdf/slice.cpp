@@ -124,9 +124,9 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
             reflection_->opposition = OppositionTable(opposition);
             view.opposition = reflection_->opposition.view();
             reflection_->form = reflection_->phase.form();
+            const bool on_surface = one_sided_ && boundary->kind == LowerBoundary::Kind::surface;
             for (int c = 0; c < channels; ++c) {
-                view.surface_albedo[c] =
-                    one_sided_ && !layer_below ? static_cast<float>(boundary->albedo) : 0;
+                view.surface_albedo[c] = on_surface ? static_cast<float>(boundary->albedo) : 0;
                 view.boundary_quarter_albedo[c] =
                     layer_below ? static_cast<float>(boundary->albedo / 4) : 0;
             }

@@ -6,13 +6,19 @@
 
 namespace stratus {
 
-LowerBoundary LowerBoundary::surface(double albedo) { return {Kind::surface, albedo, {}}; }
+LowerBoundary LowerBoundary::surface(double albedo) { return {Kind::surface, albedo, {}, {}}; }
 
 LowerBoundary LowerBoundary::layer(PhaseFunction phase_function, double albedo) {
-    return {Kind::layer, albedo, std::move(phase_function)};
+    return {Kind::layer, albedo, std::move(phase_function), {}};
+}
+
+LowerBoundary LowerBoundary::ground(std::shared_ptr<const GroundLaw> law) {
+    const double albedo = spherical_albedo(*law);
+    return {Kind::ground, albedo, {}, std::move(law)};
 }
 
 double boundary_phase_value(const LowerBoundary& boundary, const Geometry& geometry) noexcept {
+    if (boundary.kind == LowerBoundary::Kind::ground) return (*boundary.law)(geometry);
     return boundary.kind == LowerBoundary::Kind::layer
                ? boundary.phase_function(cos_scattering_angle_reflected(geometry))
                : 1;
@@ -23,6 +29,7 @@ double single_reflection_of_boundary(const LowerBoundary& boundary, double phase
     if (!boundary.is_present()) return 0;
     const double beam =
         direct_transmittance(optical_depth, mu_in) * direct_transmittance(optical_depth, mu_out);
+    if (boundary.kind == LowerBoundary::Kind::ground) return beam * phase_value;
     if (boundary.kind == LowerBoundary::Kind::surface) return beam * boundary.albedo * phase_value;
     return beam * single_reflection(phase_value, boundary.albedo, infinity, mu_in, mu_out);
 }

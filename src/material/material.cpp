@@ -33,6 +33,7 @@ std::string describe(const Stack& stack) {
     const LowerBoundary& below = stack.lower_boundary;
     if (below.kind == LowerBoundary::Kind::surface)
         text += " on a Lambert surface of albedo " + shortest_text(below.albedo);
+    if (below.law) text += " on " + below.law->text();
     if (below.kind == LowerBoundary::Kind::layer)
         text += " on a semi-infinite layer, " + below.phase_function.text() + ", albedo " +
                 shortest_text(below.albedo);

@@ -1,5 +1,7 @@
 #include "module.h"
 
+#include <stratus/table/ground.h>
+
 namespace stratus::python {
 
 LowerBoundary boundary_of(const py::object& below) {
@@ -8,6 +10,7 @@ LowerBoundary boundary_of(const py::object& below) {
         const auto [phase_function, albedo] = below.cast<std::pair<PhaseFunction, double>>();
         return LowerBoundary::layer(phase_function, albedo);
     }
+    if (py::isinstance<py::str>(below)) return read_ground(below.cast<std::string>());
     return LowerBoundary::surface(below.cast<double>());
 }
 

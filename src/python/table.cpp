@@ -68,7 +68,8 @@ py::dict facts(const AnyTable& any) {
     if (table.lower_boundary.is_present()) {
         facts["below"] = table.lower_boundary.kind == LowerBoundary::Kind::surface
                              ? "lambert surface"
-                             : "semi-infinite layer";
+                         : table.lower_boundary.law ? table.lower_boundary.law->text()
+                                                    : "semi-infinite layer";
         facts["below_albedo"] = table.lower_boundary.albedo;
     }
     return facts;

@@ -66,9 +66,10 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
     const Rgb3 light = layer_light(view, matter, geometry, Side::reflection);
     if (planet.surface.is_black()) return light;
-    return light + irradiance(view, geometry.mu_in) *
-                       (view.light.total_transmittance(matter, geometry.mu_out) *
-                        view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
+    return light + mirrored_sun(view, planet.surface, matter, matter, geometry) +
+           irradiance(view, geometry.mu_in) *
+               (view.light.total_transmittance(matter, geometry.mu_out) *
+                view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 
 }  // namespace stratus

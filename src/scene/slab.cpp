@@ -26,14 +26,26 @@ Matter matter_at(const Slab& slab, const SceneLayer& layer, const Vector3& point
             1};
 }
 
-/// Radiance of the ground at one of its points.
+/// The layer through which the sun lights a point of the ground.
+Matter lit_through(const Slab& slab, const View& view, const Vector3& point) noexcept {
+    return matter_at(slab, view.scene.layer, point + (slab.height / view.to_sun.z) * view.to_sun);
+}
+
+/// Radiance of the ground at one of its points, by Lambert's law.
 Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noexcept {
     const double mu_in = view.to_sun.z;
     if (!slab.surface || mu_in <= min_cosine) return {};
-    const Matter lit =
-        matter_at(slab, view.scene.layer, point + (slab.height / mu_in) * view.to_sun);
+    const Matter lit = lit_through(slab, view, point);
     const Rgb albedo = slab.surface->at(plane_point(point.x, point.y, slab.image_size));
     return irradiance(view, mu_in) * view.light.ground(lit, mu_in, albedo);
+}
+
+/// The sun that an ocean mirrors at one of its points.
+Rgb3 sun_in_water(const Slab& slab, const View& view, const Vector3& point,
+                  const Matter& seen) noexcept {
+    if (!slab.surface || view.to_sun.z <= min_cosine) return {};
+    return mirrored_sun(view, *slab.surface, lit_through(slab, view, point), seen,
+                        scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction));
 }
 
 /// The ray crosses the layer and goes on to the background. Over ground it comes from below, and the
@@ -70,7 +82,8 @@ Rgb3 light_over_ground(const Slab& slab, const View& view, const Vector3& crossi
     const Vector3 point = crossing + (slab.height / geometry.mu_out) * direction;
     return layer_light(view, matter, geometry, Side::reflection) +
            view.light.total_transmittance(matter, geometry.mu_out) *
-               ground_light(slab, view, point);
+               ground_light(slab, view, point) +
+           sun_in_water(slab, view, point, matter);
 }
 
 /// Distance along a ray to a level plane; infinity beyond the horizon.
@@ -108,7 +121,8 @@ Rgb3 radiance_of(const Slab& slab, const View& view) noexcept {
             return light_over_ground(slab, view, crossing);
         if (slab.surface || is_on(slab, crossing)) return sky_light(slab, view, crossing);
     } else if (slab.surface && !std::isinf(to_ground)) {
-        return ground_light(slab, view, view.ray.at(to_ground));
+        const Vector3 point = view.ray.at(to_ground);
+        return ground_light(slab, view, point) + sun_in_water(slab, view, point, {});
     }
     return background_along(view.scene, view.ray.direction) +
            sun_along(view.scene, view.ray.direction);

@@ -92,6 +92,7 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
     require(inner < outer, caller, section.at("outer"), "above inner", outer);
     rings.profile = trimmed(whole, inner, outer);
     rings.surface = read_surface(section, source);
+    require(!rings.surface.mirror, caller, section.at("surface"), "no ocean within rings", "wind");
     rings.flattening = section.number("flattening");
     require_outside(root, camera.position, rings.flattening);
     return rings;

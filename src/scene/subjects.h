@@ -4,6 +4,8 @@
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/scene.h>
 
+#include <algorithm>
+
 namespace stratus {
 
 struct Cell;
@@ -69,6 +71,19 @@ inline Rgb3 layer_light(const View& view, const Matter& matter, const Geometry& 
     }
     return lit * (side == Side::reflection ? view.light.reflection(matter, geometry)
                                            : view.light.transmission(matter, geometry));
+}
+
+/// What an ocean's mirrored sun adds to Lambert's law of its colour: the mirror itself less its
+/// spherical albedo, along the beams through the layer, where they cross it.
+inline Rgb3 mirrored_sun(const View& view, const Texture& surface, const Matter& lit,
+                         const Matter& seen, const Geometry& geometry) noexcept {
+    if (!surface.mirror || !view.scene.effects.background) return {};
+    constexpr double least_cosine = 1e-6;
+    const Geometry at{std::max(geometry.mu_in, least_cosine),
+                      std::max(geometry.mu_out, least_cosine), geometry.azimuth};
+    return ((*surface.mirror)(at)-surface.mirror_albedo) *
+           (irradiance(view, at.mu_in) *
+            (view.light.beam(lit, at.mu_in) * view.light.beam(seen, at.mu_out)));
 }
 
 }  // namespace stratus

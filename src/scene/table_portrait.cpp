@@ -88,6 +88,7 @@ std::string lower_boundary_words(const LowerBoundary& boundary) {
     const std::string albedo = " of albedo " + short_number(boundary.albedo, 3);
     switch (boundary.kind) {
         case LowerBoundary::Kind::surface: return "over a Lambert surface" + albedo;
+        case LowerBoundary::Kind::ground: return "over " + boundary.law->text();
         case LowerBoundary::Kind::layer: return "over a semi-infinite layer" + albedo;
         default: return "black below it";
     }

@@ -99,7 +99,7 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
             has_weights = false;
         }
         double single = order * phase_[at[n]];
-        if (below.is_present())
+        if (below.has_closed_form())
             single += single_reflection_of_boundary(
                 below, tau, {mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]});
         if (path_law_ && shape[n] < 0) {  // the path law is larger than what the samples take back

@@ -147,7 +147,7 @@ Scattered reflected(const TableView& table, const TablePoint& point) noexcept {
             ? single_reflection_of(*table.layers, geometry)
             : single_reflection(table.phase(cos_scattering_angle_reflected(geometry)), albedo,
                                 optical_depth, geometry.mu_in, geometry.mu_out);
-    if (table.has_lower_boundary())
+    if (table.has_lower_boundary() && table.lower_boundary->has_closed_form())
         scattered.single +=
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
     if (table.packed != nullptr)

@@ -37,25 +37,35 @@ double number_of(const Metadata& metadata, const char* name) {
 // Kinds of lower boundary in files; without one there is no entry.
 constexpr const char* surface_name = "lambert surface";
 constexpr const char* layer_name = "semi-infinite layer";
+constexpr const char* ground_name = "ground";
 
 void add_lower_boundary(const LowerBoundary& boundary, Metadata& metadata) {
     if (!boundary.is_present()) return;
     const bool is_surface = boundary.kind == LowerBoundary::Kind::surface;
-    metadata["below"] = is_surface ? surface_name : layer_name;
+    const bool is_ground = boundary.kind == LowerBoundary::Kind::ground;
+    metadata["below"] = is_surface ? surface_name : is_ground ? ground_name : layer_name;
     metadata["below_albedo"] = shortest_text(boundary.albedo);
-    if (!is_surface) metadata["below_phase_function"] = boundary.phase_function.text();
+    if (is_ground) metadata["below_ground"] = boundary.law->text();
+    if (boundary.kind == LowerBoundary::Kind::layer)
+        metadata["below_phase_function"] = boundary.phase_function.text();
 }
 
 LowerBoundary read_lower_boundary(const Metadata& metadata) {
     const auto kind = metadata.find("below");
     if (kind == metadata.end()) return {};
     const bool is_surface = kind->second == surface_name;
-    if (!is_surface && kind->second != layer_name)
+    const bool is_ground = kind->second == ground_name;
+    if (!is_surface && !is_ground && kind->second != layer_name)
         throw std::invalid_argument("attribute below must be \"" + std::string(surface_name) +
-                                    "\" or \"" + layer_name + "\", got " +
+                                    "\", \"" + ground_name + "\" or \"" + layer_name + "\", got " +
                                     shown_text(kind->second));
     const double albedo = number_of(metadata, "below_albedo");
     if (is_surface) return LowerBoundary::surface(albedo);
+    if (is_ground)
+        return {LowerBoundary::Kind::ground,
+                albedo,
+                {},
+                read_ground_law(entry(metadata, "below_ground"))};
     return LowerBoundary::layer(
         read_phase_function("below_phase_function", entry(metadata, "below_phase_function")),
         albedo);

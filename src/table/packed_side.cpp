@@ -26,8 +26,8 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
                      : curve_of(file, prefix + phase_name, 1, phase_function);
     if (lit) {
         const auto albedo = static_cast<float>(below.albedo);
-        side.view.over_surface = !over_layer;
-        side.view.surface_albedo = over_layer ? 0 : albedo;
+        side.view.over_surface = below.kind == LowerBoundary::Kind::surface;
+        side.view.surface_albedo = side.view.over_surface ? albedo : 0;
         side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();

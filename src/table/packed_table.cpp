@@ -149,7 +149,7 @@ struct PackedTable::Contents {
         sum.single = side == Side::reflection
                          ? single_reflection_of(header.layers, point.geometry)
                          : single_transmission_of(header.layers, point.geometry);
-        if (header.lower_boundary.is_present())
+        if (header.lower_boundary.has_closed_form())
             sum.single += single_reflection_of_boundary(header.lower_boundary, point.optical_depth,
                                                         point.geometry);
         return not_negative(sum);

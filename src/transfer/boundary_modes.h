@@ -1,5 +1,5 @@
-// The lower boundary, mode after mode, as an opaque layer: a Lambert surface or a semi-infinite
-// layer.
+// The lower boundary, mode after mode, as an opaque layer: a Lambert surface, a ground with a law of
+// its own, or a semi-infinite layer.
 #pragma once
 
 #include <stratus/layer/lower_boundary.h>
@@ -9,6 +9,7 @@
 #include "layer_modes.h"
 
 #include <optional>
+#include <vector>
 
 namespace stratus {
 
@@ -18,7 +19,8 @@ class BoundaryModes {
     BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
                   const Directions& directions);
 
-    /// Higher modes reflect nothing; 0 without a boundary, 1 for a surface.
+    /// Higher modes reflect nothing; 0 without a boundary, 1 for a surface; of a ground's, which have
+    /// no end, as many as the nodes resolve.
     int count() const;
 
     /// R of one mode, an opaque layer.
@@ -31,10 +33,15 @@ class BoundaryModes {
     Eigen::VectorXd entering();
 
   private:
+    /// R of a ground in one mode; computes some at a time.
+    const Eigen::MatrixXd& ground(int mode);
+
     const LowerBoundary& boundary_;
     const Truncation& truncation_;
     const Directions& directions_;
-    std::optional<LayerModes> modes_;  // of a layer
+    std::optional<LayerModes> modes_;      // of a layer
+    std::vector<Eigen::MatrixXd> ground_;  // of a ground: modes from first_ on
+    int first_ = 0;
 };
 
 }  // namespace stratus

@@ -97,6 +97,11 @@ double seen_boundary(const LayerSolution& layer, double phase, int in, int out) 
                                          layer.mu(in), layer.mu(out));
 }
 
+/// What the boundary alone reflects, as far as tables hold it; for each unit of its phase function.
+double tabulated_boundary(const LayerSolution& layer, int in, int out) {
+    return layer.lower_boundary.has_closed_form() ? 0 : seen_boundary(layer, 1, in, out);
+}
+
 std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in, int out,
                                    const std::vector<double>& azimuths) {
     if (layer.stack) return layer.stack->values(side, in, out, azimuths);
@@ -128,13 +133,18 @@ void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGri
                     GridValues& values) {
     for (int i = 0; i < grid.in_count(); ++i)
         for (int j = 0; j < grid.out_count(); ++j) {
+            const int in = grid.pairs().in[static_cast<std::size_t>(i)],
+                      out = grid.pairs().out[static_cast<std::size_t>(j)];
+            const double ground =
+                side == Side::reflection ? tabulated_boundary(solution, in, out) : 0;
             const std::vector<SolvedValue> here =
-                values_of(solution, side, grid.pairs().in[static_cast<std::size_t>(i)],
-                          grid.pairs().out[static_cast<std::size_t>(j)], grid.azimuth());
+                values_of(solution, side, in, out, grid.azimuth());
             for (std::size_t k = 0; k < here.size(); ++k) {
                 const std::size_t at = grid.at(i, j, static_cast<int>(k));
-                if (!values.closed_form.empty()) values.closed_form[at] = here[k].single;
-                values.tabulated[at] = here[k].multiple;
+                const double tabulated = ground * grid.boundary_phase()[at];
+                if (!values.closed_form.empty())
+                    values.closed_form[at] = here[k].single - tabulated;
+                values.tabulated[at] = here[k].multiple + tabulated;
             }
         }
 }
@@ -209,9 +219,12 @@ GridValues evaluate_parts(const LayerSolution& solution, Side side, const Direct
                                {part(values.closed_form), part(values.tabulated)});
             else
                 add_corrections(solution, side, in, out, table, part(values.tabulated));
+            const double ground = tabulated_boundary(solution, in, out);
+            for (std::size_t at = first; at < first + azimuths && ground != 0; ++at)
+                values.tabulated[at] += ground * grid.boundary_phase()[at];
             if (asks_closed_form) {
                 const double once = single_scattering(solution, side, 1, in, out);
-                const double boundary = seen_boundary(solution, 1, in, out);
+                const double boundary = seen_boundary(solution, 1, in, out) - ground;
                 for (std::size_t at = first; at < first + azimuths; ++at)
                     values.closed_form[at] +=
                         once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
@@ -249,11 +262,16 @@ class PairSamples {
         const std::size_t azimuths = grid_.azimuth().size(), pair = positions[0] / azimuths,
                           outs = grid_.pairs().out.size();
         const int in = grid_.pairs().in[pair / outs], out = grid_.pairs().out[pair % outs];
+        const double ground =
+            side_ == Side::reflection ? tabulated_boundary(solution_, in, out) : 0;
         if (solution_.stack) {
             std::vector<double> some;
             for (const std::size_t at : positions) some.push_back(grid_.azimuth()[at % azimuths]);
             for (const SolvedValue& value : values_of(solution_, side_, in, out, some))
                 *values++ = value.multiple;
+            if (ground != 0)
+                for (std::size_t n = positions.size(); n-- > 0;)
+                    *--values += ground * grid_.boundary_phase()[positions[n]];
             return;
         }
         const auto& modes =
@@ -278,6 +296,7 @@ class PairSamples {
             split_multiple(solution_, side_, in, out, table, *grid_.path_law(), {{}, all});
         else
             add_corrections(solution_, side_, in, out, table, all);
+        for (std::size_t n = 0; n < all.size() && ground != 0; ++n) all[n] += ground * boundary_[n];
     }
 
   private:

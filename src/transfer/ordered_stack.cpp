@@ -201,7 +201,7 @@ class OrderedStackRun {
         return all;
     }
 
-    /// The lower boundary; its first order alone where it is a surface.
+    /// The lower boundary; its first order alone unless it is a layer.
     std::vector<OrderedMode> boundary_modes(int first, int end) {
         const LowerBoundary& boundary = orders_[0].lower_boundary;
         if (boundary.kind == LowerBoundary::Kind::layer)
@@ -209,7 +209,9 @@ class OrderedStackRun {
                             boundary_truncation_.moments, first, end);
         std::vector<OrderedMode> all(static_cast<std::size_t>(end - first),
                                      {nothing(), nothing(), nothing()});
-        if (first == 0) all[0].reflection.K[1] = boundary_modes_.layer(0).reflection;
+        for (int m = first; m < std::min(end, boundary_modes_.count()); ++m)
+            all[static_cast<std::size_t>(m - first)].reflection.K[1] =
+                boundary_modes_.layer(m).reflection;
         return all;
     }
 

@@ -121,6 +121,7 @@ std::string matter(const Table& table) {
     const LowerBoundary& below = table.lower_boundary;
     if (below.kind == LowerBoundary::Kind::surface)
         text += "; below: Lambert ground of albedo " + shortest_text(below.albedo);
+    if (below.law) text += "; below: " + shortened(below.law->text());
     if (below.kind == LowerBoundary::Kind::layer)
         text += "; below: a deep layer, " + shortened(below.phase_function.text()) + " (w " +
                 shortest_text(below.albedo) + ")";

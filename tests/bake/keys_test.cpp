@@ -56,6 +56,7 @@ TEST(RecipeKeys, AreAllRead) {
     const test::KeyedFile deep = ground.with("below", "{}")
                                      .with("below.phase_function", "'rayleigh'")
                                      .with("below.albedo", "0.5");
+    const test::KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
     const test::KeyedFile lobe = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
                                      .with("second_phase_function", "'isotropic'")
                                      .with("family.mixture", "[0.25, 0.5]")
@@ -79,7 +80,8 @@ TEST(RecipeKeys, AreAllRead) {
     const test::KeyedFile spreads = ground.with("phase_function", "'mie:radius=1um'")
                                         .with("family.variance.values", "[0.05, 0.1]");
     test::expect_keys_are_read(
-        recipe_keys(), "recipe", {layer, ground, deep, lobe, lobes, cloud, clouds, spread, spreads},
+        recipe_keys(), "recipe",
+        {layer, ground, deep, sea, lobe, lobes, cloud, clouds, spread, spreads},
         [](const std::string& text) { parse_recipe(text); }, full_name);
 }
 
@@ -121,12 +123,13 @@ TEST(StackKeys, AreAllRead) {
     const test::KeyedFile deep = ground.with("below", "{}")
                                      .with("below.phase_function", "'rayleigh'")
                                      .with("below.albedo", "0.5");
+    const test::KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
     std::vector<Key> keys;
     for (const Key& key : stack_keys())
         if (key.section != std::string("layers")) keys.push_back(key);
     test::expect_keys_are_read(
-        keys, "recipe", {stack, ground, deep}, [](const std::string& text) { parse_recipe(text); },
-        full_name);
+        keys, "recipe", {stack, ground, deep, sea},
+        [](const std::string& text) { parse_recipe(text); }, full_name);
 }
 
 TEST(Keys, StandOnceInTheirTable) {

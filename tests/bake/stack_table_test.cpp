@@ -1,9 +1,11 @@
 // Tables of stacks: every way to look one up, against the solver and against closed forms.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
+#include <stratus/bake/stack_file.h>
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/io/table_file.h>
+#include <stratus/table/ground.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
@@ -110,6 +112,46 @@ TEST(StackTable, OverASurfaceMatchesTheSolver) {
 TEST(StackTable, OverASemiInfiniteLayerMatchesTheSolver) {
     expect_solved(bake(
         stack_recipe(air + haze + "[below]\nphase_function = 'lambert_sphere'\nalbedo = 0.7\n")));
+}
+
+TEST(StackTable, OverAnOceanMatchesTheSolver) {
+    expect_solved(bake(stack_recipe(air + "[below]\nground = 'ocean:wind=20'\n")));
+}
+
+// A table of the lower layer is the ground of the upper one.
+TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
+    const test::TemporaryFolder folder;
+    const Recipe below = stack_recipe(haze + "[below]\nlambert_albedo = 0.4\n");
+    const std::vector<char> packed = pack(bake(below));
+    test::set_content(folder / "haze.stratus", std::string(packed.begin(), packed.end()));
+    const LowerBoundary table = read_ground("table:file=haze.stratus", folder.path().string());
+    const std::vector<double> mu{0.2, 0.5, 0.9};
+    const std::vector<StackLayer> top = parse_stack(air).layers;
+    const StackSolution over_table = solve_stack(top, table, mu),
+                        whole = solve_stack(parse_stack(air + haze).layers,
+                                            LowerBoundary::surface(0.4), mu);
+    for (int in = 0; in < 3; ++in) {
+        for (int out = 0; out < 3; ++out) {
+            const double expected = whole.reflection(in, out, 1).total;
+            EXPECT_NEAR(over_table.reflection(in, out, 1).total, expected,
+                        2 * tolerance * expected);
+        }
+        EXPECT_NEAR(over_table.plane_albedo(in), whole.plane_albedo(in),
+                    tolerance * whole.plane_albedo(in));
+    }
+    const auto refused = [&](const char* text, const char* part) {
+        expect_refusal<std::invalid_argument>([&] { read_ground(text, folder.path().string()); },
+                                              {part});
+    };
+    refused("table:file=haze.stratus,optical_depth=9", "optical_depth must be");
+    refused("table:file=haze.stratus,albedo=0.1", "albedo must be");
+    refused("table:name=haze.stratus", "parameter of table must be file");
+    expect_refusal<std::invalid_argument>(
+        [&] {
+            parse_recipe("tolerance = 1e-2\n" + air + "[below]\nground = 'table:file=" +
+                         (folder / "haze.stratus").string() + "'\n");
+        },
+        {"ocean or rpv in recipes"});
 }
 
 TEST(StackTable, OfInfiniteDepthMatchesTheSolver) {

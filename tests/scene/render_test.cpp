@@ -140,6 +140,34 @@ TEST(RenderedSlab, CastsAShadowOnTheGround) {
     EXPECT_NEAR(ground(shift - 1.01), mu, 1e-12);
 }
 
+// The mirror through the beams, and Lambert's law of the water, which the beam alone lights.
+TEST(RenderedSlab, ShowsTheSunInAnOcean) {
+    const Scene scene = parse_scene(R"(
+[camera]
+position = [0.5773502691896258, 0, 1]
+look_at = [0, 0, 0]
+field_of_view_deg = 10
+[sun]
+direction = [-0.5773502691896258, 0, 1]
+[layer]
+phase_function = "isotropic"
+albedo = 0
+optical_depth = 0.3
+[slab]
+surface = { wind = 4, colour = 0.1 }
+)")
+                            .panels[0];
+    const double mu = std::cos(radians(30));
+    const auto mirror = read_ground_law("ocean:wind=4");
+    const double expected = mu * std::exp(-2 * 0.3 / mu) * ((*mirror)({mu, mu, 0}) + 0.1);
+    const Vector3 eye = scene.camera.position;
+    EXPECT_NEAR(along(once(scene), eye, {0, 0, 0})[1], expected, 1e-6 * expected);
+    EXPECT_GT(expected, 0.5);
+    const double beside = along(once(scene), eye, {0, 3, 0})[1];  // the sky's light is left out
+    EXPECT_LT(beside, 0.1);
+    EXPECT_GT(beside, 0.02);
+}
+
 /// Flux over pi of what is seen along all directions up (or down) from `eye`.
 Rgb3 flux_from(const Scene& scene, const LayerLight& light, const Vector3& eye, double sign) {
     constexpr int cosines = 40, azimuths = 40;

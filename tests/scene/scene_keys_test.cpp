@@ -81,6 +81,11 @@ const test::KeyedFile painted = planet.with("planet.surface", "0.1")
                                     .with("planet.surface.image", "'grey.png'")
                                     .with("planet.surface.encoding", "'data'");
 
+const test::KeyedFile sea = planet.with("planet.surface", "{}")
+                                .with("planet.surface.wind", "5")
+                                .with("planet.surface.index", "1.3")
+                                .with("planet.surface.colour", "0.05");
+
 const test::KeyedFile stacked({{"camera.position", "[4, 0, 0]"},
                                {"camera.orthographic_width", "2"},
                                {"sun.phase_angle_deg", "30"},
@@ -121,7 +126,7 @@ TEST(SceneKeys, AreAllRead) {
     for (const Key& key : scene_keys())
         if (key.section != std::string("animation.keys")) keys.push_back(key);
     test::expect_keys_are_read(
-        keys, "scene", {slab, planet, painted, stacked, rings, keyed_lobes, lambert},
+        keys, "scene", {slab, planet, painted, sea, stacked, rings, keyed_lobes, lambert},
         [&](const std::string& text) { parse_scene(text, folder.path().string()); },
         [](const Key& key) {
             return (key.section == std::string("surface") ? "planet." : "") + full_name(key);

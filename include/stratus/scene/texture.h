@@ -4,6 +4,7 @@
 
 #include <stratus/bsdf/slice.h>
 #include <stratus/io/image.h>
+#include <stratus/layer/ground_law.h>
 #include <stratus/scene/space.h>
 
 #include <memory>
@@ -48,6 +49,9 @@ struct Texture {
     double scale = 1;  // squares or bands per half turn (or unit of length); detail per unit
     unsigned seed = 1;
     std::shared_ptr<const Image> image;
+    // Of an ocean, which mirrors: `colour` holds the spherical albedo of the mirror, too.
+    std::shared_ptr<const GroundLaw> mirror;
+    double mirror_albedo = 0;
 
     Rgb at(const SurfacePoint& point) const noexcept;
     /// Waves of its coarsest detail in a unit of length, where images are `extent` wide; of images a wave

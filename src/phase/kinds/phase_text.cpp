@@ -18,7 +18,7 @@ bool is_name_letter(char letter) {
 }  // namespace
 
 void PhaseText::refuse(const std::string& what) const {
-    throw std::invalid_argument("parse_phase_function: in '" + shown(std::string(text)) +
+    throw std::invalid_argument(std::string(caller) + ": in '" + shown(std::string(text)) +
                                 "': " + shown(what, max_message - 2 * max_shown));
 }
 

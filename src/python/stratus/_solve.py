@@ -15,7 +15,7 @@ from ._arrays import array_of, broadcast, number, whole
 from ._errors import errors_of, text_or_path, warn_of
 from ._phase import PhaseFunction, phase_function_of
 
-Below = float | tuple[PhaseFunction | str, float]
+Below = float | str | tuple[PhaseFunction | str, float]
 PhaseFunctions = PhaseFunction | str | Sequence[Any] | NDArray[np.object_]
 
 
@@ -109,7 +109,7 @@ def _options(function: str, nodes: Any, tolerance: Any, orders: Any) -> tuple[in
 def _boundary(below: Below | None) -> object:
     if isinstance(below, tuple):
         return phase_function_of(below[0])._own, number("below", "albedo", below[1])
-    return None if below is None else number("below", "albedo", below)
+    return below if below is None or isinstance(below, str) else number("below", "albedo", below)
 
 
 def _layers(
@@ -167,8 +167,9 @@ def solve(
     tolerance               relative error of R and T, [1e-12, 1]; as many Gauss nodes as it needs
     nodes                   their number in place of a tolerance, [1, 512]
     orders                  light scattered more often is left out, [0, 200]; 0: all
-    below                   what the layer lies on: the albedo of a Lambert surface, or the phase
-                            function and albedo of a semi-infinite layer
+    below                   what the layer lies on: the albedo of a Lambert surface, a ground by its
+                            text ("ocean:wind=5"), or the phase function and albedo of a
+                            semi-infinite layer
 
     Errors   ValueError naming argument, range and value. A tolerance that 512 nodes would not meet is
              a UserWarning, and the errors say by how much it is missed.

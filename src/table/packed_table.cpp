@@ -67,14 +67,17 @@ AlignedBytes aligned_copy(const std::vector<char>& bytes) {
     return copy;
 }
 
-/// Refuses files of samples by name, which are what is given most often in place of packed ones.
+/// Refuses other files by name: those of samples are what is given most often in place of packed ones.
 void require_packed(const void* data, std::size_t bytes) {
-    const std::string_view begin(static_cast<const char*>(data), std::min<std::size_t>(bytes, 8));
-    const char* const kind = begin == "\x89HDF\r\n\x1a\n"               ? "an HDF5 file"
+    const std::string_view begin(static_cast<const char*>(data), std::min<std::size_t>(bytes, 9));
+    const bool is_packed = begin.size() == 9 && begin[8] == '{';
+    const char* const kind = begin.substr(0, 8) == "\x89HDF\r\n\x1a\n"  ? "an HDF5 file"
                              : begin.substr(0, 4) == "\x76\x2f\x31\x01" ? "an OpenEXR file"
-                                                                        : nullptr;
-    require(kind == nullptr, packed_caller, "the file",
-            "a packed table, which `stratus pack` makes of a table of samples", kind ? kind : "");
+                                                                        : "another kind of file";
+    require(is_packed, packed_caller, "the file",
+            "a packed table, which `stratus bake` writes and `stratus pack` makes of a table of "
+            "samples",
+            kind);
 }
 
 }  // namespace

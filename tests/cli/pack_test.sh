@@ -52,4 +52,6 @@ expect_refused 1 foreign.stratus "got an HDF5 file" "\`stratus pack\`" -- eval f
 expect_ok convert haze.h5 haze.exr
 cp haze.exr foreign.stratus
 expect_refused 1 foreign.stratus "got an OpenEXR file" -- eval foreign.stratus --query query.csv
+echo "a text of some length" >foreign.stratus
+expect_refused 1 foreign.stratus "got another kind of file" "\`stratus bake\`" -- eval foreign.stratus --query query.csv
 finish

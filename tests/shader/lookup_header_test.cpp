@@ -74,6 +74,17 @@ class LookupHeader : public testing::Test {
 };
 test::TemporaryFolder* LookupHeader::folder_ = nullptr;
 
+struct TableRow {
+    Light light;
+    float brdf, direct;
+};
+
+std::vector<Light> lights_of(const std::vector<TableRow>& rows) {
+    std::vector<Light> all;
+    for (const TableRow& row : rows) all.push_back(row.light);
+    return all;
+}
+
 struct LayerRow {
     float r, t, direct, bsdf;
     Vector wo;
@@ -103,10 +114,21 @@ TEST_F(LookupHeader, LooksUpAsTheRuntime) {
                 lookups[n].optical_depth = std::numeric_limits<float>::infinity();
             if (n % 3 == 1) lookups[n].optical_depth *= 1e-4f;  // thin
         }
-        const Differences off =
-            differences(found<Light>(file, lookups), by_runtime(table, lookups));
+        const std::vector<TableRow> rows = found<TableRow>(file, lookups);
+        const Differences off = differences(lights_of(rows), by_runtime(table, lookups));
         EXPECT_LE(off.median, 1e-6);
         EXPECT_LE(off.worst, std::string(kind.name) == "droplets" ? 1e-3 : 1e-4);
+        for (std::size_t n = 0; n < rows.size(); ++n) {
+            const double r = double{rows[n].light[0]} + double{rows[n].light[1]};
+            EXPECT_NEAR(double{rows[n].brdf} * pi, r,
+                        1e-3 * r + 1e-6);  // cosines near 1 are rounded
+            EXPECT_NEAR(double{rows[n].direct},
+                        table.view().has_lower_boundary()
+                            ? 0
+                            : direct_transmittance(double{lookups[n].optical_depth},
+                                                   double{lookups[n].mu_out}),
+                        1e-6);
+        }
     }
 }
 
@@ -117,7 +139,8 @@ TEST_F(LookupHeader, LooksUpAMemberOfAFamily) {
     const std::vector<char> file = pack(table_at(family, {0.4})), whole = pack(family);
     const PackedTable table(file);
     const std::vector<Lookup> lookups = test::random_lookups(table, 500);
-    const Differences off = differences(found<Light>(file, lookups), by_runtime(table, lookups));
+    const Differences off =
+        differences(lights_of(found<TableRow>(file, lookups)), by_runtime(table, lookups));
     EXPECT_LE(off.worst, 1e-4);
     EXPECT_NE(refusal({whole.begin(), whole.end()}).find("features must be of stack and path_law"),
               std::string::npos);
@@ -129,8 +152,10 @@ TEST_F(LookupHeader, GivesNotANumberForOne) {
     lookups[0].albedo = lookups[1].optical_depth = lookups[2].mu_in = lookups[3].mu_out =
         lookups[4].azimuth = nan;
     for (const std::size_t kind : {std::size_t{0}, std::size_t{4}, std::size_t{5}})
-        for (const Light& light : found<Light>(pack(table_of(test::kinds()[kind])), lookups))
-            for (const float one : light) EXPECT_TRUE(std::isnan(one));
+        for (const TableRow& row : found<TableRow>(pack(table_of(test::kinds()[kind])), lookups)) {
+            for (const float one : row.light) EXPECT_TRUE(std::isnan(one));
+            EXPECT_TRUE(std::isnan(row.brdf));
+        }
 }
 
 TEST_F(LookupHeader, BindsALayerAndDrawsItsDirections) {

@@ -1,7 +1,7 @@
 // A program that knows no more of Stratus than stratus_lookup.h: lookups in a table, of rows of
 // numbers from one file into another.
 //
-//   lookup_program TABLE ROWS OUT                    R and T, single and multiple
+//   lookup_program TABLE ROWS OUT                    R and T, single and multiple; BRDF, beam
 //   lookup_program TABLE ROWS OUT TAU W (thrice)     a layer: R, T, beam and BSDF of green, a direction
 //                                                    drawn, its density twice, its weight in green
 #include "stratus_lookup.h"
@@ -19,7 +19,15 @@ struct Row {
 void look_up(const Table& table, const Row& at, std::ofstream& out) {
     const auto r = table.reflection(at.albedo, at.optical_depth, at.mu_in, at.mu_out, at.azimuth),
                t = table.transmission(at.albedo, at.optical_depth, at.mu_in, at.mu_out, at.azimuth);
-    const float found[] = {r.single, r.multiple, t.single, t.multiple};
+    const vec3 wi{std::sqrt((1 - at.mu_in) * (1 + at.mu_in)), 0, at.mu_in};
+    const float sine = std::sqrt((1 - at.mu_out) * (1 + at.mu_out));
+    const vec3 wo{-sine * std::cos(at.azimuth), sine * std::sin(at.azimuth), at.mu_out};
+    const float found[] = {r.single,
+                           r.multiple,
+                           t.single,
+                           t.multiple,
+                           table.bsdf(wi, wo, at.albedo, at.optical_depth),
+                           table.direct(at.optical_depth, at.mu_out)};
     out.write(reinterpret_cast<const char*>(found), sizeof found);
 }
 

@@ -20,7 +20,7 @@
 namespace pbrt {
 
 /// A table, and grey layers of it that directions are drawn for: depths of all powers of two, a few
-/// albedos. Each is prepared when it is first asked for, in some hundredths of a second.
+/// albedos. Each is prepared when it is first asked for.
 class StratusTable {
   public:
     /// Errors   std::runtime_error for a file that is no packed table.

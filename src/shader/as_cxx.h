@@ -12,7 +12,7 @@
 
 namespace stratus::shader {
 
-#include "cpp/vectors.inc"
+#include "cpp/vectors.h.in"
 
 using std::abs, std::floor, std::max, std::min, std::sqrt;
 

@@ -1,6 +1,7 @@
 #include <stratus/table/ground.h>
 
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/phase/kinds/phase_text.h>
 #include <stratus/table/lookup.h>
@@ -49,6 +50,7 @@ class TableGround final : public GroundLaw {
   private:
     static double chosen(std::optional<double> given, const AxisView& axis, const char* name) {
         if (given) return *given;
+        if (axis.count == 0) return infinity;  // of optical depth alone
         require(axis.count == 1, ground_caller, name, "given, for the table holds several", "none");
         return axis.lowest;
     }

@@ -144,6 +144,18 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
         EXPECT_NEAR(over_table.plane_albedo(in), whole.plane_albedo(in),
                     tolerance * whole.plane_albedo(in));
     }
+    const Recipe dust = parse_recipe(
+        "phase_function = 'isotropic'\ntolerance = 1e-2\nsides = ['reflection']\n"
+        "optical_depth = { min = inf, max = inf }\nalbedo = { min = 0.5, max = 1.0 }\n");
+    const std::vector<char> deep = pack(bake(dust));
+    test::set_content(folder / "dust.stratus", std::string(deep.begin(), deep.end()));
+    for (const double albedo : {0.0, 0.8}) {
+        const std::string text = "table:file=dust.stratus,albedo=" + std::to_string(albedo);
+        const StackSolution on_dust =
+            solve_stack(top, LowerBoundary::layer(PhaseFunction::isotropic(), albedo), mu);
+        EXPECT_NEAR(solve_stack(top, read_ground(text, folder.path().string()), mu).plane_albedo(1),
+                    on_dust.plane_albedo(1), 1e-2 * on_dust.plane_albedo(1));
+    }
     const auto refused = [&](const char* text, const char* part) {
         expect_refusal<std::invalid_argument>([&] { read_ground(text, folder.path().string()); },
                                               {part});

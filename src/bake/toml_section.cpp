@@ -319,7 +319,7 @@ LowerBoundary read_lower_boundary(const Section& file, const char* caller,
                                   const PhaseSource& source) {
     const Section section = file.section("below");
     constexpr const char* forms =
-        "lambert_albedo or ground alone, or both phase_function and albedo";
+        "lambert_albedo alone, ground alone, or both phase_function and albedo";
     for (const char* alone : {"lambert_albedo", "ground"}) {
         if (!section.has(alone)) continue;
         for (const char* other : {"lambert_albedo", "ground", "phase_function", "albedo"})

@@ -2,6 +2,7 @@
 
 #include <stratus/base/constants.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace stratus {
@@ -13,7 +14,8 @@ LowerBoundary LowerBoundary::layer(PhaseFunction phase_function, double albedo) 
 }
 
 LowerBoundary LowerBoundary::ground(std::shared_ptr<const GroundLaw> law) {
-    const double albedo = spherical_albedo(*law);
+    // Tables of layers without absorption exceed 1 by their error.
+    const double albedo = std::min(1.0, spherical_albedo(*law));
     return {Kind::ground, albedo, {}, std::move(law)};
 }
 

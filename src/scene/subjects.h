@@ -73,8 +73,8 @@ inline Rgb3 layer_light(const View& view, const Matter& matter, const Geometry& 
                                            : view.light.transmission(matter, geometry));
 }
 
-/// What an ocean's mirrored sun adds to Lambert's law of its colour: the mirror itself less its
-/// spherical albedo, along the beams through the layer, where they cross it.
+/// The light that an ocean's mirrored sun adds to Lambert's law of its colour: the mirror itself less
+/// its spherical albedo, along the beams through the layer, where they cross it.
 inline Rgb3 mirrored_sun(const View& view, const Texture& surface, const Matter& lit,
                          const Matter& seen, const Geometry& geometry) noexcept {
     if (!surface.mirror || !view.scene.effects.background) return {};

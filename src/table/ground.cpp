@@ -1,6 +1,7 @@
 #include <stratus/table/ground.h>
 
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/phase/kinds/phase_text.h>
 #include <stratus/table/lookup.h>
@@ -29,6 +30,8 @@ class TableGround final : public GroundLaw {
                 text_);
         optical_depth_ = chosen(optical_depth, view_.optical_depth, "optical_depth");
         albedo_ = chosen(albedo, view_.albedo, "albedo");
+        once_ = is_scattered_once(view_, albedo_, optical_depth_);
+        if (once_) return;
         require(is_depth_known(view_, Side::reflection, albedo_, optical_depth_), ground_caller,
                 "optical_depth", allowed_depth(view_), optical_depth_);
         require(holds(view_.albedo, albedo_), ground_caller, "albedo", allowed_albedo(view_),
@@ -37,7 +40,8 @@ class TableGround final : public GroundLaw {
 
     double operator()(const Geometry& at) const noexcept override {
         const auto one_way = [&](const Geometry& way) {
-            return reflection(view_, albedo_, optical_depth_, way).total();
+            const Scattered light = reflection(view_, albedo_, optical_depth_, way);
+            return once_ ? light.single : light.total();
         };
         return view_.is_symmetric()
                    ? one_way(at)
@@ -49,6 +53,7 @@ class TableGround final : public GroundLaw {
   private:
     static double chosen(std::optional<double> given, const AxisView& axis, const char* name) {
         if (given) return *given;
+        if (axis.count == 0) return infinity;  // of optical depth alone
         require(axis.count == 1, ground_caller, name, "given, for the table holds several", "none");
         return axis.lowest;
     }
@@ -57,6 +62,7 @@ class TableGround final : public GroundLaw {
     PackedTable packed_;
     TableView view_;
     double optical_depth_ = 0, albedo_ = 0;
+    bool once_ = false;  // scattered once alone: the samples do not count
 };
 
 std::shared_ptr<const GroundLaw> read_table_ground(const std::string& text,

@@ -97,7 +97,8 @@ double seen_boundary(const LayerSolution& layer, double phase, int in, int out) 
                                          layer.mu(in), layer.mu(out));
 }
 
-/// What the boundary alone reflects, as far as tables hold it; for each unit of its phase function.
+/// Tables hold what the boundary alone reflects where lookups have no closed form for it; for each
+/// unit of its phase function.
 double tabulated_boundary(const LayerSolution& layer, int in, int out) {
     return layer.lower_boundary.has_closed_form() ? 0 : seen_boundary(layer, 1, in, out);
 }

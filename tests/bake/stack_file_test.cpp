@@ -109,6 +109,10 @@ TEST(StackFile, RefusesSemiInfiniteLayersAboveOthers) {
 TEST(StackFile, RefusesIncompleteLowerBoundaries) {
     expect_stack_refusal(air + "[below]\nlambert_albedo = 0.3\nalbedo = 1",
                          {"below", "lambert_albedo alone", "both"});
+    expect_stack_refusal(air + "[below]\nlambert_albedo = 0.3\nground = 'ocean:wind=5'",
+                         {"below", "ground alone", "got lambert_albedo and ground"});
+    expect_stack_refusal(air + "[below]\nground = 'ocean:wind=-1'",
+                         {"line 6", "below.ground", "wind", "[0, 50]", "-1"});
     expect_stack_refusal(air + "[below]\n", {"below", "lambert_albedo alone", "got nothing"});
     expect_stack_refusal(air + "[below]\nalbedo = 1",
                          {"below", "both phase_function and albedo", "got albedo alone"});

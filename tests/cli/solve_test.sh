@@ -177,6 +177,20 @@ expect_near "$(figure diffuse_transmittance)" \
     "$(awk -v t="$t" -v s="$s" 'BEGIN { printf "%.17g", t / (1 - 0.3 * s) - 0.60653065971263342 }')" 1e-14
 expect_near "$(figure total_transmittance)" \
     "$(awk -v a="$(figure ground_absorptance)" 'BEGIN { printf "%.17g", a / 0.7 }')" 1e-14
+# the same ground by its text, a law that is Lambert's, and an ocean
+expect_ok solve --layers ground.toml --mu-in 0.5
+over=$(figure plane_albedo)
+for ground in 0.3 rpv:rho0=0.3,k=1,theta=0,rho_c=1; do
+    expect_ok solve --phase rayleigh --albedo 1 --optical-depth 0.25 --mu-in 0.5 --over "$ground"
+    expect_near "$(figure plane_albedo)" "$over" 1e-13
+done
+printf '%s\n[below]\nground = "ocean:wind=5"\n' "$air" >sea.toml
+expect_ok solve --layers sea.toml --mu-in 0.5
+expect_near "$(figure plane_ground_absorptance)" \
+    "$(awk -v r="$(figure plane_albedo)" 'BEGIN { printf "%.17g", 1 - r }')" 1e-12
+expect_refused 2 "--over" -- solve --layers air.toml --over 0.3
+expect_refused 2 "wind must be in [0, 50] m/s" "got 60" -- \
+    solve --phase isotropic --albedo 1 --optical-depth 1 --over ocean:wind=60
 query mu_in,mu_out,azimuth_deg 0.5,0.8,60
 expect_ok solve --layers ground.toml --query query.csv
 [ "$(wc -l <"$out")" -eq 2 ] || fail "a row for every row of the query"

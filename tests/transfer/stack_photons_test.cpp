@@ -135,9 +135,10 @@ class StackPhotons {
     std::mt19937_64 engine_;
 };
 
-/// Compares at two incidences; the errors of photons at most `most_error` of each value.
+/// Compares at two incidences; the errors of photons are at most `most_error` of each value, and
+/// `most_albedo_error`, which a law's weights at grazing angles widen.
 void expect_photons_agree(const std::vector<StackLayer>& layers, const LowerBoundary& ground,
-                          int photon_count, double most_error) {
+                          int photon_count, double most_error, double most_albedo_error) {
     for (const double mu_in : {0.25, 0.8}) {
         std::vector<Geometry> exits;
         for (const double mu_out : {0.3, 0.9})
@@ -154,7 +155,7 @@ void expect_photons_agree(const std::vector<StackLayer>& layers, const LowerBoun
             EXPECT_NEAR(solved.at[e].reflection.total, tallies[e].mean(), 3.5 * tallies[e].error())
                 << mu_in << ' ' << exits[e].mu_out << ' ' << exits[e].azimuth;
         }
-        EXPECT_LT(albedo.error(), 5e-4 * std::sqrt(2e6 / photon_count));
+        EXPECT_LT(albedo.error(), most_albedo_error);
         EXPECT_NEAR(solve_fluxes(layers, ground, {mu_in}, options).fluxes.plane_albedo(0),
                     albedo.mean(), 3.5 * albedo.error());
     }
@@ -167,13 +168,13 @@ TEST(StackPhotons, AgreeWithStacksOfUnlikeClouds) {
     expect_photons_agree({{PhaseFunction::henyey_greenstein(0.97), 0.99, 1},
                           {two_lobes, 1, 2},
                           {PhaseFunction::rayleigh(), 0.95, 0.5}},
-                         LowerBoundary::surface(0.3), 2'000'000, 2e-2);
+                         LowerBoundary::surface(0.3), 2'000'000, 2e-2, 5e-4);
 }
 
 TEST(StackPhotons, AgreeOverGroundsWithLaws) {
     for (const char* ground : {"ocean:wind=12", "rpv:rho0=0.3,k=0.8,theta=-0.2"})
         expect_photons_agree({{PhaseFunction::henyey_greenstein(0.6), 0.98, 0.3}},
-                             read_ground(ground), 500'000, 1e-2);
+                             read_ground(ground), 500'000, 1e-2, 2e-3);
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ struct DepthMap {
     std::shared_ptr<const Image> image;
 
     double at(const SurfacePoint& point) const noexcept;
-    /// As of textures.
+    /// Returns the same of a map of depths.
     double waves(double extent) const noexcept;
     bool is_plain() const noexcept { return pattern == Pattern::plain; }
     /// Whether it depends on the point's place on an image.

@@ -163,11 +163,11 @@ void fill(FilteredLayer& made, shader::AsCxx& exact, int finer_cosines, int fine
     made.bytes.resize(halves.size() * sizeof(Half));
     std::memcpy(made.bytes.data(), halves.data(), made.bytes.size());
 
-    const auto set = [&](int texel, std::size_t component, float value) {
+    const auto set = [&](std::size_t texel, std::size_t component, float value) {
         std::memcpy(made.layer.bytes.data() + (4 * texel + component) * sizeof value, &value,
                     sizeof value);
     };
-    for (int c = 0; c < colours; ++c) set(c, 3, largest[c] / most);
+    for (std::size_t c = 0; c < colours; ++c) set(c, 3, largest[c] / most);
     set(5, 2, static_cast<float>(finer_cosines));
     set(5, 3, static_cast<float>(finer_azimuths));
 }

@@ -167,7 +167,7 @@ std::string constant_texels(ShaderLanguage language, const std::string& name,
                                  : "const vec4 " + name + "[" + count + "] = vec4[](\n";
     for (int n = 0; n < texels; ++n) {
         float at[4];
-        std::memcpy(at, texture.bytes.data() + n * sizeof at, sizeof at);
+        std::memcpy(at, texture.bytes.data() + static_cast<std::size_t>(n) * sizeof at, sizeof at);
         text += std::string(n == 0 ? "" : ",\n") + "    " + (hlsl_text ? "float4(" : "vec4(") +
                 number(at[0]) + ", " + number(at[1]) + ", " + number(at[2]) + ", " + number(at[3]) +
                 ")";

@@ -252,7 +252,7 @@ TEST_F(LookupHeader, RefusesFilesThatAreNone) {
     std::uint64_t length = 0;
     std::memcpy(&length, file.data(), sizeof length);
     const std::size_t first = 8 + length + std::stoul(file.substr(offsets));
-    for (const std::size_t field : {0, 1, 2, 3, 4, 5}) {
+    for (std::size_t field = 0; field < 6; ++field) {
         std::string bytes = file;
         const std::int32_t wrong = field == 1 || field == 3 ? 1 : 1000000;
         std::memcpy(&bytes[first + 4 * field], &wrong, sizeof wrong);

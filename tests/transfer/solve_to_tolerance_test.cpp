@@ -121,7 +121,7 @@ TEST(SolveToTolerance, FindsBackwardPeaks) {
     const std::vector<Geometry> geometries{{0.5, 0.5, 0}, {0.5, 0.5, pi}, {0.2, 0.9, 1}};
     const SolvedGeometries solved = solve(phase, 1, 10, geometries, to(1e-4));
     const LayerSolution fine = solve_layer(phase, 1, 10, {0.5, 0.2, 0.9}, with_nodes(300));
-    for (const std::size_t i : {0, 1})
+    for (const std::size_t i : {std::size_t{0}, std::size_t{1}})
         EXPECT_NEAR(solved.at[i].reflection.total,
                     fine.reflection(0, 0, geometries[i].azimuth).total,
                     1e-4 * solved.at[i].reflection.total);

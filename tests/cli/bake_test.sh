@@ -320,7 +320,7 @@ refuse_recipe '/^optical_depth =/s/2.0/nan/' optical_depth.max "[1e-6, 1e9] or i
 refuse_recipe '/^sides/d; /^optical_depth =/s/=.*/= { min = inf, max = inf }/' 'sides must be ["reflection"]' \
     "got no sides, which bakes both"
 refuse_recipe '/^sides/d; $a [below]\nalbedo = 0.3' \
-    "below must be lambert_albedo alone, or both phase_function and albedo, got albedo alone"
+    "below must be lambert_albedo alone, ground alone, or both phase_function and albedo, got albedo alone"
 refuse_recipe '/^sides/d; $a [below]\nphase_function = "isotropic"' "got phase_function alone"
 refuse_recipe 's/"reflection"/"up"/' sides reflection transmission "got up"
 refuse_recipe 's/"reflection"//' sides reflection transmission "got an empty list"

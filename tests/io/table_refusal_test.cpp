@@ -242,7 +242,8 @@ const std::vector<Change> changes{
     {"PhaseFunctionInAFile", "phase_function", "tabulated:file=/etc/passwd",
      "attribute phase_function must be complete, not name a file: \"tabulated:file=/etc/passwd\""},
     {"UnknownLowerBoundary", "below", "swamp",
-     "attribute below must be \"lambert surface\" or \"semi-infinite layer\", got \"swamp\""},
+     "attribute below must be \"lambert surface\", \"ground\" or \"semi-infinite layer\", got "
+     "\"swamp\""},
     {"LowerBoundaryWithoutAlbedo", "below", "lambert surface", "attribute below_albedo is missing"},
     {"SecondPhaseFunctionAlone", "second_phase_function", "rayleigh",
      "attribute second_phase_function needs mixture in attribute family"},

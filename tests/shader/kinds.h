@@ -74,7 +74,9 @@ inline const std::vector<Kind>& kinds() {
         {"over_surface", "rayleigh", false, 9, LowerBoundary::surface(0.3)},
         {"over_layer", "rayleigh", false, 9, LowerBoundary::layer(PhaseFunction::rayleigh(), 0.6)},
         {"narrowed", "rayleigh", true, 7, {}, true},
-        {"one_side", "rayleigh", true, 9, {}, false, true}};
+        {"one_side", "rayleigh", true, 9, {}, false, true},
+        {"over_ocean", "rayleigh", false, 9,
+         LowerBoundary::ground(read_ground_law("ocean:wind=10"))}};
     return all;
 }
 

@@ -41,7 +41,7 @@ double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& c
     const double waves =
         std::max(layer.optical_depth.waves(sphere_extent), planet.surface.waves(sphere_extent));
     if (waves == 0) return 0;
-    // Of rays beside the planet, the point of its limb that they pass.
+    // Rays beside the planet count at the point of its limb that they pass.
     std::array<Vector3, 4> points{};
     const std::array<Ray, 4> sides = cell.sides();
     for (std::size_t k = 0; k < points.size(); ++k) {

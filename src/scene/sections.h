@@ -54,7 +54,7 @@ Texture read_image(const Section& section, const Source& source, double most);
 
 // ---- Sections
 
-/// What an [animation] says of its frames.
+/// The frames of an [animation].
 struct Animation {
     int frames = 1;
     std::vector<int> keyed{};  // those of its keys, ascending

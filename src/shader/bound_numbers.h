@@ -1,4 +1,4 @@
-// What shaders of a bound, filtered layer read beside its light.
+// The numbers that shaders of a bound, filtered layer read beside its light.
 #pragma once
 
 #include <stratus/phase/path_law.h>

@@ -182,7 +182,7 @@ std::string with_width(std::string text) {
     return text;
 }
 
-/// What the C++ header begins with.
+/// The beginning of the C++ header.
 constexpr const char* cpp =
     R"(// Stratus: lookups in packed tables (.stratus), and layers bound from them, in C++17 alone.
 //

@@ -21,7 +21,7 @@ struct LowerBoundary {
         ground,   // R by its law
     };
     Kind kind = Kind::none;
-    // Of the surface, spherical of the ground, or of single scattering in the layer; [0, 1].
+    // The surface's, the ground's spherical albedo, or the layer's single-scattering albedo; [0, 1].
     double albedo = 0;
     PhaseFunction phase_function;          // of the layer
     std::shared_ptr<const GroundLaw> law;  // of the ground

@@ -49,7 +49,7 @@ struct Texture {
     double scale = 1;  // squares or bands per half turn (or unit of length); detail per unit
     unsigned seed = 1;
     std::shared_ptr<const Image> image;
-    // Of an ocean, which mirrors: `colour` holds the spherical albedo of the mirror, too.
+    // The law of an ocean that mirrors; `colour` then includes the spherical albedo of the mirror.
     std::shared_ptr<const GroundLaw> mirror;
     double mirror_albedo = 0;
 

@@ -25,7 +25,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -213,14 +212,12 @@ void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
     const int count = frames.last - frames.first + 1;
     for (int k = frames.first; k <= frames.last; ++k) {
         const SceneFile& file = film[static_cast<std::size_t>(k)];
-        const std::size_t panels = file.panels.size();
         RenderOptions options;
         options.threads = command.threads;
         options.progress = [&](double done, const std::string& stage) {
             progress.show((k - frames.first + done) / count, stage);
         };
-        const Image image = render(
-            file, std::span(tables).subspan(static_cast<std::size_t>(k) * panels, panels), options);
+        const Image image = render(film, k, tables, options);
         for (const std::string& output : command.outputs)
             write_picture(file, image, output_of(command, output, k));
         if (k == frames.first) note_exposure(command, image, file.panels[0].white, progress);

@@ -11,7 +11,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -133,17 +132,13 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
         const std::vector<Scene> scenes = scenes_of(film);
         const auto tables = given.empty() ? bake_for(scenes, options, cache ? &*cache : nullptr)
                                           : adopt_tables(scenes, std::move(given));
-        const SceneFile& file = film[static_cast<std::size_t>(frame)];
         RenderOptions rendering;
         rendering.threads = options.threads;
         rendering.progress = [&](double done, const std::string& stage) {
             if (options.log.stop()) throw WorkStopped();
             options.progress(done, stage);
         };
-        const std::size_t panels = file.panels.size();
-        return render(file,
-                      std::span(tables).subspan(static_cast<std::size_t>(frame) * panels, panels),
-                      rendering);
+        return render(film, frame, tables, rendering);
     });
     return py::make_tuple(array_of(image.rgb), image.height, image.width, notes);
 }

@@ -185,12 +185,15 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     return image;
 }
 
-Image render(const SceneFile& file, std::span<const std::shared_ptr<const LayerTables>> tables,
+Image render(const std::vector<SceneFile>& film, int frame,
+             const std::vector<std::shared_ptr<const LayerTables>>& tables,
              const RenderOptions& options) {
+    const SceneFile& file = film[static_cast<std::size_t>(frame)];
+    const std::size_t first = static_cast<std::size_t>(frame) * file.panels.size();
     const double panels = static_cast<double>(file.panels.size());
     std::vector<Image> pictures;
     for (std::size_t k = 0; k < file.panels.size(); ++k) {
-        const LayerLight light(file.panels[k], tables[k].get(), options.threads);
+        const LayerLight light(file.panels[k], tables[first + k].get(), options.threads);
         RenderOptions own = options;
         own.progress = [&](double done, const std::string& stage) {
             if (options.progress) options.progress((static_cast<double>(k) + done) / panels, stage);

@@ -10,7 +10,6 @@
 
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -46,8 +45,10 @@ double samples_of(const Scene& scene, int row_step = 1);
 /// The whole picture.
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options = {});
 
-/// The panels of a file, each in the light of its tables (layer_tables.h), side by side.
-Image render(const SceneFile& file, std::span<const std::shared_ptr<const LayerTables>> tables,
+/// The panels of one of a film's frames, side by side, each in the light of its tables, which are those
+/// of scenes_of(film) (layer_tables.h).
+Image render(const std::vector<SceneFile>& film, int frame,
+             const std::vector<std::shared_ptr<const LayerTables>>& tables,
              const RenderOptions& options = {});
 
 /// Pictures of one size side by side, row after row of `columns`.

@@ -143,16 +143,16 @@ void run_shader(const ShaderOptions& options) {
             "left out for cpp, whose class Layer binds any", "both");
     const PackedTable table = read_member("shader", options.input, options.reading, options.at);
     std::vector<ShaderTexture> textures;
-    if (!cpp) textures = shader_textures(table);
     const auto medium = medium_of(table.view(), options.optical_depth, options.albedo);
-    if (medium && !cpp) textures.push_back(shader_layer(table, *medium));
     std::optional<FilteredLayer> filtered;
     if (options.filtered) {
         require(medium.has_value(), "shader", "--filtered",
                 "a bound layer: --optical-depth and --albedo", "none");
-        require(!osl && !cpp, "shader", "--filtered", "with glsl or hlsl", options.language);
         filtered = filtered_layer(table, *medium);
         textures = {filtered->numbers, filtered->layer};
+    } else if (!cpp) {
+        textures = shader_textures(table);
+        if (medium) textures.push_back(shader_layer(table, *medium));
     }
 
     std::vector<OutputFile> files{
@@ -217,8 +217,8 @@ void add_shader(CLI::App& app) {
         ->check(number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; }));
     command->add_flag(
         "--filtered", options->filtered,
-        "For games: orders n >= 2 of the bound layer by one filtered fetch from a 3-D "
-        "texture, within 2e-3; glsl and hlsl");
+        "For games: orders n >= 2 of the bound layer by eight filtered fetches from a "
+        "3-D texture; glsl and hlsl");
     command->add_option("--at", options->at, at_help());
     command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
     add_max_memory(*command, options->reading);

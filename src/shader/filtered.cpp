@@ -3,7 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/half.h>
 
-#include "bound_numbers.h"
+#include "bound_layer.h"
 #include "filtered_as_cxx.h"
 
 #include <algorithm>
@@ -109,26 +109,42 @@ void make_splines(Grid& grid, int axis) {
     grid = std::move(splines);
 }
 
-/// Fills in the differences at random directions.
-void measure(shader::AsCxx& exact, FilteredLayer& made) {
-    shader::FilteredAsCxx filtered(made);
+/// A random direction, and R and T of the colours there by the text without a filter.
+struct ExactLight {
+    float mu_in, mu_out, azimuth;
+    shader::AsCxx::StratusColours reflection, transmission;
+};
+
+std::vector<ExactLight> exact_light(shader::AsCxx& layer) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> cosine(0.02f, 1), azimuth(0, static_cast<float>(pi));
+    std::vector<ExactLight> all(2000);
+    for (ExactLight& at : all) {
+        at.mu_in = cosine(random);
+        at.mu_out = cosine(random);
+        at.azimuth = azimuth(random);
+        at.reflection = layer.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth);
+        at.transmission = layer.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth);
+    }
+    return all;
+}
+
+/// Fills in the differences to the exact light.
+void measure(const std::vector<ExactLight>& exact, FilteredLayer& made) {
+    shader::FilteredAsCxx filtered(made);
     std::vector<double> errors{0};
-    for (int n = 0; n < 2000; ++n) {
-        const float mu_in = cosine(random), mu_out = cosine(random), phi = azimuth(random);
-        const auto compare = [&](const auto& found, const auto& expected) {
-            const auto add = [&](float off, float all) {
-                if (all > 0) errors.push_back(double{std::abs(off)} / std::max(double{all}, 1e-6));
-            };
-            add(found.multiple.x - expected.multiple.x, expected.single.x + expected.multiple.x);
-            add(found.multiple.y - expected.multiple.y, expected.single.y + expected.multiple.y);
-            add(found.multiple.z - expected.multiple.z, expected.single.z + expected.multiple.z);
+    const auto compare = [&](const auto& found, const auto& expected) {
+        const auto add = [&](float off, float all) {
+            if (all > 0) errors.push_back(double{std::abs(off)} / std::max(double{all}, 1e-6));
         };
-        compare(filtered.stratus_layer_reflection(mu_in, mu_out, phi),
-                exact.stratus_layer_reflection(mu_in, mu_out, phi));
-        compare(filtered.stratus_layer_transmission(mu_in, mu_out, phi),
-                exact.stratus_layer_transmission(mu_in, mu_out, phi));
+        add(found.multiple.x - expected.multiple.x, expected.single.x + expected.multiple.x);
+        add(found.multiple.y - expected.multiple.y, expected.single.y + expected.multiple.y);
+        add(found.multiple.z - expected.multiple.z, expected.single.z + expected.multiple.z);
+    };
+    for (const ExactLight& at : exact) {
+        compare(filtered.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth), at.reflection);
+        compare(filtered.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth),
+                at.transmission);
     }
     std::sort(errors.begin(), errors.end());
     made.median_error = errors[errors.size() / 2];
@@ -137,10 +153,10 @@ void measure(shader::AsCxx& exact, FilteredLayer& made) {
 }
 
 /// Fills in the texture.
-void fill(FilteredLayer& made, shader::AsCxx& exact, int finer_cosines, int finer_azimuths) {
+void fill(FilteredLayer& made, shader::AsCxx& layer, int finer_cosines, int finer_azimuths) {
     std::vector<vec4> light;
     for (const int side : {STRATUS_REFLECTION, STRATUS_TRANSMISSION}) {
-        Grid grid = samples_of(exact, side, finer_cosines, finer_azimuths);
+        Grid grid = samples_of(layer, side, finer_cosines, finer_azimuths);
         for (int axis = 0; axis < 3; ++axis) make_splines(grid, axis);
         light.insert(light.end(), grid.value.begin(), grid.value.end());
         made.width = grid.count[0];
@@ -151,13 +167,13 @@ void fill(FilteredLayer& made, shader::AsCxx& exact, int finer_cosines, int fine
     float largest[colours] = {};
     for (const vec4& at : light)
         for (int c = 0; c < colours; ++c)
-            largest[c] = std::max(largest[c], std::abs(exact.stratus_component(at, c)));
+            largest[c] = std::max(largest[c], std::abs(layer.stratus_component(at, c)));
     std::vector<Half> halves;
     constexpr float most = 1024;  // far from both ends of halves
     for (const vec4& at : light) {
         for (int c = 0; c < colours; ++c)
             halves.push_back(
-                to_half(largest[c] > 0 ? exact.stratus_component(at, c) / largest[c] * most : 0));
+                to_half(largest[c] > 0 ? layer.stratus_component(at, c) / largest[c] * most : 0));
         halves.push_back(to_half(0));
     }
     made.bytes.resize(halves.size() * sizeof(Half));
@@ -177,10 +193,10 @@ void fill(FilteredLayer& made, shader::AsCxx& exact, int finer_cosines, int fine
 FilteredLayer filtered_layer(const PackedTable& table, const Medium<3>& medium) {
     const TableView view = table.view();
     FilteredLayer made{};
-    made.layer = shader_layer(table, medium);
-    std::vector<ShaderTexture> textures = shader_textures(table);
-    textures.push_back(made.layer);
-    shader::AsCxx exact(textures);
+    shader::AsCxx layer(shader_textures(table));
+    made.layer = bound_layer(table, medium, layer);
+    layer.layer = shader::texels_of(made.layer.bytes, made.layer.halves);
+    const std::vector<ExactLight> exact = exact_light(layer);
     PathSheet path;
     if (view.path_law != nullptr)
         path = PathSheet(*view.path_law, medium.albedo, colours, view.highest_order);
@@ -193,7 +209,7 @@ FilteredLayer filtered_layer(const PackedTable& table, const Medium<3>& medium) 
     const int cosines = least(std::min(view.mu_in.count, view.mu_out.count)),
               azimuths = least(view.azimuth.count);
     for (const auto& [along_cosines, along_azimuth] : finer) {
-        fill(made, exact, cosines * along_cosines, azimuths * along_azimuth);
+        fill(made, layer, cosines * along_cosines, azimuths * along_azimuth);
         measure(exact, made);
         if (made.usual_error <= target) break;
     }

@@ -1,7 +1,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/bsdf/direction_density.h>
 
-#include "as_cxx.h"
+#include "bound_layer.h"
 #include "table/kernels/packed.h"
 #include "table/packed_block.h"
 
@@ -77,8 +77,13 @@ void append_density(const DirectionDensity& density, bool one_sided, std::vector
 }  // namespace
 
 ShaderTexture shader_layer(const PackedTable& table, const Medium<3>& medium) {
-    const TableView view = table.view();
     shader::AsCxx lookup(shader_textures(table));
+    return bound_layer(table, medium, lookup);
+}
+
+ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
+                          shader::AsCxx& lookup) {
+    const TableView view = table.view();
     const RgbSlice slice(view, medium);  // refuses what the table does not know
     require(slice.has_all_directions(), "shader", "TABLE",
             "one of all directions, which are sampled", "one narrowed to some");

@@ -3,7 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/half.h>
 
-#include "bound_numbers.h"
+#include "bound_layer.h"
 #include "table/kernels/packed.h"
 #include "table/packed_block.h"
 

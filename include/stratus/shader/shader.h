@@ -8,7 +8,6 @@
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/packed_table.h>
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -31,13 +30,14 @@ struct ShaderTexture {
     std::vector<char> bytes;  // little endian, row by row, zeros beyond the last texel
 };
 
+/// Texels of a filtered layer's `stratus_layer` that are constants of its text.
+constexpr int filtered_layer_constants = 8;
+
 /// A bound layer whose orders n >= 2 are a cubic spline, by eight filtered fetches from
 /// `stratus_light`: a 3-D texture of RGBA halves over mu_in, mu_out and azimuth, reflection before
 /// transmission. It is one to three times as fine as the table's samples, as little as keeps all but
 /// one in a thousand of R and T within 2e-3. Of the other textures it reads `stratus_layer` and
 /// `stratus_numbers`, one of its own, whose first texels are constants of its text.
-constexpr int filtered_layer_constants = 8;  // of stratus_layer
-
 struct FilteredLayer {
     int width, height, depth;
     std::vector<char> bytes;  // little endian, mu_in innermost

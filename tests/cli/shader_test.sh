@@ -72,12 +72,16 @@ expect_refused 2 --albedo three -- shader full.stratus --language glsl --optical
 layer='vec3 wi = vec3(0.0, 0.6, 0.8); StratusSample d = stratus_layer_sample(wi, 0.3, 0.6, 0.9);
     vec3 f = stratus_layer_bsdf(wi, d.wo) / stratus_layer_pdf(wi, d.wo) + stratus_layer_direct(0.5);
     StratusColours c = stratus_layer_reflection(0.5, 0.6, 1.0);'
-{ echo '#version 300 es'; echo '#define STRATUS_LAYER'; cat glsl/stratus.glsl; echo "out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >es.frag
-{ echo '#version 450'; echo '#define STRATUS_LAYER'; cat glsl/stratus.glsl; echo "layout(location = 0) out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >core.frag
-{ echo '#define STRATUS_LAYER'; cat hlsl/stratus.hlsl; echo "float4 main() : SV_Target0 { $layer return vec4(f + c.single, 1.0); }"; } >main.hlsl
-expect_compiled es.frag
-expect_compiled -V core.frag -o core.spv
-expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+# expect_layer_compiled GLSL HLSL [DEFINITION]: after the definition, the texts compile with all that a layer has
+expect_layer_compiled() {
+    { echo '#version 300 es'; echo "${3-}"; cat "$1"; echo "out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >es.frag
+    { echo '#version 450'; echo "${3-}"; cat "$1"; echo "layout(location = 0) out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >core.frag
+    { echo "${3-}"; cat "$2"; echo "float4 main() : SV_Target0 { $layer return vec4(f + c.single, 1.0); }"; } >main.hlsl
+    expect_compiled es.frag
+    expect_compiled -V core.frag -o core.spv
+    expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+}
+expect_layer_compiled glsl/stratus.glsl hlsl/stratus.hlsl '#define STRATUS_LAYER'
 
 # the same, filtered
 expect_ok shader full.stratus --language glsl --optical-depth 0.5,1,2 --albedo 0.9 --filtered -o filtered
@@ -88,10 +92,5 @@ expect_near "$(stat -c %s filtered/stratus_light.bin)" $((size)) 0
 expect_ok shader full.stratus --language hlsl --optical-depth 0.5,1,2 --albedo 0.9 --filtered -o filtered --quiet
 expect_refused 2 --filtered "a bound layer" -- shader full.stratus --language glsl --filtered -o new
 expect_refused 2 --filtered "glsl or hlsl" osl -- shader full.stratus --language osl --optical-depth 1 --albedo 0.9 --filtered -o new
-{ echo '#version 300 es'; cat filtered/stratus.glsl; echo "out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >es.frag
-{ echo '#version 450'; cat filtered/stratus.glsl; echo "layout(location = 0) out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >core.frag
-{ cat filtered/stratus.hlsl; echo "float4 main() : SV_Target0 { $layer return vec4(f + c.single, 1.0); }"; } >main.hlsl
-expect_compiled es.frag
-expect_compiled -V core.frag -o core.spv
-expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+expect_layer_compiled filtered/stratus.glsl filtered/stratus.hlsl
 finish

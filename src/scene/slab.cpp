@@ -43,7 +43,7 @@ Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noex
 /// The sun that an ocean mirrors at one of its points.
 Rgb3 sun_in_water(const Slab& slab, const View& view, const Vector3& point,
                   const Matter& seen) noexcept {
-    if (!slab.surface || view.to_sun.z <= min_cosine) return {};
+    if (!slab.surface || !slab.surface->mirror || view.to_sun.z <= min_cosine) return {};
     return mirrored_sun(view, *slab.surface, lit_through(slab, view, point), seen,
                         scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction));
 }

@@ -65,12 +65,16 @@ void print_contents(const Scene& scene) {
     const bool one_each = !scene.layer.channels.empty();
     const std::vector<PhaseFunction>& parts =
         one_each ? scene.layer.channels : scene.layer.components;
-    for (const StackLayer& layer : scene.layer.stack)
-        std::cout << (&layer == &scene.layer.stack[0] ? "stack: " : "       ")
-                  << short_text(layer.phase_function.text()) << ", albedo "
-                  << short_number(layer.albedo) << ", optical depth "
-                  << short_number(layer.optical_depth) << "\n";
-    for (std::size_t k = 0; k < parts.size() && scene.layer.stack.empty(); ++k) {
+    constexpr const char* labels[] = {"red:   ", "green: ", "blue:  "};
+    for (std::size_t c = 0; c < scene.layer.stacks.size(); ++c)
+        for (const StackLayer& layer : scene.layer.stacks[c])
+            std::cout << (&layer != &scene.layer.stacks[c][0] ? "       "
+                          : one_each                          ? labels[c]
+                                                              : "stack: ")
+                      << short_text(layer.phase_function.text()) << ", albedo "
+                      << short_number(layer.albedo) << ", optical depth "
+                      << short_number(layer.optical_depth) << "\n";
+    for (std::size_t k = 0; k < parts.size() && scene.layer.stacks.empty(); ++k) {
         const std::string part = parts[k].text();
         std::cout << (k == 0     ? "layer: "
                       : one_each ? "\n       "
@@ -202,7 +206,7 @@ struct PlannedRecipe {
     std::string ending;
 };
 
-/// One for each light path, or for each and red, green and blue.
+/// One for each light path, or for each and red, green and blue; colours that are alike share one.
 std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
                                            const std::vector<PlanReport>& reports) {
     constexpr const char* colours[] = {"_red", "_green", "_blue"};
@@ -229,7 +233,13 @@ std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
             }
     }
     std::vector<PlannedRecipe> recipes;
-    for (auto& [place, planned] : all) recipes.push_back(std::move(planned));
+    for (auto& [place, planned] : all) {
+        const std::string text = resolved_text(planned.recipe);
+        if (std::ranges::none_of(recipes, [&](const PlannedRecipe& other) {
+                return resolved_text(other.recipe) == text;
+            }))
+            recipes.push_back(std::move(planned));
+    }
     return recipes;
 }
 

@@ -137,11 +137,13 @@ Keys stack_keys() {
     static const std::vector<Key> keys = [] {
         std::vector<Key> all{
             {"", "layers", "tables [[layers]]", "-", "-", "(required)", "the layers, top first"},
-            {"layers", "phase_function", "string", "-", "a phase function", "(required)",
-             "docs/recipes.md"},
-            {"layers", "albedo", "number", "-", "[0, 1]", "(required)", "single scattering"},
-            {"layers", "optical_depth", "number", "-", "[0, inf]", "(required)",
-             "finite where anything lies below"},
+            {"layers", "phase_function", "string or a list of three", "-", "a phase function",
+             "(required)",
+             "docs/recipes.md; three, in scenes and exports, are of red, green and blue"},
+            {"layers", "albedo", "number or three numbers", "-", "[0, 1]", "(required)",
+             "single scattering"},
+            {"layers", "optical_depth", "number or three numbers", "-", "[0, inf]", "(required)",
+             "finite where anything lies below, and where there are three"},
             {"", "below", "table", "-", "-", "(nothing)", "what the lowest layer lies on"},
         };
         // Keys for baking the stack as one material, as in recipes.

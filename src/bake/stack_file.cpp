@@ -4,49 +4,96 @@
 
 #include "layers_section.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
-
 namespace {
 
-StackLayer read_stack_layer(const Section& section, const PhaseSource& source) {
-    return {section.phase_function("phase_function", source.directory, source.notes),
-            section.number("albedo"), section.number("optical_depth")};
+/// A layer in red, green and blue; one that is alike in all where there are no lists.
+std::vector<StackLayer> read_colours(const Section& section, const char* caller,
+                                     const PhaseSource& source) {
+    const bool phases = section.is_list("phase_function"),
+               depths = section.is_list("optical_depth");
+    const std::vector<PhaseFunction> phase_functions =
+        phases
+            ? section.phase_functions("phase_function", 3, source.directory, source.notes)
+            : std::vector{section.phase_function("phase_function", source.directory, source.notes)};
+    const std::array<double, 3> albedo = section.three("albedo"),
+                                depth = section.three("optical_depth");
+    std::vector<StackLayer> colours;
+    for (std::size_t c = 0; c < (phases || depths || section.is_list("albedo") ? 3 : 1); ++c) {
+        require(!depths || depth[c] < infinity, caller, section.at("optical_depth"),
+                "finite where there are three", depth[c]);
+        colours.push_back({phase_functions[phases ? c : 0], albedo[c], depth[c]});
+    }
+    return colours;
+}
+
+/// One stack, or those of red, green and blue where a layer has lists of three.
+std::vector<Stack> read_stacks(const Section& file, const TomlFile& origin,
+                               const PhaseSource& source) {
+    std::vector<Section> sections;
+    std::vector<std::vector<StackLayer>> layers;
+    std::size_t colours = 1;
+    for (const toml::node& node : file.tables("layers")) {
+        sections.emplace_back(*node.as_table(), origin, stack_keys(),
+                              "layer " + std::to_string(sections.size() + 1), "layers");
+        layers.push_back(read_colours(sections.back(), origin.caller, source));
+        colours = std::max(colours, layers.back().size());
+    }
+    std::vector<Stack> stacks(colours);
+    for (std::size_t c = 0; c < colours; ++c)
+        for (const std::vector<StackLayer>& layer : layers)
+            stacks[c].layers.push_back(layer[layer.size() > 1 ? c : 0]);
+    if (file.has("below")) {
+        const LowerBoundary boundary = read_lower_boundary(file, origin.caller, source);
+        for (Stack& stack : stacks) stack.lower_boundary = boundary;
+    }
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        const bool last = k + 1 == layers.size() && !stacks[0].lower_boundary.is_present();
+        require(last || !std::isinf(layers[k][0].optical_depth), origin.caller,
+                sections[k].at("optical_depth"), "finite where a layer or [below] lies under it",
+                layers[k][0].optical_depth);
+    }
+    return stacks;
+}
+
+/// `read`(root, origin, source) of a stack file.
+template <class Read>
+auto parsed(const std::string& text, const std::string& directory, std::vector<std::string>* notes,
+            const std::string& name, const Read& read) {
+    const TomlFile origin{"stack", name};
+    const toml::table table = parse_toml(text, origin);
+    return read(Section(table, origin, stack_keys()), origin, PhaseSource{directory, notes});
 }
 
 }  // namespace
 
 Stack read_layers(const Section& file, const TomlFile& origin, const PhaseSource& source) {
-    Stack stack;
-    std::vector<Section> sections;
-    for (const toml::node& node : file.tables("layers")) {
-        sections.emplace_back(*node.as_table(), origin, stack_keys(),
-                              "layer " + std::to_string(sections.size() + 1), "layers");
-        stack.layers.push_back(read_stack_layer(sections.back(), source));
-    }
-    if (file.has("below")) stack.lower_boundary = read_lower_boundary(file, origin.caller, source);
-    for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-        const bool last = k + 1 == stack.layers.size() && !stack.lower_boundary.is_present();
-        require(last || !std::isinf(stack.layers[k].optical_depth), origin.caller,
-                sections[k].at("optical_depth"), "finite where a layer or [below] lies under it",
-                stack.layers[k].optical_depth);
-    }
-    return stack;
+    std::vector<Stack> stacks = read_stacks(file, origin, source);
+    require(stacks.size() == 1, origin.caller, file.at("layers"),
+            "without lists of three where one colour is solved", "red, green and blue");
+    return std::move(stacks[0]);
 }
 
 Stack parse_stack(const std::string& text, const std::string& directory,
                   std::vector<std::string>* notes, const std::string& name) {
-    const TomlFile origin{"stack", name};
-    const toml::table parsed = parse_toml(text, origin);
-    return read_layers(Section(parsed, origin, stack_keys()), origin, {directory, notes});
+    return parsed(text, directory, notes, name, read_layers);
 }
 
 Stack read_stack(const std::filesystem::path& path, std::vector<std::string>* notes) {
     return parse_stack(read_text(path), path.parent_path().string(), notes, path.string());
+}
+
+std::vector<Stack> read_coloured_stack(const std::filesystem::path& path,
+                                       std::vector<std::string>* notes) {
+    return parsed(read_text(path), path.parent_path().string(), notes, path.string(), read_stacks);
 }
 
 }  // namespace stratus

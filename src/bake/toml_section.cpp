@@ -251,6 +251,15 @@ std::vector<double> Section::numbers(const char* key, std::size_t least, std::si
     return values;
 }
 
+std::array<double, 3> Section::three(const char* key) const {
+    if (!is_list(key) && has(key)) {
+        const double all = number(key);
+        return {all, all, all};
+    }
+    const std::vector<double> each = numbers(key, 3, 3);
+    return {each[0], each[1], each[2]};
+}
+
 std::vector<std::string> Section::texts(const char* key, std::size_t least,
                                         std::size_t most) const {
     toml::table defaults;
@@ -297,6 +306,16 @@ PhaseFunction Section::phase_function(const char* key, const std::string& direct
                                       std::vector<std::string>* notes) const {
     const std::string met = text(key);
     return placed(key, [&] { return read_phase_function(met, directory, notes); });
+}
+
+std::vector<PhaseFunction> Section::phase_functions(const char* key, std::size_t count,
+                                                    const std::string& directory,
+                                                    std::vector<std::string>* notes) const {
+    std::vector<PhaseFunction> functions;
+    for (const std::string& text : texts(key, count, count))
+        functions.push_back(
+            placed(key, [&] { return read_phase_function(text, directory, notes); }));
+    return functions;
 }
 
 toml::table parse_toml(const std::string& text, const TomlFile& file) {

@@ -10,6 +10,7 @@
 
 #include <toml++/toml.h>
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <stdexcept>
@@ -59,6 +60,8 @@ class Section {
     int count(const char* key) const;
     /// From `least` to `most` of them.
     std::vector<double> numbers(const char* key, std::size_t least, std::size_t most) const;
+    /// Three numbers, or one that is all three.
+    std::array<double, 3> three(const char* key) const;
     std::vector<std::string> texts(const char* key, std::size_t least, std::size_t most) const;
     /// The key's text is one of its row's.
     std::string choice(const char* key, const std::vector<std::string>& choices) const;
@@ -83,6 +86,10 @@ class Section {
     }
     PhaseFunction phase_function(const char* key, const std::string& directory,
                                  std::vector<std::string>* notes) const;
+    /// A list of `count`.
+    std::vector<PhaseFunction> phase_functions(const char* key, std::size_t count,
+                                               const std::string& directory,
+                                               std::vector<std::string>* notes) const;
 
   private:
     const Key& row(const char* key) const;

@@ -64,7 +64,7 @@ void read_sun(const Section& root, Scene& scene) {
                        std::sin(phase_angle) * scene.camera.right();
     }
     scene.sun_diameter = read_angle(section, "angular_diameter_deg");
-    scene.sun_colour = read_three(section, "colour");
+    scene.sun_colour = section.three("colour");
     scene.sun_visible = section.flag("visible");
     require(!scene.sun_visible || scene.sun_diameter > 0, caller, section.at("visible"),
             "false where angular_diameter_deg is 0", "true");

@@ -121,7 +121,7 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
     effects.opposition = opposition_;
     const auto bound = [&]<int channels>(const Medium<channels>& medium) {
         return table        ? SliceOf<channels>(*table, medium, effects)
-               : is_stack() ? SliceOf<channels>(scene_.layer.stack, effects)
+               : is_stack() ? SliceOf<channels>(scene_.layer.stacks[0], effects)
                             : SliceOf<channels>(scene_.layer.components[0], medium, effects);
     };
     const auto& albedo = matter->albedo;
@@ -384,6 +384,10 @@ double LayerLight::plane_albedo(const Channel& channel, FluxLookup& fluxes) cons
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
+    if (is_stack() && !channels_.empty())
+        return of_channels([&](const LayerLight& light, std::size_t c) {
+            return light.background(channel_matter(matter, c), mu);
+        });
     if (is_stack() && background_scatters_ && matter.optical_depth > 0)
         if (const Slice* const stack = std::get_if<Slice>(&slice_)) {
             const double share = double{stack->background(static_cast<float>(mu))};

@@ -20,7 +20,7 @@ namespace {
 /// One depth, or red's, green's and blue's: the largest, and `extinction` of each over it.
 double read_depths(const Section& section, const char* key, SceneLayer& layer) {
     if (!section.is_list(key)) return section.number(key);
-    layer.extinction = read_three(section, key);
+    layer.extinction = section.three(key);
     const double largest = *std::ranges::max_element(layer.extinction);
     require(largest < infinity, caller, section.at(key), "finite where there are three", largest);
     for (double& each : layer.extinction) each = largest > 0 ? each / largest : 1;
@@ -132,24 +132,36 @@ std::array<double, 3> extinction_of_droplets(const Section& section, const Scene
     return extinction;
 }
 
-/// Layers on top of one another, seen as one material.
+/// Layers on top of one another, seen as one material in each colour.
 SceneLayer read_stack_of(const Section& section, const Source& source) {
     for (const char* key : {"phase_function", "components", "albedo", "extinction", "optical_depth",
                             "density", "opposition"})
         require_absent(section, key, "beside a stack, whose layers are all that scatters");
     const std::filesystem::path path = source.directory / section.text("stack");
-    Stack stack = section.placed("stack", [&] { return read_stack(path, source.notes); });
-    require(!stack.lower_boundary.is_present(), caller, section.at("stack"),
+    std::vector<Stack> stacks =
+        section.placed("stack", [&] { return read_coloured_stack(path, source.notes); });
+    require(!stacks[0].lower_boundary.is_present(), caller, section.at("stack"),
             "a stack without [below]: ground is the scene's surface, and a semi-infinite layer one "
             "of optical_depth inf",
             "one with it");
-    const Recipe recipe = section.placed(
-        "stack", [&] { return recipe_of_stack(stack.layers, stack.lower_boundary); });
     SceneLayer layer;
-    layer.components = {recipe.phase_function};
-    layer.albedo.fill(recipe.albedo.max);
-    layer.optical_depth.max = recipe.optical_depth.max;
-    layer.stack = std::move(stack.layers);
+    std::vector<StackLayer> means;
+    for (Stack& stack : stacks) {
+        const Recipe recipe =
+            section.placed("stack", [&] { return recipe_of_stack(stack.layers, {}); });
+        means.push_back({recipe.phase_function, recipe.albedo.max, recipe.optical_depth.max});
+        layer.stacks.push_back(std::move(stack.layers));
+    }
+    const double deepest =
+        std::ranges::max_element(means, {}, &StackLayer::optical_depth)->optical_depth;
+    layer.optical_depth.max = deepest;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const StackLayer& mean = means[means.size() > 1 ? c : 0];
+        layer.albedo[c] = mean.albedo;
+        layer.extinction[c] = deepest < infinity ? mean.optical_depth / deepest : 1;
+        if (means.size() > 1) layer.channels.push_back(mean.phase_function);
+    }
+    layer.components = {means[means.size() / 2].phase_function};
     return layer;
 }
 
@@ -184,7 +196,7 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
     if (!of_rings && section.is("albedo", "phase_function"))
         layer.albedo = own_albedos(section, layer);
     else if (section.has("albedo") || !of_rings)
-        layer.albedo = read_three(section, "albedo");
+        layer.albedo = section.three("albedo");
     layer.density = read_density(section);
     if (section.has("opposition")) layer.opposition = read_opposition(section, layer.density);
     return layer;

@@ -269,7 +269,11 @@ namespace {
 /// The recipe for the matter of a scene's layer.
 Recipe recipe_of_matter(const Scene& scene, const MatterRange& range) {
     Recipe recipe;
-    if (!scene.layer.stack.empty()) recipe = recipe_of_stack(scene.layer.stack, {});
+    if (!scene.layer.stacks.empty()) {
+        recipe = recipe_of_stack(scene.layer.stacks[0], {});
+        recipe.title = scene.title;
+        return recipe;
+    }
     recipe.title = scene.title;
     recipe.phase_function = scene.layer.components[0];
     if (scene.layer.components.size() > 1) {

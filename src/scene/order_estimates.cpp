@@ -275,7 +275,7 @@ OrderEstimates estimate_orders(const Scene& scene, double enough) {
     const ScatteringMatter matter = matter_of(spans);
     OrderEstimates all;
     if (matter.albedo == 0 || !seen_light(scene).any()) return all;
-    if (!scene.layer.stack.empty()) {
+    if (!scene.layer.stacks.empty()) {
         const ChangeEstimate unknown{1, 1, "a stack, of which nothing is estimated"};
         return {unknown, unknown};
     }

@@ -321,7 +321,7 @@ std::string range_text(const std::string& name, const std::vector<SeenPlace>& pl
 
 std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables) {
     std::vector<OrderReport> orders;
-    if (!tables || !whole.effects.single || !whole.layer.stack.empty()) return orders;
+    if (!tables || !whole.effects.single || !whole.layer.stacks.empty()) return orders;
     // Where three channels have phase functions of their own, green stands for all.
     const bool has_channels = !whole.layer.channels.empty();
     const Scene scene = has_channels ? channel_scenes(whole)[1] : whole;

@@ -47,24 +47,28 @@ void read_effects(const Section& root, Scene& scene) {
         if (!name.starts_with('-') && name != "all") scene.named.push_back(scene_effect(name));
 }
 
-/// Tables of stacks know light from above alone.
-void check_stack(const Section& root, const Scene& scene) {
+/// Tables of stacks know light from above alone: one that is lit from beneath is turned upside down.
+void turn_to_sun(const Section& root, Scene& scene) {
     const Slab* const slab = std::get_if<Slab>(&scene.subject);
     if (!slab) return;
-    const double lowest = std::asin(std::clamp(scene.to_sun.z, -1.0, 1.0)) - scene.sun_diameter / 2;
-    require(lowest > 0, caller, root.at("sun"),
-            "wholly above a slab that is a stack; turned upside down, the stack is lit from below",
-            std::to_string(degrees(lowest)) + " degrees at its lowest");
+    const double middle = std::asin(std::clamp(scene.to_sun.z, -1.0, 1.0)),
+                 above = std::abs(middle) - scene.sun_diameter / 2;
+    require(above > 0, caller, root.at("sun"),
+            "wholly above or wholly beneath a slab that is a stack",
+            std::to_string(degrees(middle)) + " degrees above it");
+    const bool from_below = middle < 0;
+    if (from_below)
+        for (std::vector<StackLayer>& stack : scene.layer.stacks) std::ranges::reverse(stack);
     const Camera& camera = scene.camera;
-    const bool from_below = camera.orthographic ? camera.forward().z > 0 : camera.position.z < 0;
-    if (!from_below) return;
+    const double height = camera.orthographic ? -camera.forward().z : camera.position.z;
+    if (from_below ? height < 0 : height > 0) return;
     const bool lit_ground = slab->surface && !slab->surface->is_black();
     const bool shining =
         !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
     require(!lit_ground, caller, root.section("slab").at("surface"),
-            "black or absent under a stack that is seen from below", "another");
+            "black or absent under a stack that is seen from its unlit side", "another");
     require(!shining, caller, root.at("background"),
-            "black or an image behind a stack that is seen from below", "a colour");
+            "black or an image behind a stack that is seen from its unlit side", "a colour");
 }
 
 Scene read_panel(const Section& root, const Source& source) {
@@ -82,7 +86,7 @@ Scene read_panel(const Section& root, const Source& source) {
     if (subject == "rings") scene.subject = read_rings(root, source, scene.camera);
     if (subject == "planet") scene.subject = read_planet(root, source, scene.camera);
     if (subject == "slab") scene.subject = read_slab(root, source, scene.camera);
-    if (!scene.layer.stack.empty()) check_stack(root, scene);
+    if (!scene.layer.stacks.empty()) turn_to_sun(root, scene);
     if (scene.sun_diameter > 0) scene.named.push_back(&SceneEffects::sun_size);
     if (scene.layer.density > 0) scene.named.push_back(&SceneEffects::density);
     if (scene.layer.opposition.law != Opposition::Law::none)

@@ -69,6 +69,7 @@ std::vector<Scene> channel_scenes(const Scene& scene) {
         SceneLayer& layer = scenes[c].layer;
         layer.components = {scene.layer.channels[c]};
         layer.channels.clear();
+        if (!layer.stacks.empty()) layer.stacks = {scene.layer.stacks[c]};
         layer.albedo.fill(scene.layer.albedo[c]);
         layer.optical_depth.max *= scene.layer.extinction[c];
         layer.extinction.fill(1);

@@ -1,7 +1,6 @@
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/phase_file.h>
 #include <stratus/picture/png.h>
 
 #include "sections.h"
@@ -44,11 +43,7 @@ PhaseFunction Source::phase_function(const Section& section, const char* key) co
 
 std::vector<PhaseFunction> Source::phase_functions(const Section& section, const char* key,
                                                    std::size_t count) const {
-    std::vector<PhaseFunction> functions;
-    for (const std::string& text : section.texts(key, count, count))
-        functions.push_back(section.placed(
-            key, [&] { return read_phase_function(text, directory.string(), notes); }));
-    return functions;
+    return section.phase_functions(key, count, directory.string(), notes);
 }
 
 void require_exactly_one(const Section& section, const char* one, const char* other) {
@@ -74,17 +69,8 @@ Vector3 read_vector(const Section& section, const char* key) {
 
 double read_angle(const Section& section, const char* key) { return radians(section.number(key)); }
 
-std::array<double, 3> read_three(const Section& section, const char* key) {
-    if (!section.is_list(key) && section.has(key)) {
-        const double grey = section.number(key);
-        return {grey, grey, grey};
-    }
-    const std::vector<double> v = section.numbers(key, 3, 3);
-    return {v[0], v[1], v[2]};
-}
-
 Rgb read_colour(const Section& section, const char* key) {
-    const std::array<double, 3> c = read_three(section, key);
+    const std::array<double, 3> c = section.three(key);
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 

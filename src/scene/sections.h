@@ -46,8 +46,6 @@ void require_absent(const Section& section, const char* key, const char* where);
 Vector3 read_vector(const Section& section, const char* key);
 /// In degrees; returns radians.
 double read_angle(const Section& section, const char* key);
-/// One number, or one each for red, green and blue.
-std::array<double, 3> read_three(const Section& section, const char* key);
 Rgb read_colour(const Section& section, const char* key);
 unsigned read_seed(const Section& section);
 Texture read_image(const Section& section, const Source& source, double most);

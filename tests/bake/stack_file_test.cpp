@@ -7,6 +7,9 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -41,6 +44,35 @@ TEST(StackFile, HoldsItsText) {
     EXPECT_EQ(stack.layers[1].optical_depth, 4);
     EXPECT_EQ(stack.lower_boundary.kind, LowerBoundary::Kind::surface);
     EXPECT_EQ(stack.lower_boundary.albedo, 0.3);
+}
+
+TEST(StackFile, HoldsThreeColoursForScenesAlone) {
+    const test::TemporaryFolder folder;
+    const std::string haze =
+        "[[layers]]\nphase_function = ['isotropic', 'rayleigh', 'isotropic']\n"
+        "albedo = [0.5, 0.6, 0.7]\noptical_depth = [1, 2, 3]\n";
+    const auto write = [&](const std::string& text) { test::set_content(folder / "s.toml", text); };
+    write(haze + deep("inf"));
+    const std::vector<Stack> stacks = read_coloured_stack(folder / "s.toml");
+    ASSERT_EQ(stacks.size(), 3u);
+    for (std::size_t c = 0; c < 3; ++c) {
+        const std::vector<StackLayer>& layers = stacks[c].layers;
+        EXPECT_EQ(layers[0].phase_function.text(), c == 1 ? "rayleigh" : "isotropic");
+        EXPECT_DOUBLE_EQ(layers[0].albedo, 0.5 + 0.1 * static_cast<double>(c));
+        EXPECT_EQ(layers[0].optical_depth, static_cast<double>(c + 1));
+        EXPECT_EQ(layers[1].albedo, 0.95);
+        EXPECT_TRUE(std::isinf(layers[1].optical_depth));
+    }
+    write(air + deep("4") + "[below]\nlambert_albedo = 0.3\n");
+    EXPECT_EQ(read_coloured_stack(folder / "s.toml").size(), 1u);
+    expect_stack_refusal(haze, {"line 1: layers", "without lists of three", "one colour"});
+    for (const auto& [depths, met] :
+         {std::pair("[1, 2, inf]", "got inf"), {"[1, 2]", "three numbers"}}) {
+        std::string text = haze;
+        write(text.replace(text.find("[1, 2, 3]"), 9, depths));
+        expect_refusal<std::invalid_argument>([&] { read_coloured_stack(folder / "s.toml"); },
+                                              {"line 4: layer 1.optical_depth", met});
+    }
 }
 
 TEST(StackFile, MayEndInASemiInfiniteLayer) {

@@ -69,6 +69,10 @@ expect_says mixed.bsdf "0.75*isotropic"
     expect_ok export 0.35.toml 0.4.toml 0.35.toml --nodes 16 --format fourier -o rgb_layers.bsdf --quiet
     expect_ok export family.h5 --at g=0.35 --at g=0.4 --at g=0.35 $layer --format fourier -o rgb_members.bsdf --quiet
     expect_same rgb_layers.bsdf rgb_members.bsdf
+    printf '[[layers]]\nphase_function = ["henyey_greenstein:g=0.35", "henyey_greenstein:g=0.4", "henyey_greenstein:g=0.35"]\nalbedo = 0.9\noptical_depth = 1.0\n' >coloured.toml
+    expect_ok export coloured.toml --nodes 16 --format fourier -o coloured.bsdf --quiet
+    expect_same coloured.bsdf rgb_members.bsdf
+    expect_refused 2 "coloured.toml, line 1" "without lists of three" -- export coloured.toml coloured.toml 0.4.toml --format fourier -o no.bsdf
 }
 expect_ok export "$stacks/haze_over_ground.toml" --nodes 16 --format fourier -o haze.bsdf
 expect_says haze.bsdf "rayleigh, albedo 1, optical depth 0.1 on henyey_greenstein:g=0.7" "on a Lambert surface of albedo 0.3"

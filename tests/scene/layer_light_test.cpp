@@ -1,19 +1,24 @@
 // What layers scatter in scenes, against the solver and against closed forms.
 #include <stratus/scene/layer_light.h>
 
+#include <stratus/bake/stack_file.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/scene/render.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
 #include "layer_fluxes.h"
 #include "refusal.h"
 #include "small_scene.h"
+#include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -278,7 +283,7 @@ void stack(Scene& scene, std::vector<StackLayer> layers) {
     scene.layer.components = {mean.phase_function};
     scene.layer.albedo.fill(mean.albedo);
     scene.layer.optical_depth.max = mean.optical_depth;
-    scene.layer.stack = std::move(layers);
+    scene.layer.stacks = {std::move(layers)};
 }
 
 const std::vector<StackLayer> haze_under_air{{PhaseFunction::rayleigh(), 1, 0.3},
@@ -314,6 +319,45 @@ TEST(LayerLight, OfAStackMatchesTheSolver) {
         EXPECT_GT(background, beam);
         EXPECT_EQ(light.background({0, matter.albedo, 1}, 0.4)[1], 1);  // beyond its edges
     }
+}
+
+TEST(LayerLight, OfAColouredStackMatchesTheSolverFromEitherSide) {
+    const test::TemporaryFolder folder;
+    test::set_content(folder / "stack.toml",
+                      "[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1\n"
+                      "optical_depth = [0.2, 0.4, 0.4]\n"
+                      "[[layers]]\nphase_function = ['isotropic', 'henyey_greenstein:g=0.5', "
+                      "'henyey_greenstein:g=0.5']\nalbedo = [0.9, 0.6, 0.6]\noptical_depth = 2\n");
+    const std::vector<Stack> stacks = read_coloured_stack(folder / "stack.toml");
+    for (const bool beneath : {false, true})
+        for (const bool same_side : {true, false}) {
+            const std::string sun = beneath ? "-30" : "30",
+                              eye = beneath == same_side ? "-50" : "50";
+            const Scene scene =
+                parse_scene(
+                    "[picture]\nwidth = 1\nheight = 1\n[camera]\ndistance = 9.0\n"
+                    "orthographic_width = 1.0\nelevation_deg = " +
+                        eye + "\n[sun]\nazimuth_deg = 60.0\nelevation_deg = " + sun +
+                        "\n[layer]\nstack = 'stack.toml'\n[slab]\n",
+                    folder.path().string())
+                    .panels[0];
+            ASSERT_EQ(shared_recipes(channel_scenes(scene)).size(), 2u) << "green is blue";
+            const auto tables = bake_for({scene});
+            const Image picture = render(scene, LayerLight(scene, tables[0].get()));
+            const Geometry at =
+                scattering_geometry({0, 0, 1}, scene.to_sun, -scene.camera.forward());
+            for (std::size_t c = 0; c < 3; ++c) {
+                std::vector<StackLayer> lit = stacks[c].layers;
+                if (beneath && same_side) std::ranges::reverse(lit);
+                const StackSolution solved = solve_stack(lit, {}, {at.mu_in, at.mu_out});
+                // T from beneath is that from above the other way round.
+                const double expected = same_side ? solved.reflection(0, 1, at.azimuth).total
+                                        : beneath ? solved.transmission(1, 0, at.azimuth).total
+                                                  : solved.transmission(0, 1, at.azimuth).total;
+                EXPECT_NEAR(double{picture.rgb[c]} / (at.mu_in * expected), 1, scene.tolerance)
+                    << sun << " " << eye << " " << c;
+            }
+        }
 }
 
 TEST(LayerLight, OfAStackOverGroundMatchesTheSolver) {

@@ -181,7 +181,7 @@ TEST(OrderEstimates, EndWhereBothEffectsAreNeeded) {
 
 TEST(OrderEstimates, TakeTheOrdersOfAStackToMatter) {
     Scene scene = wide_slab(1, 0.01);
-    scene.layer.stack = {{PhaseFunction::rayleigh(), 0.01, 1}};
+    scene.layer.stacks = {{{PhaseFunction::rayleigh(), 0.01, 1}}};
     EXPECT_EQ(estimate_orders(scene, 1e-3).multiple.change, 1);
 }
 

@@ -642,8 +642,10 @@ TEST(SceneOfAStack, HoldsItsLayers) {
             .panels[0];
     };
     const Scene scene = scene_of("two.toml");
-    ASSERT_EQ(scene.layer.stack.size(), 2u);
-    EXPECT_EQ(scene.layer.stack[1].optical_depth, 1.5);
+    ASSERT_EQ(scene.layer.stacks.size(), 1u);
+    EXPECT_EQ(scene.layer.stacks[0][1].optical_depth, 1.5);
+    EXPECT_EQ(scene_of("two.toml", "", "[slab]\n", "-30").layer.stacks[0][0].optical_depth, 1.5)
+        << "lit from beneath";
     EXPECT_EQ(scene.layer.optical_depth.max, 2);
     EXPECT_EQ(scene.layer.albedo[0], (0.5 + 0.75) / 2);
     const auto refused = [&](const auto& call, const std::vector<const char*>& fragments) {
@@ -660,15 +662,16 @@ TEST(SceneOfAStack, HoldsItsLayers) {
             {"scene.toml, line 8", "bad.toml, line 4", "optical_depth", "got -1"});
     refused([&] { scene_of("two.toml", "", "[rings]\nprofile = 'r.csv'\n"); },
             {"scene.toml, line 8", "layer.stack", "[rings]"});
-    refused([&] { scene_of("two.toml", "", "[slab]\n", "-5"); },
-            {"scene.toml, line 5", "sun", "above", "-5"});
+    refused([&] { scene_of("two.toml", "", "[slab]\n", "0"); },
+            {"scene.toml, line 5", "sun", "wholly above or wholly beneath", "0.0"});
     refused(
         [&] { scene_of("two.toml", "", "[slab]\nsurface = 0.5\nheight = 20.0\n", "30", "-30"); },
-        {"scene.toml, line 10", "slab.surface", "seen from below"});
+        {"scene.toml, line 10", "slab.surface", "seen from its unlit side"});
     refused([&] { scene_of("two.toml", "", "[slab]\n[background]\ncolour = 1.0\n", "30", "-30"); },
-            {"scene.toml, line 10", "background", "seen from below"});
+            {"scene.toml, line 10", "background", "seen from its unlit side"});
     EXPECT_NO_THROW(scene_of("two.toml", "", "[slab]\n", "30", "-30"));
     EXPECT_NO_THROW(scene_of("two.toml", "", "[planet]\n", "-5"));
+    EXPECT_NO_THROW(scene_of("two.toml", "", "[slab]\n[background]\ncolour = 1.0\n", "-5", "-30"));
 }
 
 }  // namespace

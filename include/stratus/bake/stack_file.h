@@ -4,6 +4,8 @@
 //     phase_function = "rayleigh"
 //     albedo = 1.0
 //     optical_depth = 0.2             # finite; the last one may be inf where there is no [below]
+//                                     # Scenes and exports take three of each, of red, green and
+//                                     # blue: albedo = [0.7, 0.9, 1.0]
 //
 //     [below]                         # may be left out
 //     lambert_albedo = 0.3            # a surface; or phase_function and albedo: a semi-infinite
@@ -32,11 +34,17 @@ struct Stack {
 /// user go to `notes`. `name`: of its file, in refusals.
 ///
 /// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
-///          unknown keys with the nearest known; std::runtime_error for files that cannot be read.
+///          unknown keys with the nearest known; lists of three, for this is one colour;
+///          std::runtime_error for files that cannot be read.
 Stack parse_stack(const std::string& text, const std::string& directory = "",
                   std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
 /// Reads a stack from a file. Errors: std::runtime_error when it cannot be read.
 Stack read_stack(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+/// Reads the stack of a file, or, where a layer has lists of three, those of red, green and blue.
+/// Errors: as above.
+std::vector<Stack> read_coloured_stack(const std::filesystem::path& path,
+                                       std::vector<std::string>* notes = nullptr);
 
 }  // namespace stratus

@@ -149,7 +149,7 @@ class LayerLight {
     Rgb3 of_channels(const Function& of) const noexcept;
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
-    bool is_stack() const noexcept { return !scene_.layer.stack.empty(); }
+    bool is_stack() const noexcept { return !scene_.layer.stacks.empty(); }
     const LayerTable* table(LightPath path) const noexcept {
         return tables_ ? tables_->at(path) : nullptr;
     }

@@ -89,8 +89,9 @@ struct SceneLayer {
     std::array<double, 3> extinction{1, 1, 1};  // of red, green and blue; multiplies the depth
     std::array<double, 3> albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
-    // The layers of a stack, top first; empty: one layer. Components, albedo and depth are of mean_layer.
-    std::vector<StackLayer> stack;
+    // The layers of a stack, that which the sun meets first; of red, green and blue where channels
+    // differ; empty: one layer. Components, channels, albedo and depth are of mean_layer.
+    std::vector<std::vector<StackLayer>> stacks;
     double density = 0;
     Opposition opposition;
 };

@@ -25,6 +25,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -97,6 +98,10 @@ void print_contents(const Scene& scene) {
               << range_text(depth) << ", albedo " << range_text(albedo) << "\n      mu_in "
               << range_text(seen.mu_in) << ", mu_out " << range_text(seen.mu_out) << ", azimuth "
               << range_text(seen.azimuth, " deg") << "\n\n";
+    if (const std::optional<Scene> planet = planet_scene(scene)) {
+        std::cout << "its planet's ";
+        print_contents(*planet);
+    }
 }
 
 /// "multiple, azimuth and shadows".
@@ -200,22 +205,32 @@ void print_cost(const FileReport& report, int frames, double reading, int thread
 }
 
 /// A recipe of a table that serves a light path of all panels and frames, and the name of its file's ending:
-/// "", "_shine", "_red", "_shine_red".
+/// "", "_shine", "_red", "_shine_red", "_planet".
 struct PlannedRecipe {
     Recipe recipe;
     std::string ending;
 };
 
+/// The ending of each of a scene's channel_scenes.
+std::vector<std::string> channel_endings(const Scene& scene) {
+    std::vector<std::string> endings{""};
+    if (!scene.layer.channels.empty()) endings = {"_red", "_green", "_blue"};
+    if (const std::optional<Scene> planet = planet_scene(scene))
+        for (const std::string& ending : channel_endings(*planet))
+            endings.push_back("_planet" + ending);
+    return endings;
+}
+
 /// One for each light path, or for each and red, green and blue; colours that are alike share one.
 std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
                                            const std::vector<PlanReport>& reports) {
-    constexpr const char* colours[] = {"_red", "_green", "_blue"};
     std::map<std::pair<std::size_t, LightPath>, PlannedRecipe> all;
     const std::vector<Scene> scenes = scenes_of(film);
     for (std::size_t k = 0; k < scenes.size(); ++k) {
         Scene scene = scenes[k];
         leave_out(reports[k % reports.size()].plan, scene);
         const std::vector<Scene> channels = channel_scenes(scene);
+        const std::vector<std::string> endings = channel_endings(scene);
         for (std::size_t c = 0; c < channels.size(); ++c)
             for (const auto& [path, own] : needed_recipes(channels[c])) {
                 const auto [planned, is_new] = all.try_emplace({c, path});
@@ -226,20 +241,16 @@ std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
                         "plan: SCENE must have panels that can share a recipe" +
                         (scene.title.empty() ? "" : "; '" + scene.title + "' needs its own"));
                 both.recipe = *wider;
-                if (channels.size() > 1) both.ending = colours[c];
+                both.ending = endings[c];
                 if (path != LightPath::sunlight)
-                    both.ending = std::string("_") + light_path_name(path) +
-                                  (channels.size() > 1 ? colours[c] : "");
+                    both.ending = std::string("_") + light_path_name(path) + endings[c];
             }
     }
     std::vector<PlannedRecipe> recipes;
-    for (auto& [place, planned] : all) {
-        const std::string text = resolved_text(planned.recipe);
-        if (std::ranges::none_of(recipes, [&](const PlannedRecipe& other) {
-                return resolved_text(other.recipe) == text;
-            }))
+    std::set<std::string> texts;
+    for (auto& [place, planned] : all)
+        if (texts.insert(resolved_text(planned.recipe)).second)
             recipes.push_back(std::move(planned));
-    }
     return recipes;
 }
 
@@ -330,10 +341,11 @@ void add_plan(CLI::App& app) {
     plan->add_option("--tolerance", command->tolerance,
                      "Relative change of a pixel that is tolerated, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
-    plan->add_option("--write", command->recipe,
-                     "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
-                     "paths with tables of their own, and NAME_red.toml and so on for a phase "
-                     "function each")
+    plan->add_option(
+            "--write", command->recipe,
+            "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
+            "paths with tables of their own, NAME_red.toml and so on for a phase "
+            "function or stack each, and NAME_planet.toml for a planet's layer within rings")
         ->check(file_name());
     plan->add_option("--picture", command->picture,
                      "Picture of where each effect changes the scene, in false colours, .png")

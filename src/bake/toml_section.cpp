@@ -170,9 +170,11 @@ Section Section::section(const char* key, const std::string& kind) const {
     require(has(key) || !required, file_.caller, at(key), "present", "nothing");
     require(!has(key) || is_table(key), file_.caller, at(key), allowed(its),
             "another kind of value");
-    const std::string name = name_.empty() ? key : name_ + "." + key;
-    return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_, name,
-            kind.empty() ? name : kind};
+    const auto within = [&](const std::string& parent) {
+        return parent.empty() ? key : parent + "." + key;
+    };
+    return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_, within(name_),
+            kind.empty() ? within(kind_) : kind};
 }
 
 const Key& Section::row(const char* key) const {

@@ -41,8 +41,8 @@ class Section {
     Section(const toml::table& table, const TomlFile& file, Keys keys, const std::string& name,
             const std::string& kind);
 
-    /// The table under a key, whose rows are those of the section `kind`, or of the key's full
-    /// name; empty where the key is absent but not required.
+    /// The table under a key, whose rows are those of the section `kind`, or of the key within this
+    /// section's; empty where the key is absent but not required.
     Section section(const char* key, const std::string& kind = "") const;
 
     bool has(const char* key) const { return row(key), table_.contains(key); }

@@ -60,7 +60,7 @@ SeenLight seen_light_of_plane(const Scene& scene, const Plane& plane) noexcept {
 SeenLight seen_light_of(const Scene& scene, const Rings& rings) noexcept {
     SeenLight seen = seen_light_of_plane(scene, rings);
     seen.shine =
-        !rings.surface.is_black() && (scene.effects.ringshine || scene.effects.planetshine);
+        !rings.has_black_planet() && (scene.effects.ringshine || scene.effects.planetshine);
     if (seen.shine) seen.reflection = seen.transmission = true;
     return seen;
 }
@@ -240,7 +240,8 @@ Range phase_angles(const Scene& scene) noexcept {
 
 /// On a globe all directions occur whose scattering angle is that between sun and eye. Beyond a phase
 /// angle of 90 degrees the brightest point of the visible part lies on its edge.
-SeenDirections directions_of(const Scene& scene, const Planet&) noexcept {
+SeenDirections directions_of(const Scene& scene, const Planet& planet) noexcept {
+    if (planet.has_rings) return {};
     const double least = phase_angles(scene).min;
     const Range mu{min_cosine, least > pi / 2 ? std::sin(least) : 1.0};
     return {mu, mu};
@@ -294,7 +295,8 @@ SeenDirections seen_directions(const Scene& scene) noexcept {
 }
 
 Range seen_scattering_angles(const Scene& scene, Side side) noexcept {
-    if (std::holds_alternative<Planet>(scene.subject)) {
+    const Planet* const planet = std::get_if<Planet>(&scene.subject);
+    if (planet && !planet->has_rings) {
         const Range phase = phase_angles(scene);
         return {180 - degrees(phase.max), 180 - degrees(phase.min)};
     }

@@ -48,6 +48,11 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
 LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads,
                        LightDetail detail)
     : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
+    if (std::optional<Scene> planet = planet_scene(scene)) {
+        planet_scene_ = std::make_shared<const Scene>(std::move(*planet));
+        planet_ = std::make_shared<const LayerLight>(
+            *planet_scene_, tables ? tables->planet.get() : nullptr, threads, detail);
+    }
     const bool needed = !needed_paths(scene).empty();
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
             "none");
@@ -97,7 +102,7 @@ void LayerLight::shine(int threads, LightDetail detail) {
     }
     if (scene_.effects.ringshine)
         ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, *this, threads, detail);
-    if (scene_.effects.planetshine && !rings->surface.is_black())
+    if (scene_.effects.planetshine && !rings->has_black_planet())
         planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads, detail);
 }
 

@@ -167,8 +167,7 @@ SceneLayer read_stack_of(const Section& section, const Source& source) {
 
 }  // namespace
 
-SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) {
-    const Section section = root.section("layer");
+SceneLayer read_layer(const Section& section, const Source& source, bool of_rings) {
     if (section.has("stack")) {
         require(!of_rings, caller, section.at("stack"),
                 "absent where there are [rings], whose profile mixes two components", "given");
@@ -182,7 +181,7 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
             require_absent(section, key, "where there are [rings], whose profile has the depth");
         layer.components = source.phase_functions(section, "components", 2);
     } else {
-        require_absent(section, "components", "where there are no [rings]");
+        require_absent(section, "components", "but of [rings]");
         read_phase_function(section, source, layer);
         layer.optical_depth = read_depth(section, source, layer);
         if (section.has("extinction")) {

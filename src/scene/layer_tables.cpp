@@ -394,32 +394,38 @@ std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOpti
 
 namespace {
 
-/// The tables of a scene, from those of its channel_scenes; none where none is needed.
-std::shared_ptr<const LayerTables> of_channels(const Scene& scene,
-                                               std::span<const LayerTables> own) {
-    const auto tables = [](const LayerTables& some) -> std::shared_ptr<const LayerTables> {
-        const bool needed =
-            std::ranges::any_of(some.paths, [](const auto& path) { return !!path; });
-        return needed ? std::make_shared<const LayerTables>(some) : nullptr;
-    };
-    if (scene.layer.channels.empty()) return tables(own[0]);
+/// The tables of a scene, from the first of those of channel_scenes, which are taken away; none where
+/// none is needed.
+std::shared_ptr<const LayerTables> take_tables(const Scene& scene,
+                                               std::span<const LayerTables>& own) {
     const auto all = std::make_shared<LayerTables>();
-    bool needed = false;
-    for (std::size_t c = 0; c < all->channels.size(); ++c) {
-        all->channels[c] = tables(own[c]);
-        needed = needed || all->channels[c];
-    }
-    return needed ? all : nullptr;
+    const auto take = [&]() -> const LayerTables& {
+        const LayerTables& first = own[0];
+        own = own.subspan(1);
+        return first;
+    };
+    const auto needed = [](const LayerTables& some) {
+        const auto any = [](const auto& tables) {
+            return std::ranges::any_of(tables, [](const auto& each) { return !!each; });
+        };
+        return any(some.paths) || any(some.channels) || some.planet;
+    };
+    if (scene.layer.channels.empty())
+        all->paths = take().paths;
+    else
+        for (auto& channel : all->channels)
+            if (const LayerTables& tables = take(); needed(tables))
+                channel = std::make_shared<const LayerTables>(tables);
+    if (const std::optional<Scene> planet = planet_scene(scene))
+        all->planet = take_tables(*planet, own);
+    return needed(*all) ? all : nullptr;
 }
 
 /// The tables of each of several scenes, from those of all their channel_scenes.
-std::vector<std::shared_ptr<const LayerTables>> of_all_channels(const std::vector<Scene>& scenes,
-                                                                std::span<const LayerTables> own) {
+std::vector<std::shared_ptr<const LayerTables>> tables_of_all(const std::vector<Scene>& scenes,
+                                                              std::span<const LayerTables> own) {
     std::vector<std::shared_ptr<const LayerTables>> tables;
-    for (const Scene& scene : scenes) {
-        tables.push_back(of_channels(scene, own));
-        own = own.subspan(scene.layer.channels.empty() ? 1 : scene.layer.channels.size());
-    }
+    for (const Scene& scene : scenes) tables.push_back(take_tables(scene, own));
     return tables;
 }
 
@@ -512,7 +518,7 @@ std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<S
     for (std::size_t k = 0; k < given.size(); ++k)
         require(given[k].has_served() || !needs_any, caller, "--table",
                 "a table of something that the scene needs", "number " + std::to_string(k + 1));
-    return of_all_channels(scenes, adopted);
+    return tables_of_all(scenes, adopted);
 }
 
 std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes) {
@@ -552,7 +558,7 @@ std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Sc
         for (const std::size_t s : shared.scenes)
             made[s].paths[static_cast<std::size_t>(shared.path)] = table;
     }
-    return of_all_channels(scenes, made);
+    return tables_of_all(scenes, made);
 }
 
 }  // namespace stratus

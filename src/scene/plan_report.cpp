@@ -169,6 +169,8 @@ class SparsePictures {
 /// Estimates what the opposition of single scattering adds, at the smallest phase angle that is seen.
 ChangeEstimate opposition_estimate(const Scene& scene) {
     ChangeEstimate change;
+    if (const std::optional<Scene> planet = planet_scene(scene))
+        change = opposition_estimate(*planet);
     const SeenDirections seen = seen_directions(scene);
     const double angle = seen_scattering_angles(scene, Side::reflection).max;
     const Opposition opposition =
@@ -188,6 +190,8 @@ ChangeEstimate opposition_estimate(const Scene& scene) {
 }
 
 bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
+    if (const std::optional<Scene> planet = planet_scene(scene))
+        if (is_seen(*planet, effect)) return true;
     const SeenLight seen = seen_light(scene);
     if (effect == &SceneEffects::reflection) return seen.reflection;
     if (effect == &SceneEffects::transmission) return seen.transmission || seen.fluxes;

@@ -52,13 +52,7 @@ double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& c
     return waves * std::max(length(points[1] - points[0]), length(points[3] - points[2]));
 }
 
-Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
-    const double distance = distance_to_sphere(view.ray);
-    if (distance < 0)
-        return background_along(view.scene, view.ray.direction) +
-               sun_along(view.scene, view.ray.direction);
-    const Vector3 normal = normalised(view.ray.at(distance));
-    if (dot(normal, view.to_sun) <= 0) return {};
+Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept {
     const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
     const SceneLayer& layer = view.scene.layer;
     const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
@@ -70,6 +64,15 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
            irradiance(view, geometry.mu_in) *
                (view.light.total_transmittance(matter, geometry.mu_out) *
                 view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
+}
+
+Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
+    const double distance = distance_to_sphere(view.ray);
+    if (distance < 0)
+        return background_along(view.scene, view.ray.direction) +
+               sun_along(view.scene, view.ray.direction);
+    const Vector3 normal = normalised(view.ray.at(distance));
+    return dot(normal, view.to_sun) > 0 ? planet_light(planet, view, normal) : Rgb3{};
 }
 
 }  // namespace stratus

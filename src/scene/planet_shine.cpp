@@ -57,14 +57,10 @@ std::vector<double> radii_of(const RingProfile& profile, const GridCounts& count
     return radii;
 }
 
-/// A part of the globe that lights a point of the rings.
-struct Source {
-    Vector3 direction{0, 0, 0};  // towards it, of any length
-    Rgb3 irradiance{};           // of the rings, over the sun's on a surface that faces it
-};
-
 template <Cells cells>
-using Sources = std::array<Source, 2 * cells.chi * cells.psi>;  // upper half, lower half; chi; psi
+using Sources =
+    std::array<LightSource,
+               2 * cells.chi * cells.psi>;  // parts of the globe: upper half, lower half; chi; psi
 
 /// The cell of `parts` that holds a cell of `whole`, or a node.
 constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cells& parts) noexcept {
@@ -73,12 +69,6 @@ constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cell
     return (half * parts.chi + chi * parts.chi / whole.chi) * parts.psi +
            psi * parts.psi / whole.psi;
 }
-
-void add(const Source& part, Source& sum) noexcept {
-    sum = {sum.direction + part.direction, sum.irradiance + part.irradiance};
-}
-
-double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
 
 /// Returns the globe as a point of the rings sees it. Directions of cells are sums weighted by light.
 Sources<small_cells> sources_at(const Rings& rings, const View& view,
@@ -104,10 +94,13 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
                 direction = 1 / stretch * direction;
                 const double solid_angle =
                     ring * gauss.weight[k] * pi / 2 * pole / (stretch * stretch * stretch);
+                const Ray to_globe{point, direction};
                 const Rgb3 light =
-                    solid_angle * std::abs(direction.z) / pi * globe_light(rings, view, on_globe);
-                add({brightness(light) * direction, light},
-                    sources[cell_of((half * nodes + i) * nodes + k, {nodes, nodes}, small_cells)]);
+                    solid_angle * std::abs(direction.z) / pi *
+                    globe_light(rings, {view.scene, view.light, to_globe, view.to_sun}, on_globe);
+                LightSource& cell =
+                    sources[cell_of((half * nodes + i) * nodes + k, {nodes, nodes}, small_cells)];
+                cell = cell + LightSource{brightness(light) * direction, light};
             }
         }
     }
@@ -118,7 +111,8 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
 Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
     Sources<large_cells> few;
     for (std::size_t s = 0; s < sources.size(); ++s)
-        add(sources[s], few[cell_of(s, small_cells, large_cells)]);
+        few[cell_of(s, small_cells, large_cells)] =
+            few[cell_of(s, small_cells, large_cells)] + sources[s];
     return few;
 }
 
@@ -127,7 +121,7 @@ template <class SomeSources>
 Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter& matter,
                const Vector3& to_eye) noexcept {
     Rgb3 sum{};
-    for (const Source& source : sources) {
+    for (const LightSource& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
         const Vector3 direction = normalised(source.direction);
         const Side side =
@@ -150,7 +144,7 @@ template <class SomeSources>
 std::vector<Lamp> lamps_of(const SomeSources& sources, const LayerLight& light,
                            const Vector3& to_eye) {
     std::vector<Lamp> lamps;
-    for (const Source& source : sources) {
+    for (const LightSource& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
         const Vector3 direction = normalised(source.direction);
         const Side side =

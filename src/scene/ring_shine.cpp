@@ -34,8 +34,9 @@ std::size_t azimuth_nodes(const std::vector<PhaseFunction>& components) {
 }
 
 /// sum of weight * value over 4 samples.
-Rgb3 interpolated(const Rgb3* values, const Stencil& stencil) noexcept {
-    Rgb3 sum{};
+template <class Value>
+Value interpolated(const Value* values, const Stencil& stencil) noexcept {
+    Value sum{};
     for (int k = 0; k < stencil_size; ++k)
         if (stencil.weight[k] != 0)
             sum = sum + double{stencil.weight[k]} * values[stencil.first + k];
@@ -43,9 +44,10 @@ Rgb3 interpolated(const Rgb3* values, const Stencil& stencil) noexcept {
 }
 
 /// Interpolates over 4 x 4 samples; rows of `width`.
-Rgb3 interpolated(const Rgb3* values, int width, const Stencil& row,
-                  const Stencil& column) noexcept {
-    Rgb3 sum{};
+template <class Value>
+Value interpolated(const Value* values, int width, const Stencil& row,
+                   const Stencil& column) noexcept {
+    Value sum{};
     for (int i = 0; i < stencil_size; ++i)
         if (row.weight[i] != 0)
             sum = sum +
@@ -190,20 +192,28 @@ RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& l
     const Counts counts = counts_of(detail);
     const Light light(scene, rings, layer, threads, counts);
     const auto solar_time_count = static_cast<std::size_t>(counts.solar_times);
-    for (auto& side : grid_)
-        side.resize(static_cast<std::size_t>(counts.latitudes) * solar_time_count);
+    const std::size_t places = static_cast<std::size_t>(counts.latitudes) * solar_time_count;
+    for (const std::size_t side : {0u, 1u}) {
+        grid_[side].resize(places);
+        for (auto& part : sources_[side]) part.resize(places);
+    }
     parallel_for(counts.latitudes, threads, [&](int i) {
         const auto row = static_cast<std::size_t>(i);
         for (std::size_t k = 0; k < solar_time_count; ++k) {
             const auto sides = integrals(light, latitude_.values[row], solar_time_.values[k]);
+            const std::size_t place = row * solar_time_count + k;
             for (const std::size_t side : {0u, 1u})
-                grid_[side][row * solar_time_count + k] = sides[side];
+                for (std::size_t part = 0; part < parts; ++part) {
+                    const LightSource& source = sides[side][part];
+                    sources_[side][part][place] = source;
+                    grid_[side][place] = grid_[side][place] + source.irradiance;
+                }
         }
     });
 }
 
-std::array<Rgb3, 2> RingShine::integrals(const Light& light, double latitude,
-                                         double solar_time) const {
+std::array<RingShine::Sources, 2> RingShine::integrals(const Light& light, double latitude,
+                                                       double solar_time) const {
     const GaussLegendre& gauss = light.gauss;
     const double pole = 1 - flattening_;
     const Vector3 sun{std::hypot(to_sun_.x, to_sun_.y), 0, std::abs(to_sun_.z)};  // z > 0 is lit
@@ -214,7 +224,7 @@ std::array<Rgb3, 2> RingShine::integrals(const Light& light, double latitude,
     // A point is in shadow where, stretched along z until the globe is a sphere, it is within 1 of
     // the line from the globe's centre away from the sun.
     const double stretched = sun.x * sun.x + sun.z * sun.z / (pole * pole);
-    std::array<Rgb3, 2> sum{};
+    std::array<Sources, 2> sources;
     for (int ringlet = 0; ringlet < ringlets; ++ringlet) {
         const double to = light.inner + (ringlet + 1) * light.width,
                      from = std::max(to - light.width, 1 / std::cos(latitude));
@@ -229,6 +239,7 @@ std::array<Rgb3, 2> RingShine::integrals(const Light& light, double latitude,
                                   {solar_time, std::min(high, pi - dark)},
                                   {std::max(low, pi + dark), high}};
         for (const auto& [begin, end] : ends) {
+            const std::size_t part = begin < solar_time ? 0 : 1;
             for (std::size_t k = 0; begin < end && k < gauss.x.size(); ++k) {
                 const double azimuth = begin + (end - begin) * (1 + gauss.x[k]) / 2;
                 const Vector3 v =
@@ -238,24 +249,47 @@ std::array<Rgb3, 2> RingShine::integrals(const Light& light, double latitude,
                 const double cosines = dot(normal, v) * std::abs(v.z) * inverse * inverse;
                 const double weight = area * cosines * inverse * inverse / pi;
                 const std::array<Rgb3, 2> sides = light.at(ringlet, sun, -inverse * v);
-                for (const std::size_t side : {0u, 1u})
-                    sum[side] = sum[side] + weight * sides[side];
+                for (const std::size_t side : {0u, 1u}) {
+                    const Rgb3 irradiance = weight * sides[side];
+                    sources[side][part] =
+                        sources[side][part] +
+                        LightSource{brightness(irradiance) * inverse * v, irradiance};
+                }
             }
         }
     }
-    return sum;
+    return sources;
+}
+
+template <class Grid>
+auto RingShine::at(const Vector3& point, double solar_time, const Grid& grid) const noexcept {
+    const AxisView latitudes = latitude_.view(), solar_times = solar_time_.view();
+    const double latitude =
+        std::atan2(std::abs(point.z) / (1 - flattening_), std::hypot(point.x, point.y));
+    using Value = typename Grid::value_type;
+    if (latitude >= latitudes.highest) return Value{};
+    return interpolated(grid.data(), solar_times.count, latitudes.stencil(latitude),
+                        solar_times.mirrored_stencil(std::abs(solar_time)));
+}
+
+double RingShine::solar_time(const Vector3& point) const noexcept {
+    return std::remainder(std::atan2(point.y, point.x) - std::atan2(to_sun_.y, to_sun_.x), 2 * pi);
 }
 
 Rgb3 RingShine::irradiance(const Vector3& point) const noexcept {
-    const AxisView latitudes = latitude_.view();
-    const double latitude =
-        std::atan2(std::abs(point.z) / (1 - flattening_), std::hypot(point.x, point.y));
-    if (latitude >= latitudes.highest) return {};
-    const double solar_time = std::abs(
-        std::remainder(std::atan2(point.y, point.x) - std::atan2(to_sun_.y, to_sun_.x), 2 * pi));
-    const bool lit = (point.z > 0) == (to_sun_.z > 0);
-    return interpolated(grid_[lit].data(), solar_time_.view().count, latitudes.stencil(latitude),
-                        solar_time_.view().mirrored_stencil(solar_time));
+    return at(point, solar_time(point), grid_[is_lit(point)]);
+}
+
+RingShine::Sources RingShine::sources(const Vector3& point) const noexcept {
+    const double time = solar_time(point), azimuth = std::atan2(to_sun_.y, to_sun_.x);
+    const Vector3 sun = direction_at(0, azimuth), aside = direction_at(0, azimuth + pi / 2);
+    Sources sources;
+    for (std::size_t part = 0; part < parts; ++part) {
+        sources[part] = at(point, time, sources_[is_lit(point)][part]);
+        Vector3& v = sources[part].direction;
+        v = v.x * sun + (time < 0 ? -v.y : v.y) * aside + Vector3{0, 0, point.z < 0 ? -v.z : v.z};
+    }
+    return sources;
 }
 
 }  // namespace stratus

@@ -33,16 +33,28 @@ class RingShine {
     /// E at a point of the globe, of a white sun.
     Rgb3 irradiance(const Vector3& point) const noexcept;
 
+    /// E in parts, for surfaces that reflect by a law of their own: of the rings on either side of the
+    /// point's meridian.
+    static constexpr std::size_t parts = 2;
+    using Sources = std::array<LightSource, parts>;
+    Sources sources(const Vector3& point) const noexcept;
+
   private:
     struct Light;
-    /// At the places of both hemispheres: in darkness above its rings, and not.
-    std::array<Rgb3, 2> integrals(const Light& light, double latitude, double solar_time) const;
+    /// At the places of both hemispheres: in darkness above its rings, and not. The sun is above the x
+    /// axis, the place above the rings.
+    std::array<Sources, 2> integrals(const Light& light, double latitude, double solar_time) const;
+    double solar_time(const Vector3& point) const noexcept;
+    bool is_lit(const Vector3& point) const noexcept { return (point.z > 0) == (to_sun_.z > 0); }
+    template <class Grid>
+    auto at(const Vector3& point, double solar_time, const Grid& grid) const noexcept;
 
     Vector3 to_sun_;
     double flattening_;
     bool shadows_;
     Axis latitude_, solar_time_;  // parametric, from the equator on; from the sun's meridian
     std::vector<Rgb3> grid_[2];   // of the hemisphere in darkness above its rings, and of the other
+    std::array<std::vector<LightSource>, parts> sources_[2];
 };
 
 }  // namespace stratus

@@ -3,6 +3,7 @@
 #include "planet_shine.h"
 #include "ring_footprint.h"
 #include "ring_orders.h"
+#include "ring_shine.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -85,10 +86,26 @@ Matter RingProfile::after(std::size_t row, double at_radius,
 Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept {
     const Vector3 normal = globe_normal(point, rings.flattening);
     const double mu_in = dot(normal, view.to_sun);
-    Rgb3 share = view.light.ringshine(point);
+    Rgb3 sunlit{};
     if (mu_in > 0)
-        share = share + mu_in * (view.scene.effects.shadows ? ring_shadow(rings, view, point)
-                                                            : Rgb3{1, 1, 1});
+        sunlit = view.scene.effects.shadows ? ring_shadow(rings, view, point) : Rgb3{1, 1, 1};
+    if (const LayerLight* const layer = view.light.planet()) {
+        const auto lit_from = [&](const Vector3& direction) {
+            return planet_light(std::get<Planet>(layer->scene().subject),
+                                {layer->scene(), *layer, view.ray, direction}, normal);
+        };
+        Rgb3 light{};
+        if (mu_in > 0) light = sunlit * lit_from(view.to_sun);
+        if (const RingShine* const shine = view.light.ring_shine())
+            for (const LightSource& source : shine->sources(point)) {
+                if (source.irradiance == Rgb3{}) continue;
+                const Vector3 direction = normalised(source.direction);
+                light = light + 1 / std::max(std::abs(dot(normal, direction)), 1e-6) *
+                                    (source.irradiance * lit_from(direction));
+            }
+        return light;
+    }
+    const Rgb3 share = view.light.ringshine(point) + mu_in * sunlit;
     const Rgb albedo = rings.surface.at(sphere_point(normal));
     return irradiance(view, 1) * share * Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}};
 }

@@ -27,7 +27,7 @@ std::string subject_of(const Section& root) {
     constexpr const char* allowed = "of one kind: [rings], [planet], [slab], [lobes] or [lambert]";
     std::string subject;
     for (const std::string& name : subjects) {
-        if (!root.has(name.c_str())) continue;
+        if (!root.has(name.c_str()) || (subject == "rings" && name == "planet")) continue;
         require(subject.empty(), caller, subject.empty() ? "" : root.at(name.c_str()), allowed,
                 "[" + subject + "] and [" + name + "]");
         subject = name;
@@ -71,6 +71,13 @@ void turn_to_sun(const Section& root, Scene& scene) {
             "black or an image behind a stack that is seen from its unlit side", "a colour");
 }
 
+/// The effects that a layer's keys make.
+void name_effects(const SceneLayer& layer, Scene& scene) {
+    if (layer.density > 0) scene.named.push_back(&SceneEffects::density);
+    if (layer.opposition.law != Opposition::Law::none)
+        scene.named.push_back(&SceneEffects::opposition);
+}
+
 Scene read_panel(const Section& root, const Source& source) {
     const std::string subject = subject_of(root);
     require(!is_figure(subject), caller, root.at(subject.c_str()), "absent from pictures", "given");
@@ -82,15 +89,14 @@ Scene read_panel(const Section& root, const Source& source) {
     scene.camera = read_camera(root);
     read_sun(root, scene);
     if (root.has("background")) scene.background = read_background(root, source);
-    scene.layer = read_layer(root, source, subject == "rings");
+    scene.layer = read_layer(root.section("layer"), source, subject == "rings");
     if (subject == "rings") scene.subject = read_rings(root, source, scene.camera);
     if (subject == "planet") scene.subject = read_planet(root, source, scene.camera);
     if (subject == "slab") scene.subject = read_slab(root, source, scene.camera);
     if (!scene.layer.stacks.empty()) turn_to_sun(root, scene);
     if (scene.sun_diameter > 0) scene.named.push_back(&SceneEffects::sun_size);
-    if (scene.layer.density > 0) scene.named.push_back(&SceneEffects::density);
-    if (scene.layer.opposition.law != Opposition::Law::none)
-        scene.named.push_back(&SceneEffects::opposition);
+    name_effects(scene.layer, scene);
+    if (const std::optional<Scene> planet = planet_scene(scene)) name_effects(planet->layer, scene);
     return scene;
 }
 

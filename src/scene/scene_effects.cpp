@@ -62,10 +62,18 @@ std::vector<std::string> scene_effect_names(const SceneEffects& effects) {
     return names;
 }
 
+std::optional<Scene> planet_scene(const Scene& scene) {
+    const Rings* const rings = std::get_if<Rings>(&scene.subject);
+    if (!rings || !rings->planet_layer) return std::nullopt;
+    Scene planet = scene;
+    planet.layer = *rings->planet_layer;
+    planet.subject = Planet{rings->surface, scene.effects.ringshine || scene.effects.planetshine};
+    return planet;
+}
+
 std::vector<Scene> channel_scenes(const Scene& scene) {
-    if (scene.layer.channels.empty()) return {scene};
-    std::vector<Scene> scenes(scene.layer.channels.size(), scene);
-    for (std::size_t c = 0; c < scenes.size(); ++c) {
+    std::vector<Scene> scenes(std::max<std::size_t>(1, scene.layer.channels.size()), scene);
+    for (std::size_t c = 0; c < scene.layer.channels.size(); ++c) {
         SceneLayer& layer = scenes[c].layer;
         layer.components = {scene.layer.channels[c]};
         layer.channels.clear();
@@ -74,6 +82,8 @@ std::vector<Scene> channel_scenes(const Scene& scene) {
         layer.optical_depth.max *= scene.layer.extinction[c];
         layer.extinction.fill(1);
     }
+    if (const std::optional<Scene> planet = planet_scene(scene))
+        for (Scene& channel : channel_scenes(*planet)) scenes.push_back(std::move(channel));
     return scenes;
 }
 

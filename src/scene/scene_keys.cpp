@@ -123,11 +123,15 @@ Keys scene_keys() {
          "where rings begin"},
         {"rings", "outer", "number", "planet radii", "within the profile", "(the profile's)",
          "where rings end"},
-        {"rings", "surface", surface, "-", "[0, 1]", "0.0", "of the planet, as of [planet]"},
+        {"rings", "surface", surface, "-", "[0, 1]", "0.0",
+         "of a planet without a layer, as of [planet]"},
         {"rings", "flattening", "number", "-", "[0, 0.9]", "0.0", "of the planet's poles"},
 
         {"", "planet", "table", "-", "-", "(or another subject)",
-         "a planet under the layer; lengths are its radii"},
+         "a planet under the layer; lengths are its radii; beside [rings]: theirs, with a layer of "
+         "its own"},
+        {"planet", "layer", "table", "-", "-", "(required with [rings])",
+         "the planet's own, beside that of [rings]; all keys of [layer] but components"},
         {"planet", "surface", surface, "-", "[0, 1]", "0.0", "albedo, by Lambert's law"},
         {"surface", "image", "string", "-", "a .png or .exr file", "(or pattern or wind)",
          "of albedos"},

@@ -68,7 +68,7 @@ Camera read_camera(const Section& root);
 void read_sun(const Section& root, Scene& scene);
 Texture read_background(const Section& root, const Source& source);
 /// `of_rings`: depth and albedo come from the rings' profile.
-SceneLayer read_layer(const Section& root, const Source& source, bool of_rings);
+SceneLayer read_layer(const Section& section, const Source& source, bool of_rings);
 /// `parent`'s surface, of a planet or of the ground, as a Lambert albedo, with the mirror of an ocean;
 /// black without the key.
 Texture read_surface(const Section& parent, const Source& source);

@@ -91,8 +91,17 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
     require(inner >= 1, caller, section.at("inner"), "at least the planet's radius, 1", inner);
     require(inner < outer, caller, section.at("outer"), "above inner", outer);
     rings.profile = trimmed(whole, inner, outer);
-    rings.surface = read_surface(section, source);
-    require(!rings.surface.mirror, caller, section.at("surface"), "no ocean within rings", "wind");
+    const Section planet = root.section("planet");
+    const bool has_layer = root.has("planet");
+    if (has_layer) {
+        require_absent(section, "surface", "beside [planet], which has it");
+        require(planet.has("layer"), caller, planet.at("layer"),
+                "present beside [rings], whose surface is that of a planet without one", "nothing");
+        rings.planet_layer = read_layer(planet.section("layer", "layer"), source, false);
+    }
+    const Section& its = has_layer ? planet : section;
+    rings.surface = read_surface(its, source);
+    require(!rings.surface.mirror, caller, its.at("surface"), "no ocean within rings", "wind");
     rings.flattening = section.number("flattening");
     require_outside(root, camera.position, rings.flattening);
     return rings;
@@ -100,7 +109,9 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
 
 Planet read_planet(const Section& root, const Source& source, const Camera& camera) {
     require_outside(root, camera.position, 0);
-    return {read_surface(root.section("planet"), source)};
+    const Section section = root.section("planet");
+    require_absent(section, "layer", "without [rings]: the layer of a planet alone is [layer]");
+    return {read_surface(section, source)};
 }
 
 Slab read_slab(const Section& root, const Source& source, const Camera& camera) {

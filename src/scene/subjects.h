@@ -42,8 +42,11 @@ Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept;
 /// Distance at which a ray enters the unit sphere flattened along z; negative: nowhere.
 double distance_to_globe(const Ray& ray, double flattening) noexcept;
 
-/// Radiance of the globe in rings at one of its points: Lambert's law for the sunlight that the rings
-/// transmit directly, and for ringshine.
+/// Radiance of a planet, of its layer and of the ground through it, where the normal is that.
+Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept;
+
+/// Radiance of the globe in rings at one of its points, along the view's ray, for the sunlight that the
+/// rings transmit directly, and for ringshine: by Lambert's law, or that of its layer.
 Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept;
 
 /// The normal of that globe at one of its points.

@@ -103,6 +103,16 @@ const test::KeyedFile rings({{"camera.position", "[4, 0, 1]"},
                              {"rings.surface", "0.5"},
                              {"rings.flattening", "0.1"}});
 
+const test::KeyedFile cloudy_rings({{"camera.position", "[4, 0, 1]"},
+                                    {"camera.orthographic_width", "2"},
+                                    {"sun.direction", "[1, 0, 1]"},
+                                    {"layer.components", "['isotropic', 'rayleigh']"},
+                                    {"rings.profile", "'rings.csv'"},
+                                    {"planet.layer",
+                                     "{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
+                                     "= 1.0 }"},
+                                    {"planet.surface", "0.5"}});
+
 const test::KeyedFile keyed_lobes({{"lobes.phase_function", "'isotropic'"},
                                    {"lobes.incident_deg", "[30]"},
                                    {"lobes.optical_depths", "[1]"},
@@ -126,7 +136,8 @@ TEST(SceneKeys, AreAllRead) {
     for (const Key& key : scene_keys())
         if (key.section != std::string("animation.keys")) keys.push_back(key);
     test::expect_keys_are_read(
-        keys, "scene", {slab, planet, painted, sea, stacked, rings, keyed_lobes, lambert},
+        keys, "scene",
+        {slab, planet, painted, sea, stacked, rings, cloudy_rings, keyed_lobes, lambert},
         [&](const std::string& text) { parse_scene(text, folder.path().string()); },
         [](const Key& key) {
             return (key.section == std::string("surface") ? "planet." : "") + full_name(key);

@@ -394,6 +394,7 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
         "layer.phase_function = 'isotropic'",
         "layer.phase_function must be absent where there are [rings]: components has those "
         "of the profile's w1 and w2, got one");
+    expect_place("planet.surface = 0.5", "planet.layer must be present beside [rings]");
     expect_place("effects = ['-shadow']", "effects: unknown effect 'shadow'");
     expect_place("background.colour = [1.0, 2.0]", "background.colour must be a number or three");
 }
@@ -495,6 +496,41 @@ TEST_F(RingProfileFile, IsTrimmedToItsInnerAndOuterRadius) {
     EXPECT_DOUBLE_EQ(profile.at(1.3, {1, 1, 1}).optical_depth, 2);
     EXPECT_NEAR(profile.at(1.7, {1, 1, 1}).optical_depth, 1.5, 1e-14);
     EXPECT_EQ(profile.at(1.71, {1, 1, 1}).optical_depth, 0);
+}
+
+TEST_F(RingProfileFile, MayBeOfAPlanetWithALayerOfItsOwn) {
+    const std::string rows = head + "120,1,0.6,0.2\n140,3,0.2,0.2\n",
+                      layer =
+                          "[planet.layer]\nphase_function = 'rayleigh'\nalbedo = 0.5\n"
+                          "density = 0.1\noptical_depth = { clouds = true, most = 3.0, seed = 4 "
+                          "}\n";
+    const Scene scene = read(rows, "[planet]\nsurface = 0.25\n" + layer).panels[0];
+    const Rings& rings = std::get<Rings>(scene.subject);
+    ASSERT_TRUE(rings.planet_layer.has_value());
+    EXPECT_EQ(rings.planet_layer->components[0].text(), "rayleigh");
+    EXPECT_EQ(rings.planet_layer->optical_depth.max, 3);
+    EXPECT_EQ(rings.planet_layer->optical_depth.seed, 4u);
+    EXPECT_EQ(rings.surface.colour.g, 0.25f);
+    EXPECT_EQ(scene.layer.components.size(), 2u);
+    EXPECT_EQ(scene.named, std::vector{&SceneEffects::density}) << "which the planet's layer has";
+    const auto refuse = [&](const std::string& keys, const std::vector<const char*>& fragments) {
+        SCOPED_TRACE(keys);
+        expect_refusal<std::invalid_argument>([&] { read(rows, keys); }, fragments);
+    };
+    refuse("surface = 0.5\n" + layer, {"rings.surface", "absent beside [planet]"});
+    refuse("[planet]\nsurface = { wind = 5 }\n" + layer, {"planet.surface", "no ocean"});
+    refuse(layer + "mist = 1\n", {"line 17", "unknown key 'planet.layer.mist'"});
+    refuse(layer + "components = ['isotropic', 'rayleigh']\n",
+           {"planet.layer.components", "absent"});
+    std::string thin = layer;
+    refuse(thin.replace(thin.find("3.0"), 3, "-1 "),
+           {"planet.layer.optical_depth.most", "[0, 1e4]", "got -1"});
+    expect_scene_refusal(
+        "[camera]\ndistance = 5.0\nfield_of_view_deg = 30.0\n[sun]\n"
+        "elevation_deg = 20.0\n[layer]\nphase_function = 'rayleigh'\n"
+        "albedo = 1\noptical_depth = 1\n" +
+            layer,
+        {"planet.layer", "absent without [rings]"});
 }
 
 TEST_F(RingProfileFile, NamesTheLineOfABadRow) {

@@ -207,6 +207,143 @@ TEST(Planetshine, LeavesWhiteRingsAsItFellOnThem) {
     EXPECT_NEAR((scattered + passed) / fallen, 1, 0.01);
 }
 
+/// The planet under clouds over its surface.
+Scene cloudy(Scene scene, double optical_depth) {
+    SceneLayer clouds;
+    clouds.components = {PhaseFunction::henyey_greenstein(0.6)};
+    clouds.albedo = {1, 0.99, 0.9};
+    clouds.optical_depth.max = optical_depth;
+    std::get<Rings>(scene.subject).planet_layer = clouds;
+    return scene;
+}
+
+/// Tables of the rings along all directions, and those of the planet.
+LayerTables all_tables_of(const Scene& scene) {
+    LayerTables tables;
+    tables.paths[0] = bake_layer_table(of_all_directions(*needed_recipe(scene)));
+    tables.planet = bake_for({scene})[0]->planet;
+    return tables;
+}
+
+/// Light of the rings that the clouds send to the eye, by a sum over rays to the rings.
+Rgb3 expected_on_clouds(const Scene& dark, const LayerLight& light, const Vector3& point,
+                        const Vector3& to_eye) {
+    const Rings& rings = std::get<Rings>(dark.subject);
+    const Vector3 normal = normal_of(point, rings.flattening);
+    const LayerLight& clouds = *light.planet();
+    const Matter matter = *uniform_matter(clouds.scene());
+    return cosine_mean(normal, 150, [&](const Vector3& direction) -> Rgb3 {
+        const Rgb3 sent =
+            radiance_along(dark, light, {point + 1e-9 * normal, direction}, dark.to_sun);
+        if (sent == Rgb3{}) return {};
+        const Geometry geometry = scattering_geometry(normal, direction, to_eye);
+        return sent * (clouds.reflection(matter, geometry) +
+                       clouds.total_transmittance(matter, geometry.mu_out) *
+                           clouds.ground(matter, geometry.mu_in, rings.surface.colour));
+    });
+}
+
+// Two beams stand for the light of a wide arc, of which clouds reflect nearly as much; what they scatter
+// once depends more on the angle.
+TEST(Ringshine, OnCloudsIsNearlyTheMeanOfRaysToTheRings) {
+    for (const bool multiple : {false, true}) {
+        Scene scene = cloudy(shining(), 3);
+        scene.effects.planetshine = false;
+        scene.effects.multiple = multiple;
+        const LayerTables tables = multiple ? all_tables_of(scene) : LayerTables();
+        const Scene dark = without_shine(scene);
+        const LayerLight shine(scene, &tables), light(dark, &tables);
+        double sum = 0;
+        int places = 0;
+        for (const double latitude : {-55.0, -30.0, -12.0, 12.0, 30.0, 55.0})
+            for (const double longitude : {137.0, 195.0, 220.0})
+                for (const double aside : {-40.0, 0.0, 40.0}) {
+                    const Vector3 point = on_globe(latitude, longitude, 0.1),
+                                  normal = normal_of(point, 0.1),
+                                  to_eye = direction_at(radians(20), radians(longitude + aside));
+                    if (dot(to_eye, normal) < 0.1 || dot(normal, scene.to_sun) > 0) continue;
+                    const Rgb3 expected = expected_on_clouds(dark, light, point, to_eye);
+                    const Rgb3 got = radiance_along(scene, shine, {point + 0.02 * to_eye, -to_eye},
+                                                    scene.to_sun);
+                    const double error = got[1] / expected[1] - 1;
+                    EXPECT_LT(std::abs(error), multiple ? 0.08 : 0.25)
+                        << latitude << ' ' << longitude << ' ' << aside;
+                    sum += error * error;
+                    ++places;
+                }
+        EXPECT_GT(places, 30);
+        EXPECT_LT(std::sqrt(sum / places), multiple ? 0.03 : 0.15);
+    }
+}
+
+// White clouds of any depth over a white surface send back all that falls on them.
+TEST(Ringshine, LeavesWhiteCloudsAsItFellOnThem) {
+    Scene scene = cloudy(shining(), 3);
+    Rings& rings = std::get<Rings>(scene.subject);
+    rings.surface.colour = {1, 1, 1};
+    rings.planet_layer->albedo = {1, 1, 1};
+    scene.effects.planetshine = false;
+    const auto tables = bake_for({scene});
+    const LayerLight light(scene, tables[0].get());
+    for (const double latitude : {-20.0, 35.0}) {
+        const Vector3 point = on_globe(latitude, 215, 0.1), normal = normal_of(point, 0.1);
+        ASSERT_LT(dot(normal, scene.to_sun), 0);
+        const Rgb3 sent = cosine_mean(normal, 60, [&](const Vector3& direction) {
+            return radiance_along(scene, light, {point + 0.02 * direction, -direction},
+                                  scene.to_sun);
+        });
+        const Rgb3 fallen = light.ringshine(point);
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(sent[c] / (scene.sun_colour[c] * fallen[c]), 1, 2 * scene.tolerance);
+    }
+}
+
+TEST(Planetshine, OfCloudsIsTheMeanOfRaysToThem) {
+    Scene scene = cloudy(once(shining()), 3);
+    scene.tolerance = 2e-3;
+    expect_planetshine(scene, nullptr);
+}
+
+TEST(Planetshine, OfCloudsAndAllOrdersIsTheMeanOfRaysToThem) {
+    const Scene scene = cloudy(shining(), 3);
+    const LayerTables tables = all_tables_of(scene);
+    expect_planetshine(scene, &tables);
+}
+
+TEST(CloudsWithinRings, AreThoseOfThePlanetAloneBesideTransparentRings) {
+    Scene within = cloudy(small_rings(0), 3);
+    within.camera.width = 2;
+    Scene alone = within;
+    alone.layer = *std::get<Rings>(within.subject).planet_layer;
+    alone.subject = Planet{std::get<Rings>(within.subject).surface};
+    const auto tables = bake_for({within, alone});
+    EXPECT_EQ(tables[0]->planet->paths, tables[1]->paths);
+    const Image expected = render(alone, LayerLight(alone, tables[1].get())),
+                got = render(within, LayerLight(within, tables[0].get()));
+    for (std::size_t n = 0; n < got.rgb.size(); ++n)
+        EXPECT_NEAR(got.rgb[n], expected.rgb[n], 1e-6f) << n;
+    EXPECT_GT(expected.rgb[3 * 136], 0.1f);
+}
+
+TEST(CloudsWithinRings, AreInTheShadowOfRings) {
+    Scene scene = once(cloudy(small_rings(0.5), 3));
+    const Vector3 point = on_globe(-20, 20, 0), to_eye = direction_at(radians(-30), radians(40));
+    const Ray ray{point + to_eye, -to_eye};
+    const Rgb3 shadowed = radiance_along(scene, LayerLight(scene, nullptr), ray, scene.to_sun);
+    scene.effects.shadows = false;
+    const Rgb3 lit = radiance_along(scene, LayerLight(scene, nullptr), ray, scene.to_sun);
+    EXPECT_GT(lit[0], 0.01);
+    EXPECT_NEAR(shadowed[0] / lit[0], std::exp(-0.5 / scene.to_sun.z), 1e-12);
+}
+
+TEST(CloudsWithinRings, WithoutDepthLeaveLambertsLaw) {
+    const Scene bare = once(shining()), clear = cloudy(bare, 0);
+    const Image expected = render(bare, LayerLight(bare, nullptr)),
+                got = render(clear, LayerLight(clear, nullptr));
+    for (std::size_t n = 0; n < got.rgb.size(); ++n)
+        EXPECT_NEAR(got.rgb[n], expected.rgb[n], 1e-6f) << n;
+}
+
 // From afar and from close by, off the lit side and through the rings.
 TEST(RingOrders, OfPicturesAreThoseOfSingleRays) {
     Scene scene = without_shine(shining());

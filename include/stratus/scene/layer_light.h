@@ -52,6 +52,21 @@ enum class LightDetail { fine, sketch };
 /// About how many times as long the former takes where rings and their planet light one another.
 constexpr double fine_over_sketch = 11;
 
+inline double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
+
+/// A part of what lights a surface.
+struct LightSource {
+    Vector3 direction{0, 0, 0};  // towards it, of any length: a sum, weighted by brightness
+    Rgb3 irradiance{};           // over the sun's on a surface that faces it
+
+    friend LightSource operator+(const LightSource& a, const LightSource& b) noexcept {
+        return {a.direction + b.direction, a.irradiance + b.irradiance};
+    }
+    friend LightSource operator*(double factor, const LightSource& source) noexcept {
+        return {factor * source.direction, factor * source.irradiance};
+    }
+};
+
 class LayerFluxes;
 class RingOrders;
 class RingShine;
@@ -119,6 +134,14 @@ class LayerLight {
     /// Irradiance of a point of the globe by its rings, over the sun's on a surface that faces it.
     Rgb3 ringshine(const Vector3& point) const noexcept;
 
+    /// Null where the globe is not lit by its rings.
+    const RingShine* ring_shine() const noexcept { return ring_shine_.get(); }
+
+    /// Light of the layer of the rings' planet; null where that is bare.
+    const LayerLight* planet() const noexcept { return planet_.get(); }
+
+    const Scene& scene() const noexcept { return scene_; }
+
     /// Null where rings' orders n >= 2 are not tabulated for the camera.
     const RingOrders* ring_orders() const noexcept {
         return recorded_ ? nullptr : ring_orders_.get();
@@ -176,6 +199,8 @@ class LayerLight {
     OppositionTable opposition_table_;                     // where the layer varies
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
     bool background_scatters_ = false;
+    std::shared_ptr<const Scene> planet_scene_;
+    std::shared_ptr<const LayerLight> planet_;
     std::shared_ptr<const RingOrders> ring_orders_;
     std::shared_ptr<const RingShine> ring_shine_;
     std::shared_ptr<const PlanetShine> planet_shine_;

@@ -77,6 +77,8 @@ struct LayerTables {
     std::array<std::shared_ptr<const LayerTable>, light_paths> paths;
     /// Tables of red, green and blue where these have their own phase functions, in place of the above.
     std::array<std::shared_ptr<const LayerTables>, 3> channels;
+    /// Tables of the planet_scene (scene.h).
+    std::shared_ptr<const LayerTables> planet;
 
     const LayerTable* at(LightPath path) const noexcept {
         const auto& own = paths[static_cast<std::size_t>(path)];

@@ -114,12 +114,16 @@ struct RingProfile {
 struct Rings {
     RingProfile profile;
     Texture surface;
+    std::optional<SceneLayer> planet_layer;  // on the surface; none: it is bare
     double flattening = 0;
+
+    bool has_black_planet() const noexcept { return surface.is_black() && !planet_layer; }
 };
 
 /// A planet with a Lambert surface, and the layer directly on it.
 struct Planet {
     Texture surface;
+    bool has_rings = false;  // which light it and see it from all around
 };
 
 /// A plane layer in z = 0, over ground or free.
@@ -184,8 +188,11 @@ std::vector<Scene> scenes_of(const std::vector<SceneFile>& film);
 /// Makes a picture so many pixels wide, in the same shape; 0: as it is.
 void set_width(int width, Scene& scene);
 
+/// The planet of rings as a scene of its own, where it has a layer: for the layer's light and tables.
+std::optional<Scene> planet_scene(const Scene& scene);
+
 /// A scene for each of red, green and blue where these have their own phase functions, with that
-/// one's, its depth, and grey in its albedo; else the scene itself.
+/// one's, its depth, and grey in its albedo; else the scene itself. Then those of its planet_scene.
 std::vector<Scene> channel_scenes(const Scene& scene);
 
 /// The channel scenes of several scenes, one after the other.

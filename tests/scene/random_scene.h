@@ -154,20 +154,10 @@ class RandomScene : private RandomParts {
 /// Tables that are `finer` times as fine as the scene asks for, along all light paths.
 inline std::vector<std::shared_ptr<const LayerTables>> bake_finer(const Scene& scene, double finer,
                                                                   const BakeOptions& options = {}) {
-    std::vector<std::shared_ptr<const LayerTables>> channels;
-    for (const Scene& channel : channel_scenes(scene)) {
-        const auto own = std::make_shared<LayerTables>();
-        for (NeededRecipe& needed : needed_recipes(channel)) {
-            needed.recipe.tolerance = scene.tolerance / finer;
-            own->paths[static_cast<std::size_t>(needed.path)] =
-                bake_layer_table(needed.recipe, options);
-        }
-        channels.push_back(own);
-    }
-    if (scene.layer.channels.empty()) return channels;
-    const auto all = std::make_shared<LayerTables>();
-    std::ranges::copy(channels, all->channels.begin());
-    return {all};
+    return make_tables({scene}, [&](Recipe recipe) {
+        recipe.tolerance = scene.tolerance / finer;
+        return bake_layer_table(recipe, options);
+    });
 }
 
 }  // namespace stratus

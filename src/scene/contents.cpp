@@ -241,7 +241,7 @@ Range phase_angles(const Scene& scene) noexcept {
 /// On a globe all directions occur whose scattering angle is that between sun and eye. Beyond a phase
 /// angle of 90 degrees the brightest point of the visible part lies on its edge.
 SeenDirections directions_of(const Scene& scene, const Planet& planet) noexcept {
-    if (planet.has_rings) return {};
+    if (planet.has_rings || seen_shell(scene) > 0) return {};
     const double least = phase_angles(scene).min;
     const Range mu{min_cosine, least > pi / 2 ? std::sin(least) : 1.0};
     return {mu, mu};

@@ -118,7 +118,7 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
     Effects effects;
-    effects.single = scene_.effects.single;
+    effects.single = scene_.effects.single && seen_shell(scene_) == 0;  // else by shell.cpp
     effects.multiple = multiple;
     effects.reflection = scene_.effects.reflection;
     effects.transmission = scene_.effects.transmission;
@@ -211,7 +211,7 @@ Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
 }
 
 Rgb3 LayerLight::once(const Matter& matter, const Scattering& scattering) const noexcept {
-    if (!scene_.effects.single || !is_wanted(scattering.side)) return {};
+    if (!scene_.effects.single || !is_wanted(scattering.side) || seen_shell(scene_) > 0) return {};
     const auto& extinction = scene_.layer.extinction;
     Rgb3 value{};
     double light = 0;

@@ -275,8 +275,8 @@ OrderEstimates estimate_orders(const Scene& scene, double enough) {
     const ScatteringMatter matter = matter_of(spans);
     OrderEstimates all;
     if (matter.albedo == 0 || !seen_light(scene).any()) return all;
-    if (!scene.layer.stacks.empty()) {
-        const ChangeEstimate unknown{1, 1, "a stack, of which nothing is estimated"};
+    if (!scene.layer.stacks.empty() || seen_shell(scene) > 0) {
+        const ChangeEstimate unknown{1, 1, "a stack or a shell, of which nothing is estimated"};
         return {unknown, unknown};
     }
     const bool shines = seen_light(scene).shine;

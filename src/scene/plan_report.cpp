@@ -201,6 +201,7 @@ bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
     if (effect == &SceneEffects::shadows) return std::holds_alternative<Rings>(scene.subject);
     if (effect == &SceneEffects::ringshine || effect == &SceneEffects::planetshine)
         return seen.shine;
+    if (effect == &SceneEffects::shell) return seen_shell(scene) > 0;
     if (effect == &SceneEffects::opposition)
         return seen.reflection && scene.layer.opposition.law != Opposition::Law::none;
     return true;
@@ -325,7 +326,8 @@ std::string range_text(const std::string& name, const std::vector<SeenPlace>& pl
 
 std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables) {
     std::vector<OrderReport> orders;
-    if (!tables || !whole.effects.single || !whole.layer.stacks.empty()) return orders;
+    if (!tables || !whole.effects.single || seen_shell(whole) > 0 || !whole.layer.stacks.empty())
+        return orders;
     // Where three channels have phase functions of their own, green stands for all.
     const bool has_channels = !whole.layer.channels.empty();
     const Scene scene = has_channels ? channel_scenes(whole)[1] : whole;

@@ -67,6 +67,7 @@ Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal)
 }
 
 Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
+    if (seen_shell(view.scene) > 0) return shell_radiance(planet, view);
     const double distance = distance_to_sphere(view.ray);
     if (distance < 0)
         return background_along(view.scene, view.ray.direction) +

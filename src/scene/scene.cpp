@@ -2,6 +2,7 @@
 
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/scene/scene_keys.h>
 
 #include "sections.h"
@@ -78,6 +79,22 @@ void name_effects(const SceneLayer& layer, Scene& scene) {
         scene.named.push_back(&SceneEffects::opposition);
 }
 
+/// Refuses layers that are no spherical shells, and shells of which the orders n >= 2 are farther from
+/// photons than docs/scenes.md states.
+void check_shell(const Section& root, const Scene& scene, double height) {
+    constexpr double most = 0.05;  // of height times optical depth
+    const SceneLayer& layer = scene.layer;
+    const std::string at = root.section("planet").at("shell");
+    require(layer.stacks.empty() && layer.opposition.law == Opposition::Law::none, caller, at,
+            "0 where the layer is a stack or has an opposition", height);
+    const double depth =
+        seen_depth(scene, layer.optical_depth.max) * *std::ranges::max_element(layer.extinction);
+    require(height * depth <= most, caller, at,
+            short_number(most) + " over the layer's largest optical depth at most, " +
+                short_number(most / depth, 2),
+            height);
+}
+
 Scene read_panel(const Section& root, const Source& source) {
     const std::string subject = subject_of(root);
     require(!is_figure(subject), caller, root.at(subject.c_str()), "absent from pictures", "given");
@@ -94,6 +111,7 @@ Scene read_panel(const Section& root, const Source& source) {
     if (subject == "planet") scene.subject = read_planet(root, source, scene.camera);
     if (subject == "slab") scene.subject = read_slab(root, source, scene.camera);
     if (!scene.layer.stacks.empty()) turn_to_sun(root, scene);
+    if (const double shell = seen_shell(scene); shell > 0) check_shell(root, scene, shell);
     if (scene.sun_diameter > 0) scene.named.push_back(&SceneEffects::sun_size);
     name_effects(scene.layer, scene);
     if (const std::optional<Scene> planet = planet_scene(scene)) name_effects(planet->layer, scene);

@@ -23,7 +23,8 @@ const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects()
         {"shadows", &SceneEffects::shadows},
         {"sun_size", &SceneEffects::sun_size},
         {"ringshine", &SceneEffects::ringshine},
-        {"planetshine", &SceneEffects::planetshine}};
+        {"planetshine", &SceneEffects::planetshine},
+        {"shell", &SceneEffects::shell}};
     return effects;
 }
 
@@ -67,7 +68,8 @@ std::optional<Scene> planet_scene(const Scene& scene) {
     if (!rings || !rings->planet_layer) return std::nullopt;
     Scene planet = scene;
     planet.layer = *rings->planet_layer;
-    planet.subject = Planet{rings->surface, scene.effects.ringshine || scene.effects.planetshine};
+    planet.subject =
+        Planet{rings->surface, 0, scene.effects.ringshine || scene.effects.planetshine};
     return planet;
 }
 
@@ -92,6 +94,11 @@ std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes) {
     for (const Scene& scene : scenes)
         for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
     return channels;
+}
+
+double seen_shell(const Scene& scene) noexcept {
+    const Planet* const planet = std::get_if<Planet>(&scene.subject);
+    return planet && scene.effects.shell && scene.layer.optical_depth.max > 0 ? planet->shell : 0;
 }
 
 double seen_depth(const Scene& scene, double optical_depth) noexcept {

@@ -133,6 +133,8 @@ Keys scene_keys() {
         {"planet", "layer", "table", "-", "-", "(required with [rings])",
          "the planet's own, beside that of [rings]; all keys of [layer] but components"},
         {"planet", "surface", surface, "-", "[0, 1]", "0.0", "albedo, by Lambert's law"},
+        {"planet", "shell", "number", "radii", "[0, 0.05]", "0.0",
+         "height of the layer as a spherical shell; 0: plane everywhere"},
         {"surface", "image", "string", "-", "a .png or .exr file", "(or pattern or wind)",
          "of albedos"},
         {"surface", "encoding", "string", "-", encodings, "\"srgb\"", encoded},

@@ -97,6 +97,7 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
         require_absent(section, "surface", "beside [planet], which has it");
         require(planet.has("layer"), caller, planet.at("layer"),
                 "present beside [rings], whose surface is that of a planet without one", "nothing");
+        require_absent(planet, "shell", "beside [rings]");
         rings.planet_layer = read_layer(planet.section("layer", "layer"), source, false);
     }
     const Section& its = has_layer ? planet : section;
@@ -108,10 +109,11 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
 }
 
 Planet read_planet(const Section& root, const Source& source, const Camera& camera) {
-    require_outside(root, camera.position, 0);
     const Section section = root.section("planet");
     require_absent(section, "layer", "without [rings]: the layer of a planet alone is [layer]");
-    return {read_surface(section, source)};
+    Planet planet{read_surface(section, source), section.number("shell")};
+    require_outside(root, (1 / (1 + planet.shell)) * camera.position, 0);
+    return planet;
 }
 
 Slab read_slab(const Section& root, const Source& source, const Camera& camera) {

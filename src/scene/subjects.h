@@ -45,6 +45,14 @@ double distance_to_globe(const Ray& ray, double flattening) noexcept;
 /// Radiance of a planet, of its layer and of the ground through it, where the normal is that.
 Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept;
 
+/// Radiance along a ray of a planet whose layer is a shell (shell.cpp).
+Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept;
+
+/// The cosine at which a plane layer takes as much of a beam out of it as a column of a spherical shell
+/// on the unit sphere takes, where the beam comes at the cosine `mu` to the column, or from below its
+/// horizon; 0 in the planet's shadow.
+double shell_cosine(double optical_depth, double height, double mu) noexcept;
+
 /// Radiance of the globe in rings at one of its points, along the view's ray, for the sunlight that the
 /// rings transmit directly, and for ringshine: by Lambert's law, or that of its layer.
 Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept;

@@ -92,6 +92,14 @@ const test::KeyedFile stacked({{"camera.position", "[4, 0, 0]"},
                                {"layer.stack", "'stack.toml'"},
                                {"planet.surface", "0.1"}});
 
+const test::KeyedFile shelled({{"camera.position", "[4, 0, 0]"},
+                               {"camera.orthographic_width", "2"},
+                               {"sun.phase_angle_deg", "30"},
+                               {"layer.phase_function", "'isotropic'"},
+                               {"layer.albedo", "0.5"},
+                               {"layer.optical_depth", "0.5"},
+                               {"planet.shell", "0.01"}});
+
 const test::KeyedFile rings({{"camera.position", "[4, 0, 1]"},
                              {"camera.orthographic_width", "2"},
                              {"sun.direction", "[1, 0, 1]"},
@@ -137,7 +145,7 @@ TEST(SceneKeys, AreAllRead) {
         if (key.section != std::string("animation.keys")) keys.push_back(key);
     test::expect_keys_are_read(
         keys, "scene",
-        {slab, planet, painted, sea, stacked, rings, cloudy_rings, keyed_lobes, lambert},
+        {slab, planet, painted, sea, stacked, shelled, rings, cloudy_rings, keyed_lobes, lambert},
         [&](const std::string& text) { parse_scene(text, folder.path().string()); },
         [](const Key& key) {
             return (key.section == std::string("surface") ? "planet." : "") + full_name(key);

@@ -519,6 +519,7 @@ TEST_F(RingProfileFile, MayBeOfAPlanetWithALayerOfItsOwn) {
     };
     refuse("surface = 0.5\n" + layer, {"rings.surface", "absent beside [planet]"});
     refuse("[planet]\nsurface = { wind = 5 }\n" + layer, {"planet.surface", "no ocean"});
+    refuse("[planet]\nshell = 0.01\n" + layer, {"planet.shell", "absent beside [rings]"});
     refuse(layer + "mist = 1\n", {"line 17", "unknown key 'planet.layer.mist'"});
     refuse(layer + "components = ['isotropic', 'rayleigh']\n",
            {"planet.layer.components", "absent"});
@@ -531,6 +532,23 @@ TEST_F(RingProfileFile, MayBeOfAPlanetWithALayerOfItsOwn) {
         "albedo = 1\noptical_depth = 1\n" +
             layer,
         {"planet.layer", "absent without [rings]"});
+}
+
+TEST(SceneFile, RefusesShellsBeyondTheirRange) {
+    const auto planet = [](const std::string& layer, const std::string& shell) {
+        return "[camera]\ndistance = 1.04\northographic_width = 1.0\n[sun]\nelevation_deg = 20.0\n"
+               "[layer]\nphase_function = 'isotropic'\nalbedo = 0.5\noptical_depth = 2\n" +
+               layer + "[planet]\nshell = " + shell + "\n";
+    };
+    EXPECT_EQ(std::get<Planet>(parse_scene(planet("", "0.02")).panels[0].subject).shell, 0.02);
+    EXPECT_NO_THROW(parse_scene("effects = ['-shell']\n" + planet("", "0.03")));
+    expect_scene_refusal(planet("", "0.03"),
+                         {"line 11: planet.shell", "0.05 over", "0.025", "0.03"});
+    expect_scene_refusal(planet("", "0.06"), {"planet.shell", "[0, 0.05]", "got 0.06"});
+    expect_scene_refusal(planet("opposition = { law = 'blinn', density = 0.1 }\n", "0.01"),
+                         {"planet.shell", "0 where the layer is a stack or has an opposition"});
+    std::string close = planet("", "0.02");
+    expect_scene_refusal(close.replace(close.find("1.04"), 4, "1.01"), {"outside the planet"});
 }
 
 TEST_F(RingProfileFile, NamesTheLineOfABadRow) {

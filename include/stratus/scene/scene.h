@@ -54,6 +54,7 @@ struct SceneEffects {
     bool sun_size = true;     // a disk, not a point
     bool ringshine = true;    // light that rings scatter onto their planet
     bool planetshine = true;  // light that a planet reflects onto its rings
+    bool shell = true;        // a planet's layer as a spherical shell
 
     bool operator==(const SceneEffects&) const = default;
 };
@@ -123,6 +124,7 @@ struct Rings {
 /// A planet with a Lambert surface, and the layer directly on it.
 struct Planet {
     Texture surface;
+    double shell = 0;        // height of the layer in radii; 0: the layer is plane everywhere
     bool has_rings = false;  // which light it and see it from all around
 };
 
@@ -197,6 +199,9 @@ std::vector<Scene> channel_scenes(const Scene& scene);
 
 /// The channel scenes of several scenes, one after the other.
 std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
+
+/// The height of the layer as a spherical shell, with its effect; 0: plane, or nothing scatters.
+double seen_shell(const Scene& scene) noexcept;
 
 /// The optical depth with the effect of density, where that is on.
 double seen_depth(const Scene& scene, double optical_depth) noexcept;

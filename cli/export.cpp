@@ -89,8 +89,8 @@ std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::st
     }
     require(stacks == 0 || command.at.empty(), "export", "--at", "left out for a stack",
             joined(command.at));
-    std::vector<Stack> read;
     if (stacks == 1) return read_coloured_stack(command.inputs[0], &notes);
+    std::vector<Stack> read;
     for (std::size_t c = 0; c < std::max(command.inputs.size(), command.at.size()); ++c) {
         const std::string& path = of_colour(command.inputs, c);
         read.push_back(stacks ? read_stack(path, &notes)

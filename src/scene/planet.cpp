@@ -52,12 +52,16 @@ double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& c
     return waves * std::max(length(points[1] - points[0]), length(points[3] - points[2]));
 }
 
-Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept {
-    const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
-    const SceneLayer& layer = view.scene.layer;
+PlanetPlace planet_place(const Planet& planet, const SceneLayer& layer,
+                         const Vector3& normal) noexcept {
     const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
     const SurfacePoint point = placed ? sphere_point(normal) : SurfacePoint{normal, 0, 0};
-    const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
+    return {point, {layer.optical_depth.at(point), layer.albedo, 1}};
+}
+
+Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept {
+    const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
+    const auto [point, matter] = planet_place(planet, view.scene.layer, normal);
     const Rgb3 light = layer_light(view, matter, geometry, Side::reflection);
     if (planet.surface.is_black()) return light;
     return light + mirrored_sun(view, planet.surface, matter, matter, geometry) +

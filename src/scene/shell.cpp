@@ -4,7 +4,7 @@
 // through the shell, by Gauss quadrature over the share of the ray's light that is scattered there.
 // Of the orders n >= 2 it is that of a plane layer under beams that take as much out of the sun's
 // light, and of light towards the eye, as the shell's column does where the ray meets the planet, or
-// comes nearest to it. Chapman's function of the shell is the slant depth of a beam over the vertical.
+// comes nearest to it. The depth there stands for that of the whole shell. Chapman's function of the shell is the slant depth of a beam over the vertical.
 #include <stratus/base/gauss_legendre.h>
 
 #include "subjects.h"
@@ -87,28 +87,26 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept {
         return background_along(scene, direction) + sun_along(scene, direction);
     const bool hits = squared_impact < 1;
     const double half = std::sqrt(top * top - squared_impact),
-                 length = half + (hits ? -std::sqrt(1 - squared_impact) : half);
+                 chord = half + (hits ? -std::sqrt(1 - squared_impact) : half);
     const Ray inside{view.ray.at(along - half), direction};
-    const Vector3 normal = normalised(hits ? inside.at(length) : nearest);
+    const Vector3 normal = normalised(hits ? inside.at(chord) : nearest);
     const SceneLayer& layer = scene.layer;
-    const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
-    const SurfacePoint place = placed ? sphere_point(normal) : SurfacePoint{normal, 0, 0};
-    const Matter matter{layer.optical_depth.at(place), layer.albedo, 1};
+    const auto [place, matter] = planet_place(planet, layer, normal);
     const double depth = seen_depth(scene, matter.optical_depth);
     const Rgb3 sun = irradiance(view, 1);
     const double cosine = dot(view.to_sun, direction);  // of the scattering angle
     Rgb3 through{};                                     // share of light that passes along the ray
-    double scattered_at =
-        0;  // mean height below the top, in that of the shell, of green light's scattering
+    // Mean depth of what is scattered of green light, over that of the shell.
+    double scattered_at = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const double extinction = layer.extinction[c] * depth / planet.shell;
-        through[c] = std::exp(-extinction * length);
+        through[c] = std::exp(-extinction * chord);
         if (extinction == 0) continue;
         double lit = 0;
         for (std::size_t k = 0; k < nodes; ++k) {
             const double share = (1 + gauss().x[k]) / 2 * (1 - through[c]);
             const Vector3 point = inside.at(-std::log1p(-share) / extinction);
-            const double r = stratus::length(point), mu = dot(point, view.to_sun) / r;
+            const double r = length(point), mu = dot(point, view.to_sun) / r;
             if (c == 1) scattered_at += gauss().weight[k] / 2 * (top - r) / planet.shell;
             if (!is_hidden(r, mu))
                 lit += gauss().weight[k] / 2 * std::exp(-extinction * path_out(top, r, mu));
@@ -120,6 +118,9 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept {
     }
     const double to_sun = dot(normal, view.to_sun);
     Geometry geometry = scattering_geometry(normal, view.to_sun, -direction);
+    const bool mirrors = planet.surface.mirror && to_sun > 0 && scene.effects.background;
+    const double glint =
+        mirrors ? (*planet.surface.mirror)(geometry)-planet.surface.mirror_albedo : 0;
     const double green = layer.extinction[1] * depth;
     double mu_in = std::max(0.0, to_sun);
     if (green > 0) {
@@ -133,19 +134,23 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept {
     if (!hits)
         return light + through * (background_along(scene, direction) + sun_along(scene, direction));
     if (planet.surface.is_black() || mu_in <= 0) return light;
-    // The ground's beams are those of the shell; what is diffuse is that of the plane layer.
+    // The ground's beams are those of the shell; what is diffuse is that of the plane layer. Light that
+    // reaches the ground and what the layer sends back to it make `lit`, as beneath a vertical beam.
     const Rgb3 down = view.light.total_transmittance(matter, geometry.mu_in),
                up = view.light.total_transmittance(matter, geometry.mu_out),
                beam_down = view.light.beam(matter, geometry.mu_in),
                beam_up = view.light.beam(matter, geometry.mu_out),
-               lit = view.light.ground(matter, geometry.mu_in, planet.surface.at(place));
+               vertical = view.light.total_transmittance(matter, 1),
+               lit = view.light.ground(matter, 1, planet.surface.at(place));
     for (std::size_t c = 0; c < 3; ++c) {
+        if (vertical[c] == 0) continue;
         const double extinction = layer.extinction[c] * depth / planet.shell,
                      beam =
                          to_sun > 0 ? to_sun * std::exp(-extinction * path_out(top, 1, to_sun)) : 0,
                      diffuse = mu_in * (down[c] - beam_down[c]);
         light[c] +=
-            sun[c] * lit[c] * (beam + diffuse) / down[c] * (up[c] - beam_up[c] + through[c]);
+            sun[c] * (lit[c] / vertical[c] * (beam + diffuse) * (up[c] - beam_up[c] + through[c]) +
+                      glint * beam * through[c]);
     }
     return light;
 }

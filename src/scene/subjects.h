@@ -42,7 +42,15 @@ Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept;
 /// Distance at which a ray enters the unit sphere flattened along z; negative: nowhere.
 double distance_to_globe(const Ray& ray, double flattening) noexcept;
 
-/// Radiance of a planet, of its layer and of the ground through it, where the normal is that.
+/// What lies where a planet has a normal.
+struct PlanetPlace {
+    SurfacePoint point;
+    Matter matter;
+};
+PlanetPlace planet_place(const Planet& planet, const SceneLayer& layer,
+                         const Vector3& normal) noexcept;
+
+/// Radiance of a planet, of its layer and of the ground through it, where its normal is `normal`.
 Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept;
 
 /// Radiance along a ray of a planet whose layer is a shell (shell.cpp).

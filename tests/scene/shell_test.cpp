@@ -101,6 +101,26 @@ TEST(Shell, ThatHardlyScattersLeavesTheGroundToLambertsLaw) {
     EXPECT_LT(seen_at(scene, light, 1.01), 1e-6);
 }
 
+// A sun so low that no beam gets through leaves numbers finite, and the ocean's glint is the plane layer's.
+TEST(Shell, OverGroundIsFiniteAndMirrors) {
+    Scene scene = once(shell(1e-4, 400, 0.9, 89));
+    auto& surface = std::get<Planet>(scene.subject).surface;
+    surface.colour = {0.5f, 0.5f, 0.5f};
+    for (const double impact : {-0.5, 0.0, 0.02, 0.1, 0.9}) {
+        const double light = seen_at(scene, LayerLight(scene, nullptr), impact);
+        EXPECT_TRUE(light >= 0 && light < 1) << impact << ' ' << light;
+    }
+    scene = once(shell(1e-6, 0.1, 0.9, 40));
+    auto& sea = std::get<Planet>(scene.subject).surface;
+    sea.mirror = read_ground_law("ocean:wind=5");
+    sea.colour = {0.1f, 0.1f, 0.1f};
+    Scene plane = scene;
+    plane.effects.shell = false;
+    const double glint = seen_at(plane, LayerLight(plane, nullptr), std::sin(radians(20)));
+    EXPECT_GT(glint, 0.2);
+    EXPECT_NEAR(seen_at(scene, LayerLight(scene, nullptr), std::sin(radians(20))) / glint, 1, 1e-3);
+}
+
 TEST(ShellCosine, IsTheCosineOfThinShellsAndOfSteepBeams) {
     for (const double depth : {1e-3, 1.0, 10.0}) {
         EXPECT_NEAR(shell_cosine(depth, 1e-9, 0.3), 0.3, 1e-4);

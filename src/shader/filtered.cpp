@@ -306,7 +306,7 @@ FilteredLight filtered_layers(const PackedTable& table) {
                                         static_cast<std::size_t>(block * filtered_words) * rows)});
         exact.layer.insert(exact.layer.end(), of.rows.begin(), of.rows.end());
         set_texel(numbers.texture, first_filter_texel + 2 + side,
-                  {of.first, of.steps_per_unit, of.unit, 0});
+                  {of.first, of.steps_per_unit, of.unit, filtered_depth_steps});
         for (int block = 0; block + 1 < of.blocks; block += 4) {
             vec4 last;
             for (int k = block; k < std::min(block + 4, of.blocks - 1); ++k)

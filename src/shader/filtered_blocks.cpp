@@ -19,7 +19,7 @@ namespace {
 using shader::vec4;
 using Text = shader::AsCxx;
 
-constexpr int depth_steps = 96, albedo_steps = 64, sketch_directions = 600;
+constexpr int depth_steps = filtered_depth_steps, albedo_steps = 64, sketch_directions = 600;
 constexpr int least_steps = depth_steps / most_filtered_blocks;
 constexpr double most_left = 1e-3;
 constexpr float full_scale = 2048;  // of weights and functions: small ones keep their digits

@@ -10,7 +10,7 @@
 namespace stratus {
 
 constexpr int filtered_words = 3;  // of four functions
-constexpr int most_filtered_blocks = 16;
+constexpr int most_filtered_blocks = 16, filtered_depth_steps = 96;
 constexpr float least_filtered_light = 1e-4f;  // R or T that errors are relative to
 
 /// One side.

@@ -308,7 +308,7 @@ float stratus_factor(int side, float albedo, float depth, float exponent, Stratu
 // Returns, k = 0: how much finer than the table the light is along cosines and along the azimuth; blocks
 // of depths of reflection and of transmission. 1: a depth, rows of weights from one albedo to the next,
 // width and height of the weights. 2 + side: first coordinate of the depth, steps per unit of it, the
-// factor of sums. From 4 (1 + side) on: the last steps of all blocks but one.
+// factor of sums, all steps. From 4 (1 + side) on: the last steps of all blocks but one.
 vec4 stratus_filter(int k) { return stratus_number(32 + k); }
 
 // A cubic spline at a place among samples, from 0 on, by two filtered fetches: where they lie among
@@ -361,7 +361,8 @@ vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) 
     float within = stratus_clamp(depth, stratus_z(stratus_field(side, 9)),
                                  stratus_x(stratus_field(side, 10)));
     float place = stratus_clamp(
-        (stratus_log2(within / (within + weights.x)) - along_depth.x) * along_depth.y, 0.0f, 96.0f);
+        (stratus_log2(within / (within + weights.x)) - along_depth.x) * along_depth.y, 0.0f,
+        along_depth.w);
     int later = int(side == STRATUS_REFLECTION ? blocks.z : blocks.w) - 1;
     float block = 0.0f;
     for (int k = 0; k < later; ++k) {

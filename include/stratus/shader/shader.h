@@ -36,7 +36,8 @@ constexpr int filtered_layer_constants = 8;
 
 /// Textures that a GPU filters linearly, `stratus_light` by eight fetches that are a cubic spline: a 3-D
 /// texture of RGBA halves over mu_in, mu_out and azimuth. It is one to three times as fine as the table's
-/// samples, as little as keeps all but one in a thousand of R and T within 2e-3.
+/// samples, as little as keeps all but one in a thousand of R and T within 2e-3, of layers not bound
+/// within a quarter of the table's tolerance if that is more.
 ///
 /// Of a bound layer it holds the orders n >= 2 of three colours, reflection before transmission. Of
 /// layers that are not bound it holds, in each block of optical depths, twelve functions of the
@@ -50,9 +51,9 @@ struct FilteredLight {
     /// `stratus_layer`, or of layers that are not bound `stratus_weights`.
     std::vector<ShaderTexture> textures;
     int constant_numbers;
-    // Differences to the text without a filter, relative to R or T, at 2,000 random directions with
-    // cosines from 0.02, of layers not bound as many albedos and depths of the table: the median, what all
-    // but one in a thousand stay below, the worst.
+    // Differences to the text without a filter at 2,000 random directions with cosines from 0.02, of
+    // layers not bound as many albedos and depths of the table: the median, what all but one in a thousand
+    // stay below, the worst. They are relative to R or T, but to no less than 1e-6, of layers not bound 1e-4.
     double median_error, usual_error, worst_error;
 };
 

@@ -73,10 +73,6 @@ std::unique_ptr<Checkpoint> open_checkpoint(const BakeCommand& command, const Re
     return checkpoint;
 }
 
-std::string sentence_of_kept(const std::string& path) {
-    return "finished work is kept in " + path + ": repeat the command with --resume";
-}
-
 /// Bakes from the checkpoint, and adds to it.
 Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint) {
     keep_in(checkpoint, options.log);
@@ -248,8 +244,26 @@ void help_bake(const BakeCommand& command, Ranks& ranks) {
     ranks.finish();
 }
 
-void bake_on_ranks(BakeCommand command, std::unique_ptr<RankTransport> transport) {
-    if (command.threads == 0) command.threads = threads_of_rank(*transport);
+/// Does the work of all ranks; errors end all of them.
+template <class Work>
+void on_ranks(std::unique_ptr<RankTransport> transport, const RanksOptions& options, Work work) {
+    Ranks ranks(std::move(transport), options);
+    const auto end_all = [&](int exit_code, const std::string& reason) {
+        if (ranks.is_finished()) throw;
+        ranks.end_all(exit_code, reason);
+    };
+    try {
+        work(ranks);
+    } catch (const std::invalid_argument& error) {
+        end_all(2, error.what());
+    } catch (const std::bad_alloc&) {
+        end_all(1, ranks.is_first() ? "rank 0: out of memory" : "out of memory");
+    } catch (const std::exception& error) {
+        end_all(1, error.what());
+    }
+}
+
+void bake_on_ranks(const BakeCommand& command, std::unique_ptr<RankTransport> transport) {
     const StopOnSignal stop;
     std::atomic<const Checkpoint*> checkpoint = nullptr;
     std::atomic<bool> is_writing = false;
@@ -260,34 +274,34 @@ void bake_on_ranks(BakeCommand command, std::unique_ptr<RankTransport> transport
         const Checkpoint* const kept = checkpoint;
         return kept && kept->pieces() > 0 ? sentence_of_kept(checkpoint_path(command)) : "";
     };
-    Ranks ranks(std::move(transport), options);
-    const auto end_all = [&](int exit_code, const std::string& reason) {
-        if (ranks.is_finished()) throw;
-        ranks.end_all(exit_code, reason);
-    };
-    try {
+    on_ranks(std::move(transport), options, [&](Ranks& ranks) {
         if (!ranks.is_first()) return help_bake(command, ranks);
         const RankZero zero{ranks, checkpoint, is_writing};
         bake_to_file(command, &zero);
-    } catch (const std::invalid_argument& error) {
-        end_all(2, error.what());
-    } catch (const std::bad_alloc&) {
-        end_all(1, ranks.is_first() ? "rank 0: out of memory" : "out of memory");
-    } catch (const std::exception& error) {
-        end_all(1, error.what());
-    }
+    });
 }
 
-void run_bake(const BakeCommand& command) {
+void sweep_on_ranks(const SweepCommand& command, double rank_timeout,
+                    std::unique_ptr<RankTransport> transport) {
+    const StopOnSignal stop;
+    RanksOptions options;
+    options.time_limit = rank_timeout;
+    options.stop = [&] { return stop.signal(); };
+    options.kept = [&] { return sentence_of_kept(command.folder); };
+    on_ranks(std::move(transport), options, [&](Ranks& ranks) { run_sweep(command, &ranks); });
+}
+
+void run_bake(BakeCommand command) {
     if (command.dry_run) return run_dry(command);
     auto transport = started_ranks();
+    if (transport && command.threads == 0) command.threads = threads_of_rank(*transport);
     if (!command.sweep.empty() || has_sweep(command.recipe)) {
-        require(!transport || transport->count() == 1, "bake", "a sweep", "on one rank",
-                transport ? transport->count() : 1);
         require(!command.keeps_samples(), "bake", command.exr.empty() ? "--h5" : "--exr",
                 "left out for a sweep", command.exr.empty() ? command.h5 : command.exr);
-        return run_sweep({command.recipe, command.sweep, command.output, command.threads,
-                          command.quiet, command.resume, command.accept});
+        const SweepCommand sweep{command.recipe, command.sweep,  command.output, command.threads,
+                                 command.quiet,  command.resume, command.accept};
+        if (!transport) return run_sweep(sweep);
+        return sweep_on_ranks(sweep, command.rank_timeout, std::move(transport));
     }
     if (transport) return bake_on_ranks(command, std::move(transport));
     bake_to_file(command, nullptr);

@@ -1,4 +1,4 @@
-// Finished pieces of a bake, kept in its checkpoint.
+// Finished work: pieces of a bake, kept in its checkpoint.
 #pragma once
 
 #include <stratus/bake/work_log.h>
@@ -15,6 +15,10 @@ inline void keep_in(Checkpoint& checkpoint, WorkLog& log) {
     log.keep = [&](const std::string& piece, std::span<const char> result) {
         checkpoint.keep(piece, result);
     };
+}
+
+inline std::string sentence_of_kept(const std::string& path) {
+    return "finished work is kept in " + path + ": repeat the command with --resume";
 }
 
 }  // namespace stratus

@@ -61,7 +61,7 @@ OutputFile texture_file(const ShaderTexture& texture, bool as_exr) {
 }
 
 std::string textures_json(const PackedTable& table, const std::vector<ShaderTexture>& textures,
-                          const std::optional<FilteredLayer>& filtered) {
+                          const std::optional<FilteredLight>& filtered) {
     const TableView view = table.view();
     std::ostringstream json;
     json << "{\n  \"format\": \"stratus-shader\",\n  \"version\": 1,\n  \"optical_depth\": ["
@@ -80,7 +80,7 @@ std::string textures_json(const PackedTable& table, const std::vector<ShaderText
     for (const ShaderTexture& texture : textures)
         json << (&texture == &textures.front() ? "\n" : ",\n") << "    {\"name\": \""
              << texture.name << "\", \"file\": \"" << texture.name
-             << ".bin\", \"width\": " << shader_texture_width << ", \"height\": " << texture.height
+             << ".bin\", \"width\": " << texture.width << ", \"height\": " << texture.height
              << ", \"channels\": 4, \"type\": \"" << (texture.halves ? "float16" : "float32")
              << "\"}";
     if (filtered)
@@ -144,12 +144,10 @@ void run_shader(const ShaderOptions& options) {
     const PackedTable table = read_member("shader", options.input, options.reading, options.at);
     std::vector<ShaderTexture> textures;
     const auto medium = medium_of(table.view(), options.optical_depth, options.albedo);
-    std::optional<FilteredLayer> filtered;
+    std::optional<FilteredLight> filtered;
     if (options.filtered) {
-        require(medium.has_value(), "shader", "--filtered",
-                "a bound layer: --optical-depth and --albedo", "none");
-        filtered = filtered_layer(table, *medium);
-        textures = {filtered->numbers, filtered->layer};
+        filtered = medium ? filtered_layer(table, *medium) : filtered_layers(table);
+        textures = filtered->textures;
     } else if (!cpp) {
         textures = shader_textures(table);
         if (medium) textures.push_back(shader_layer(table, *medium));
@@ -215,10 +213,9 @@ void add_shader(CLI::App& app) {
                      "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
         ->check(number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; }));
-    command->add_flag(
-        "--filtered", options->filtered,
-        "For games: orders n >= 2 of the bound layer by eight filtered fetches from a "
-        "3-D texture; glsl and hlsl");
+    command->add_flag("--filtered", options->filtered,
+                      "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
+                      "of the bound layer, 27 of layers that are not bound; glsl and hlsl");
     command->add_option("--at", options->at, at_help());
     command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
     add_max_memory(*command, options->reading);
@@ -228,8 +225,8 @@ void add_shader(CLI::App& app) {
         "the table:\n"
         "table.stratus beside it, of a family the member --at.\n\n"
         "A bound layer is one more texture, stratus_layer, with which directions can be sampled; a "
-        "stack always\nhas it. --filtered adds stratus_light, a 3-D texture, and leaves out "
-        "stratus_functions, which layers of\ndepths and albedos not bound would read.\n\n"
+        "stack always\nhas it. --filtered writes stratus_light, a 3-D texture, in place of "
+        "stratus_functions, and stratus_weights\nwhere no layer is bound.\n\n"
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
         "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
         "    --albedo 0.95,0.93,0.8 -o rings");

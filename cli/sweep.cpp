@@ -3,6 +3,7 @@
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
@@ -20,11 +21,14 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <cstring>
 #include <mutex>
 #include <new>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -57,6 +61,29 @@ Alike find_alike(const std::vector<SweepRow>& rows) {
 
 // ---- One table
 
+/// With a checkpoint it stops on signals.
+Outcome bake_row(const SweepRow& row, int threads, std::vector<char>& packed,
+                 Checkpoint* checkpoint = nullptr) {
+    const auto started = Clock::now();
+    Outcome outcome;
+    outcome.met = true;
+    BakeOptions options;
+    options.threads = threads;
+    options.packed = &packed;
+    options.missed = [&](const std::string& sentence) {
+        outcome.met = false;
+        outcome.remark = sentence;
+    };
+    if (checkpoint) {
+        keep_in(*checkpoint, options.log);
+        options.log.stop = [] { return StopOnSignal::signal() != 0; };
+    }
+    outcome.worst = bake(row.recipe, options).measured_error;
+    outcome.seconds = seconds_since(started);
+    outcome.bytes = static_cast<double>(packed.size());
+    return outcome;
+}
+
 /// Where tables go, and what all of them share.
 class SweepFolder {
   public:
@@ -70,29 +97,36 @@ class SweepFolder {
     fs::path checkpoint(const SweepRow& row) const { return table(row).string() + ".checkpoint"; }
     fs::path summary() const { return folder_ / "summary.csv"; }
 
+    /// The table that a sweep which goes on finds baked already.
+    std::optional<Outcome> found(const SweepRow& row) const {
+        const std::optional<Table> table = resume_ ? find(row) : std::nullopt;
+        if (!table) return std::nullopt;
+        fs::remove(checkpoint(row));
+        Outcome outcome;
+        outcome.met = states_tolerance_met(*table);
+        outcome.remark = "was there";
+        outcome.worst = table->measured_error;
+        outcome.bytes = static_cast<double>(fs::file_size(this->table(row)));
+        return outcome;
+    }
+
     /// Bakes a row's table, from its checkpoint if there is one, or finds it baked already.
     ///
     /// Errors   WorkStopped where a signal came.
     /// Threads  any number, of different rows.
-    Outcome finish(const SweepRow& row, int threads) {
-        const auto started = Clock::now();
+    Outcome finish(const SweepRow& row, int threads) const {
+        if (const std::optional<Outcome> there = found(row)) return *there;
         Checkpoint checkpoint(this->checkpoint(row), {baking_program(), resolved_text(row.recipe)});
-        Outcome outcome;
-        std::optional<Table> table = resume_ ? find(row) : std::nullopt;
-        if (table) {
-            outcome.met = states_tolerance_met(*table);
-            outcome.remark = "was there";
-        } else {
-            outcome.met = true;
-            std::vector<char> packed;
-            table = bake_on(checkpoint, row.recipe, threads, packed, outcome);
-            write_content_atomically(this->table(row), packed, Flush::later);
-            outcome.seconds = seconds_since(started);
-        }
-        checkpoint.remove();
-        outcome.worst = table->measured_error;
-        outcome.bytes = static_cast<double>(fs::file_size(this->table(row)));
+        std::vector<char> packed;
+        const Outcome outcome = bake_row(row, threads, packed, &checkpoint);
+        write(row, {packed.data(), packed.size()});
         return outcome;
+    }
+
+    /// Writes a row's table and removes the checkpoint of an earlier sweep.
+    void write(const SweepRow& row, std::string_view packed) const {
+        write_content_atomically(table(row), packed, Flush::later);
+        fs::remove(checkpoint(row));
     }
 
     /// Copies a table to another row's name.
@@ -113,20 +147,6 @@ class SweepFolder {
         } catch (const std::exception&) {  // damaged, or of something else
         }
         return std::nullopt;
-    }
-
-    static Table bake_on(Checkpoint& checkpoint, const Recipe& recipe, int threads,
-                         std::vector<char>& packed, Outcome& outcome) {
-        BakeOptions options;
-        options.threads = threads;
-        options.packed = &packed;
-        options.missed = [&](const std::string& sentence) {
-            outcome.met = false;
-            outcome.remark = sentence;
-        };
-        keep_in(checkpoint, options.log);
-        options.log.stop = [] { return StopOnSignal::signal() != 0; };
-        return bake(recipe, options);
     }
 
     const fs::path folder_;
@@ -150,11 +170,52 @@ Outcome try_to_finish(const Finish& finish) {
     return outcome;
 }
 
+// ---- What ranks send to rank 0
+
+/// An outcome's numbers, before its remark and its table.
+struct OutcomeHead {
+    bool met, failed;
+    double worst, bytes, seconds;
+    std::size_t remark;  // letters
+};
+
+std::vector<char> message_of(const Outcome& of, const std::vector<char>& packed) {
+    const OutcomeHead head{of.met, of.failed, of.worst, of.bytes, of.seconds, of.remark.size()};
+    std::string message(reinterpret_cast<const char*>(&head), sizeof head);
+    message += of.remark;
+    message.append(packed.data(), packed.size());
+    return {message.begin(), message.end()};
+}
+
+/// The outcome, and the table's bytes.
+std::pair<Outcome, std::string_view> outcome_of(std::span<const char> message) {
+    OutcomeHead head;
+    std::memcpy(&head, message.data(), sizeof head);
+    const std::string_view rest(message.data() + sizeof head, message.size() - sizeof head);
+    return {{head.met, head.failed, head.worst, head.bytes, head.seconds,
+             std::string(rest.substr(0, head.remark))},
+            rest.substr(head.remark)};
+}
+
 // ---- All of them
 
+/// The first of alike rows, baked for rank 0.
+RankedStage stage_of(const std::vector<SweepRow>& rows, const Alike& alike, int threads) {
+    RankedStage stage;
+    stage.count = static_cast<int>(alike.size());
+    stage.solve = [&, threads](int piece, std::span<const char>) {
+        std::vector<char> packed;
+        const Outcome outcome = try_to_finish([&] {
+            return bake_row(rows[alike[static_cast<std::size_t>(piece)].front()], threads, packed);
+        });
+        return message_of(outcome, packed);
+    };
+    return stage;
+}
+
 /// Bakes all rows; what has come out of each.
-std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, SweepFolder& folder,
-                               const SweepCommand& command, Progress& progress) {
+std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFolder& folder,
+                               const SweepCommand& command, Progress& progress, Ranks* ranks) {
     const Alike alike = find_alike(rows);
     std::vector<Outcome> outcomes(rows.size());
     std::mutex telling;
@@ -166,11 +227,10 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, SweepFolder& f
         if (of.failed || !of.met) progress.note(rows[row].name + ": " + of.remark);
         progress.show(static_cast<double>(finished) / static_cast<double>(rows.size()), "tables");
     };
-    nested_parallel_for(static_cast<int>(alike.size()), command.threads, [&](int n) {
+    const auto finish_alike = [&](int n, const auto& finish) {
         const std::vector<std::size_t>& same = alike[static_cast<std::size_t>(n)];
         const std::size_t first = same.front();
-        outcomes[first] =
-            try_to_finish([&] { return folder.finish(rows[first], command.threads); });
+        outcomes[first] = try_to_finish([&] { return finish(rows[first]); });
         told(first);
         for (std::size_t s = 1; s < same.size(); ++s) {
             outcomes[same[s]] = try_to_finish([&] {
@@ -182,7 +242,29 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, SweepFolder& f
             });
             told(same[s]);
         }
-    });
+    };
+    if (!ranks) {
+        nested_parallel_for(static_cast<int>(alike.size()), command.threads, [&](int n) {
+            finish_alike(n,
+                         [&](const SweepRow& row) { return folder.finish(row, command.threads); });
+        });
+        return outcomes;
+    }
+    RankedStage stage = stage_of(rows, alike, command.threads);
+    stage.is_done = [&](int piece) {
+        const auto there = folder.found(rows[alike[static_cast<std::size_t>(piece)].front()]);
+        if (there) finish_alike(piece, [&](const SweepRow&) { return *there; });
+        return there.has_value();
+    };
+    stage.take = [&](int piece, std::span<const char> message) {
+        finish_alike(piece, [&](const SweepRow& row) {
+            const auto received = outcome_of(message);
+            if (!received.first.failed) folder.write(row, received.second);
+            return received.first;
+        });
+    };
+    stage.progress = [](int) {};  // told by rows
+    ranks->run(stage, command.threads);
     return outcomes;
 }
 
@@ -250,29 +332,35 @@ void refuse_left_over(const std::vector<SweepRow>& rows, const SweepFolder& fold
 
 }  // namespace
 
-void run_sweep(const SweepCommand& command) {
+void run_sweep(const SweepCommand& command, Ranks* ranks) {
     std::vector<std::string> notes;
     const std::vector<SweepRow> rows = command.csv.empty()
                                            ? read_sweep(command.recipe, &notes)
                                            : read_sweep(command.recipe, command.csv, &notes);
-    SweepFolder folder(command.folder, command.resume);
+    if (ranks && !ranks->is_first()) {
+        const Alike alike = find_alike(rows);
+        ranks->run(stage_of(rows, alike, command.threads), command.threads);
+        ranks->finish();
+        return;
+    }
+    const SweepFolder folder(command.folder, command.resume);
     if (!command.resume) refuse_left_over(rows, folder);
     std::vector<Outcome> outcomes;
     {
         Progress progress(command.quiet);
         for (const std::string& note : notes) progress.note("note: " + note);
-        const StopOnSignal stop;
+        std::optional<StopOnSignal> stop;
+        if (!ranks) stop.emplace();
         try {
-            outcomes = bake_rows(rows, folder, command, progress);
+            outcomes = bake_rows(rows, folder, command, progress, ranks);
         } catch (const WorkStopped&) {
-            throw EndedBySignal(stop.signal(), "interrupted; finished work is kept in " +
-                                                   command.folder +
-                                                   ": repeat the command with --resume");
+            throw EndedBySignal(stop->signal(), "interrupted; " + sentence_of_kept(command.folder));
         }
     }
     flush(rows, outcomes, folder);
     write_summary(std::cout, rows, outcomes);
     write_answer(folder.summary(), [&](std::ostream& out) { write_summary(out, rows, outcomes); });
+    if (ranks) ranks->finish();
     judge(outcomes, command);
 }
 

@@ -5,6 +5,8 @@
 
 namespace stratus {
 
+class Ranks;
+
 struct SweepCommand {
     std::string recipe;
     std::string csv;  // empty: the rows of the recipe
@@ -15,10 +17,11 @@ struct SweepCommand {
     bool accept = false;  // exit code 0 even where tables miss their tolerances
 };
 
-/// Bakes all rows, several at once, and tells how each came out.
+/// Bakes all rows, several at once, and tells how each came out. On ranks each row is baked by one of them,
+/// which rank 0 gives it to, and rank 0 writes its table.
 ///
 /// Errors   std::invalid_argument for the rows, before anything is baked; std::runtime_error where a
 ///          table failed or missed its tolerance, once all are done; EndedBySignal where one came.
-void run_sweep(const SweepCommand& command);
+void run_sweep(const SweepCommand& command, Ranks* ranks = nullptr);
 
 }  // namespace stratus

@@ -22,7 +22,8 @@ extern "C" {
 enum {
     STRATUS_NOTHING_BELOW = 0,
     STRATUS_SURFACE_BELOW = 1, /* Lambert */
-    STRATUS_LAYER_BELOW = 2    /* semi-infinite */
+    STRATUS_LAYER_BELOW = 2,   /* semi-infinite */
+    STRATUS_GROUND_BELOW = 3   /* with a law of its own */
 };
 
 /* A layer or a stack of them, and what it lies on. */
@@ -31,11 +32,12 @@ typedef struct stratus_problem {
     size_t layer_count;               /* 1 or more */
     const stratus_layer* layers;      /* top first */
     int below;                        /* one of the above */
-    double below_albedo;              /* [0, 1] */
+    double below_albedo;              /* [0, 1]; not of a ground */
     const char* below_phase_function; /* of a semi-infinite layer */
     double tolerance;                 /* relative error of what is asked, [1e-12, 1]; 0: 1e-4 */
     int nodes;                        /* Gauss nodes, [1, 512], in place of a tolerance; 0: none */
     int orders;                       /* [0, 200]: higher ones are left out; 0: all */
+    const char* below_ground;         /* of a ground, as --over has it: "ocean:wind=7" */
 } stratus_problem;
 
 typedef struct stratus_geometry {
@@ -69,6 +71,21 @@ typedef struct stratus_fluxes {
 int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const double* mu,
                          double* plane_albedo, double* diffuse_transmittance,
                          stratus_fluxes* uniform);
+
+/* Inside, over the incident flux of a beam from above. */
+typedef struct stratus_level_light {
+    double direct_flux;  /* exp(-level / mu) */
+    double diffuse_flux; /* downward, without the beam */
+    double upward_flux;
+    double actinic_flux; /* 4 pi times the mean intensity, the beam included */
+    double heating_rate; /* absorbed per unit of depth; between two layers, in the lower */
+} stratus_level_light;
+
+/* The light at levels[level_count], optical depths from the top, finite and within the layers, of
+ * beams at the cosines mu[count]: light[level_count * count], level after level. The largest error that
+ * is estimated of any flux goes to `error`, which may be null. The problem must ask for all orders. */
+int stratus_solve_levels(const stratus_problem* problem, size_t level_count, const double* levels,
+                         size_t count, const double* mu, stratus_level_light* light, double* error);
 
 /* ---- Baking */
 

@@ -1,6 +1,7 @@
 // Layers and stacks solved without a table.
 #include <stratus/io/phase_file.h>
 #include <stratus/stratus_baker.h>
+#include <stratus/table/ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "errors.h"
@@ -20,9 +21,14 @@ struct Problem {
 };
 
 LowerBoundary below_of(const stratus_problem& problem, const char* function) {
-    require(problem.below >= STRATUS_NOTHING_BELOW && problem.below <= STRATUS_LAYER_BELOW,
-            function, "problem.below", "nothing, a surface or a layer, 0 to 2", problem.below);
+    require(problem.below >= STRATUS_NOTHING_BELOW && problem.below <= STRATUS_GROUND_BELOW,
+            function, "problem.below", "nothing, a surface, a layer or a ground, 0 to 3",
+            problem.below);
     if (problem.below == STRATUS_NOTHING_BELOW) return {};
+    if (problem.below == STRATUS_GROUND_BELOW) {
+        require_given(problem.below_ground, function, "problem.below_ground");
+        return read_ground(problem.below_ground);
+    }
     const double albedo = problem.below_albedo;
     require(albedo >= 0 && albedo <= 1, function, "problem.below_albedo", "in [0, 1]", albedo);
     if (problem.below == STRATUS_SURFACE_BELOW) return LowerBoundary::surface(albedo);
@@ -30,27 +36,37 @@ LowerBoundary below_of(const stratus_problem& problem, const char* function) {
     return LowerBoundary::layer(read_phase_function(problem.below_phase_function), albedo);
 }
 
-Problem problem_of(const stratus_problem* asked, const char* function) {
-    require_given(asked, function, "problem");
-    require_size(*asked, function, "problem");
+void require_cosine(double mu, const char* function, const char* argument) {
+    require(mu > 0 && mu <= 1, function, argument, "in (0, 1]", mu);
+}
+
+constexpr std::size_t first_problem_size = offsetof(stratus_problem, below_ground);
+
+Problem problem_of(const stratus_problem* given, const char* function) {
+    require_given(given, function, "problem");
+    require_size(*given, function, "problem", first_problem_size);
+    const stratus_problem asked = completed(*given);
     Problem problem{
-        layers_of(asked->layers, asked->layer_count, function), below_of(*asked, function), {}};
+        layers_of(asked.layers, asked.layer_count, function), below_of(asked, function), {}};
     check_layers(problem.layers, problem.below.is_present(), function);
     constexpr double default_tolerance = 1e-4;
-    if (asked->nodes != 0)
-        problem.options.nodes = asked->nodes;
+    if (asked.nodes != 0)
+        problem.options.nodes = asked.nodes;
     else
-        problem.options.tolerance = asked->tolerance != 0 ? asked->tolerance : default_tolerance;
-    problem.options.orders = asked->orders;
+        problem.options.tolerance = asked.tolerance != 0 ? asked.tolerance : default_tolerance;
+    problem.options.orders = asked.orders;
     return problem;
+}
+
+/// Checked cosines.
+std::vector<double> cosines_of(std::size_t count, const double* mu, const char* function) {
+    std::vector<double> cosines(mu, mu + count);
+    for (const double cosine : cosines) require_cosine(cosine, function, "mu");
+    return cosines;
 }
 
 stratus_solved in_c(const SolvedValue& value, double error) {
     return {value.single, value.multiple, error};
-}
-
-void require_cosine(double mu, const char* function, const char* argument) {
-    require(mu > 0 && mu <= 1, function, argument, "in (0, 1]", mu);
 }
 
 }  // namespace
@@ -93,11 +109,8 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
         const Problem asked = problem_of(problem, function);
         if (uniform != nullptr) require_size(*uniform, function, "uniform");
         require_arrays(count, {mu}, function);
-        for (std::size_t i = 0; i < count; ++i) require_cosine(mu[i], function, "mu");
         const stratus::SolvedFluxes solved = stratus::solve_fluxes(
-            asked.layers, asked.below,
-            count == 0 ? std::vector<double>{} : std::vector<double>(mu, mu + count),
-            asked.options);
+            asked.layers, asked.below, cosines_of(count, mu, function), asked.options);
         const stratus::ModeSolution& found = solved.fluxes;
         if (plane_albedo != nullptr) std::copy_n(found.plane_albedo.data(), count, plane_albedo);
         if (diffuse_transmittance != nullptr)
@@ -106,5 +119,24 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
             fill(*uniform,
                  {sizeof(stratus_fluxes), found.spherical_albedo, found.total_transmittance,
                   found.spherical_ground_absorptance, solved.error});
+    });
+}
+
+int stratus_solve_levels(const stratus_problem* problem, size_t level_count, const double* levels,
+                         size_t count, const double* mu, stratus_level_light* light,
+                         double* error) {
+    const char* const function = __func__;
+    return status_of([&] {
+        const Problem asked = problem_of(problem, function);
+        require_arrays(level_count * count, {levels, mu, light}, function);
+        if (level_count * count == 0) return;
+        const stratus::SolvedInside solved =
+            stratus::solve_fluxes_inside(asked.layers, asked.below, {levels, levels + level_count},
+                                         cosines_of(count, mu, function), asked.options);
+        for (const stratus::LightAtLevel& at : solved.levels)
+            for (Eigen::Index i = 0; i < at.mu.size(); ++i)
+                *light++ = {at.direct_flux(i), at.diffuse_transmittance(i), at.plane_albedo(i),
+                            at.actinic_flux(i), at.heating_rate(i)};
+        if (error != nullptr) *error = solved.error;
     });
 }

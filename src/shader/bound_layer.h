@@ -1,4 +1,4 @@
-// The textures of bound layers: that of shader_layer, and the numbers that a filtered one reads.
+// Parts of the textures of bound layers and of filtered light.
 #pragma once
 
 #include <stratus/phase/path_law.h>
@@ -6,13 +6,37 @@
 
 #include "as_cxx.h"
 
+#include <cstddef>
+#include <vector>
+
 namespace stratus {
+
+inline float& component(shader::vec4& texel, int i) {
+    float* const all[] = {&texel.x, &texel.y, &texel.z, &texel.w};
+    return *all[i];
+}
 
 /// `shader_layer` by a lookup in the table's textures.
 ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium, shader::AsCxx& lookup);
 
-/// `stratus_numbers` of a bound layer: records of both sides, samples of phase functions, and the path
-/// law of its colours, each a step.
-ShaderTexture bound_numbers(const PackedTable& table, const PathSheet& bound);
+/// The sixteen products of a layer's coefficients and the functions, summed: over rows as the functions
+/// are. Returns the exponent of diffusion, too.
+struct OrdersOfLayer {
+    std::vector<float> sum;
+    float exponent;
+};
+OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side, double albedo,
+                              double optical_depth);
+
+/// Texels of a filtered text's `stratus_numbers` that tell of its other textures (multiple.shader).
+constexpr int first_filter_texel = 32, filter_texels = 12;
+
+/// `stratus_numbers` of filtered light: records of both sides, texels of the filter, still empty, samples of
+/// phase functions, and the path law of a bound layer's colours, each a step, or of all albedos.
+struct FilteredNumbers {
+    ShaderTexture texture;
+    int constants;
+};
+FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* bound);
 
 }  // namespace stratus

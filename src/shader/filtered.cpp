@@ -1,10 +1,13 @@
 #include <stratus/shader/shader.h>
 
+#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/half.h>
 
 #include "bound_layer.h"
 #include "filtered_as_cxx.h"
+#include "filtered_blocks.h"
+#include "table/packed_block.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,12 +21,12 @@ namespace {
 
 using shader::vec3, shader::vec4;
 
-constexpr int colours = 3, record_texels = 32, texels_of_stacked_layer = 4;
+constexpr int colours = 3;
 
 /// How much finer than the table's samples a texture is, along cosines and along the azimuth: as little
-/// as keeps all but one in a thousand of R and T within `target`.
+/// as keeps all but one in a thousand of R and T within a target.
 constexpr int finer[][2] = {{1, 1}, {2, 1}, {2, 2}, {3, 2}, {3, 3}};
-constexpr double target = 2e-3;
+constexpr double least_target = 2e-3;
 
 /// Values of the three colours over a grid, the first axis innermost.
 struct Grid {
@@ -37,11 +40,9 @@ struct Grid {
     }
 };
 
-/// Orders n >= 2 of a side by the text without a filter: along cosines and along the azimuth this many
-/// times as fine as the table's samples.
-Grid samples_of(shader::AsCxx& layer, int side, int finer_cosines, int finer_azimuths) {
-    const vec4 first = layer.stratus_layer_texel(3);
-    const int block = static_cast<int>(side == STRATUS_REFLECTION ? first.x : first.y);
+/// Sums of a block's rows, from texel `first` of the layer on, by the text without a filter: along
+/// cosines and along the azimuth this many times as fine as the table's samples.
+Grid samples_of(shader::AsCxx& layer, int side, int first, int finer_cosines, int finer_azimuths) {
     const bool held = layer.stratus_field(side, 14).x > 0;
     const auto last = [](float of, int finer) { return static_cast<int>(of) * finer; };
     Grid grid{{last(layer.stratus_field(side, 5).z, finer_cosines) + 1,
@@ -56,7 +57,7 @@ Grid samples_of(shader::AsCxx& layer, int side, int finer_cosines, int finer_azi
             for (int i = 0; i < grid.count[0]; ++i)
                 grid.value.push_back(
                     held ? layer.stratus_sum_at(
-                               side, 1, block, 1,
+                               side, 1, first, 1,
                                layer.stratus_directions(
                                    side, {place(i, finer_cosines), place(j, finer_cosines),
                                           place(k, finer_azimuths)}))
@@ -109,42 +110,55 @@ void make_splines(Grid& grid, int axis) {
     grid = std::move(splines);
 }
 
-/// A random direction, and R and T of the colours there by the text without a filter.
-struct ExactLight {
-    float mu_in, mu_out, azimuth;
-    shader::AsCxx::StratusColours reflection, transmission;
+struct Light {
+    float single, multiple;
 };
 
-std::vector<ExactLight> exact_light(shader::AsCxx& layer) {
+/// R and T by a text at random directions: of a bound layer in three colours, else of random albedos
+/// and depths of the table.
+template <class Text>
+std::vector<Light> random_light(Text& text, const TableView& table, bool bound) {
     std::mt19937 random(1);
-    std::uniform_real_distribution<float> cosine(0.02f, 1), azimuth(0, static_cast<float>(pi));
-    std::vector<ExactLight> all(2000);
-    for (ExactLight& at : all) {
-        at.mu_in = cosine(random);
-        at.mu_out = cosine(random);
-        at.azimuth = azimuth(random);
-        at.reflection = layer.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth);
-        at.transmission = layer.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth);
+    std::uniform_real_distribution<float> cosine(0.02f, 1), azimuth(0, static_cast<float>(pi)),
+        share(0, 1);
+    const auto between = [&](double low, double high) {
+        return static_cast<float>(low) + static_cast<float>(high - low) * share(random);
+    };
+    const AxisView &albedos = table.albedo, &depths = table.optical_depth;
+    const double deepest = depths.highest * (depths.ends_at_infinity ? 4 : 1);
+    std::vector<Light> all;
+    for (int n = 0; n < 2000; ++n) {
+        const float mu_in = cosine(random), mu_out = cosine(random), turn = azimuth(random);
+        if (!bound) {
+            const float albedo = between(albedos.lowest, albedos.highest),
+                        depth =
+                            depths.count > 0
+                                ? std::exp(between(std::log(depths.lowest / 2), std::log(deepest)))
+                                : 1e30f;
+            const auto r = text.stratus_reflection(albedo, depth, mu_in, mu_out, turn),
+                       t = text.stratus_transmission(albedo, depth, mu_in, mu_out, turn);
+            all.insert(all.end(), {{r.single, r.multiple}, {t.single, t.multiple}});
+            continue;
+        }
+        for (const auto& of : {text.stratus_layer_reflection(mu_in, mu_out, turn),
+                               text.stratus_layer_transmission(mu_in, mu_out, turn)})
+            all.insert(all.end(), {{of.single.x, of.multiple.x},
+                                   {of.single.y, of.multiple.y},
+                                   {of.single.z, of.multiple.z}});
     }
     return all;
 }
 
 /// Fills in the differences to the exact light.
-void measure(const std::vector<ExactLight>& exact, FilteredLayer& made) {
+void measure(const std::vector<Light>& exact, const TableView& table, FilteredLight& made) {
     shader::FilteredAsCxx filtered(made);
+    const std::vector<Light> found = random_light(filtered, table, made.bound);
     std::vector<double> errors{0};
-    const auto compare = [&](const auto& found, const auto& expected) {
-        const auto add = [&](float off, float all) {
-            if (all > 0) errors.push_back(double{std::abs(off)} / std::max(double{all}, 1e-6));
-        };
-        add(found.multiple.x - expected.multiple.x, expected.single.x + expected.multiple.x);
-        add(found.multiple.y - expected.multiple.y, expected.single.y + expected.multiple.y);
-        add(found.multiple.z - expected.multiple.z, expected.single.z + expected.multiple.z);
-    };
-    for (const ExactLight& at : exact) {
-        compare(filtered.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth), at.reflection);
-        compare(filtered.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth),
-                at.transmission);
+    for (std::size_t n = 0; n < exact.size(); ++n) {
+        const double all = double{exact[n].single} + double{exact[n].multiple};
+        if (all > 0)
+            errors.push_back(std::abs(double{found[n].single} + double{found[n].multiple} - all) /
+                             std::max(all, made.bound ? 1e-6 : double{least_filtered_light}));
     }
     std::sort(errors.begin(), errors.end());
     made.median_error = errors[errors.size() / 2];
@@ -152,67 +166,169 @@ void measure(const std::vector<ExactLight>& exact, FilteredLayer& made) {
     made.worst_error = errors.back();
 }
 
-/// Fills in the texture.
-void fill(FilteredLayer& made, shader::AsCxx& layer, int finer_cosines, int finer_azimuths) {
-    std::vector<vec4> light;
-    for (const int side : {STRATUS_REFLECTION, STRATUS_TRANSMISSION}) {
-        Grid grid = samples_of(layer, side, finer_cosines, finer_azimuths);
-        for (int axis = 0; axis < 3; ++axis) make_splines(grid, axis);
-        light.insert(light.end(), grid.value.begin(), grid.value.end());
-        made.width = grid.count[0];
-        made.height = grid.count[1];
-        made.depth = 2 * grid.count[2];
-    }
+void set_texel(ShaderTexture& texture, int texel, const vec4& to) {
+    const float value[] = {to.x, to.y, to.z, to.w};
+    std::memcpy(texture.bytes.data() + static_cast<std::size_t>(texel) * sizeof value, value,
+                sizeof value);
+}
 
-    float largest[colours] = {};
-    for (const vec4& at : light)
-        for (int c = 0; c < colours; ++c)
-            largest[c] = std::max(largest[c], std::abs(layer.stratus_component(at, c)));
+std::vector<char> as_halves(const std::vector<vec4>& texels) {
     std::vector<Half> halves;
-    constexpr float most = 1024;  // far from both ends of halves
-    for (const vec4& at : light) {
-        for (int c = 0; c < colours; ++c)
-            halves.push_back(
-                to_half(largest[c] > 0 ? layer.stratus_component(at, c) / largest[c] * most : 0));
-        halves.push_back(to_half(0));
-    }
-    made.bytes.resize(halves.size() * sizeof(Half));
-    std::memcpy(made.bytes.data(), halves.data(), made.bytes.size());
+    for (const vec4& at : texels)
+        for (const float value : {at.x, at.y, at.z, at.w}) halves.push_back(to_half(value));
+    std::vector<char> bytes(halves.size() * sizeof(Half));
+    std::memcpy(bytes.data(), halves.data(), bytes.size());
+    return bytes;
+}
 
-    const auto set = [&](std::size_t texel, std::size_t component, float value) {
-        std::memcpy(made.layer.bytes.data() + (4 * texel + component) * sizeof value, &value,
-                    sizeof value);
-    };
-    for (std::size_t c = 0; c < colours; ++c) set(c, 3, largest[c] / most);
-    set(5, 2, static_cast<float>(finer_cosines));
-    set(5, 3, static_cast<float>(finer_azimuths));
+/// A block of the light: the first texel of its rows in the layer.
+struct LightBlock {
+    int side, first;
+};
+
+/// Fills in the texture, the words of a block `rows` texels apart. Returns its texels.
+std::vector<vec4> light_of(shader::AsCxx& layer, const std::vector<LightBlock>& blocks, int words,
+                           std::size_t rows, int finer_cosines, int finer_azimuths,
+                           FilteredLight& made) {
+    std::vector<vec4> light;
+    for (const LightBlock& block : blocks) {
+        std::vector<Grid> of_word;
+        for (int word = 0; word < words; ++word) {
+            of_word.push_back(samples_of(layer, block.side,
+                                         block.first + word * static_cast<int>(rows), finer_cosines,
+                                         finer_azimuths));
+            for (int axis = 0; axis < 3; ++axis) make_splines(of_word.back(), axis);
+        }
+        const Grid& first = of_word.front();
+        const auto plane = static_cast<std::ptrdiff_t>(first.stride(2));
+        for (int k = 0; k < first.count[2]; ++k)
+            for (const Grid& grid : of_word)
+                light.insert(light.end(), grid.value.begin() + k * plane,
+                             grid.value.begin() + (k + 1) * plane);
+        made.width = first.count[0];
+        made.height = words * first.count[1];
+        made.depth = static_cast<int>(blocks.size()) * first.count[2];
+    }
+    return light;
+}
+
+/// Tries finer and finer textures: fill(finer_cosines, finer_azimuths) makes one.
+template <class Fill>
+void refine(const TableView& table, const std::vector<Light>& exact, double target,
+            FilteredLight& made, const Fill& fill) {
+    // A spline goes through at least four values.
+    const auto least = [](int samples) { return samples > 1 && samples < 4 ? 3 : 1; };
+    const int cosines = least(std::min(table.mu_in.count, table.mu_out.count)),
+              azimuths = least(table.azimuth.count);
+    for (const auto& [along_cosines, along_azimuth] : finer) {
+        fill(cosines * along_cosines, azimuths * along_azimuth);
+        measure(exact, table, made);
+        if (made.usual_error <= target) break;
+    }
+}
+
+/// `stratus_weights`: reflection above transmission.
+ShaderTexture weights_texture(const SideBlocks (&sides)[2], int words) {
+    const int albedos = std::max(sides[0].albedos, sides[1].albedos),
+              width = std::max(sides[0].columns, sides[1].columns);
+    std::vector<vec4> texels(static_cast<std::size_t>(2 * words * albedos * width));
+    for (int side = 0; side < 2; ++side)
+        for (std::size_t n = 0; n < sides[side].weights.size(); ++n) {
+            const int row = static_cast<int>(n) / sides[side].columns,
+                      column = static_cast<int>(n) % sides[side].columns;
+            texels[static_cast<std::size_t>((side * words * albedos + row) * width + column)] =
+                sides[side].weights[n];
+        }
+    return {"stratus_weights", 2 * words * albedos, true, as_halves(texels), width};
 }
 
 }  // namespace
 
-FilteredLayer filtered_layer(const PackedTable& table, const Medium<3>& medium) {
+FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) {
     const TableView view = table.view();
-    FilteredLayer made{};
+    FilteredLight made{};
+    made.bound = true;
     shader::AsCxx layer(shader_textures(table));
-    made.layer = bound_layer(table, medium, layer);
-    layer.layer = shader::texels_of(made.layer.bytes, made.layer.halves);
-    const std::vector<ExactLight> exact = exact_light(layer);
+    ShaderTexture texture = bound_layer(table, medium, layer);
+    layer.layer = shader::texels_of(texture.bytes, texture.halves);
+    const std::vector<Light> exact = random_light(layer, view, true);
     PathSheet path;
     if (view.path_law != nullptr)
         path = PathSheet(*view.path_law, medium.albedo, colours, view.highest_order);
-    made.numbers = bound_numbers(table, path);
-    made.constant_numbers =
-        record_texels +
-        texels_of_stacked_layer * (view.is_stack() ? static_cast<int>(view.layers->size()) : 0);
-    // A spline goes through at least four values.
-    const auto least = [](int samples) { return samples > 1 && samples < 4 ? 3 : 1; };
-    const int cosines = least(std::min(view.mu_in.count, view.mu_out.count)),
-              azimuths = least(view.azimuth.count);
-    for (const auto& [along_cosines, along_azimuth] : finer) {
-        fill(made, layer, cosines * along_cosines, azimuths * along_azimuth);
-        measure(exact, made);
-        if (made.usual_error <= target) break;
+    FilteredNumbers numbers = filtered_numbers(table, &path);
+    made.constant_numbers = numbers.constants;
+    const vec4 first = layer.stratus_layer_texel(3);
+    refine(view, exact, least_target, made, [&](int cosines, int azimuths) {
+        std::vector<vec4> light = light_of(layer,
+                                           {{STRATUS_REFLECTION, static_cast<int>(first.x)},
+                                            {STRATUS_TRANSMISSION, static_cast<int>(first.y)}},
+                                           1, 0, cosines, azimuths, made);
+        float largest[colours] = {};
+        constexpr float most = 1024;  // far from both ends of halves
+        for (const vec4& at : light)
+            for (int c = 0; c < colours; ++c)
+                largest[c] =
+                    std::max({largest[c], std::abs(layer.stratus_component(at, c)), 1e-30f});
+        for (vec4& at : light)
+            at = {at.x / largest[0] * most, at.y / largest[1] * most, at.z / largest[2] * most, 0};
+        made.bytes = as_halves(light);
+        for (int c = 0; c < colours; ++c) {
+            vec4 colour = layer.stratus_layer_texel(c);
+            colour.w = largest[c] / most;
+            set_texel(texture, c, colour);
+        }
+        set_texel(numbers.texture, first_filter_texel,
+                  {static_cast<float>(cosines), static_cast<float>(azimuths), 1, 1});
+        made.textures = {numbers.texture, texture};
+    });
+    return made;
+}
+
+FilteredLight filtered_layers(const PackedTable& table) {
+    const TableView view = table.view();
+    require(!view.is_stack(), "shader", "TABLE", "of one layer, whose depth and albedo vary",
+            "a stack");
+    FilteredLight made{};
+    shader::AsCxx exact(shader_textures(table));
+    const std::vector<Light> expected = random_light(exact, view, false);
+    FilteredNumbers numbers = filtered_numbers(table, nullptr);
+    made.constant_numbers = numbers.constants;
+    shader::AsCxx factors({numbers.texture, {}});
+    const std::size_t rows = FunctionLayout(view).rows();
+    const SideBlocks sides[2] = {side_blocks(exact, factors, rows, STRATUS_REFLECTION),
+                                 side_blocks(exact, factors, rows, STRATUS_TRANSMISSION)};
+    std::vector<LightBlock> blocks;
+    for (int side = 0; side < 2; ++side) {
+        const SideBlocks& of = sides[side];
+        for (int block = 0; block < of.blocks; ++block)
+            blocks.push_back(
+                {side, static_cast<int>(exact.layer.size() +
+                                        static_cast<std::size_t>(block * filtered_words) * rows)});
+        exact.layer.insert(exact.layer.end(), of.rows.begin(), of.rows.end());
+        set_texel(numbers.texture, first_filter_texel + 2 + side,
+                  {of.first, of.steps_per_unit, of.unit, filtered_depth_steps});
+        for (int block = 0; block + 1 < of.blocks; block += 4) {
+            vec4 last;
+            for (int k = block; k < std::min(block + 4, of.blocks - 1); ++k)
+                component(last, k - block) = of.last_step[static_cast<std::size_t>(k)];
+            set_texel(numbers.texture, first_filter_texel + 4 * (side + 1) + block / 4, last);
+        }
     }
+    const ShaderTexture weights = weights_texture(sides, filtered_words);
+    const SideBlocks& any = sides[sides[0].blocks > 0 ? 0 : 1];
+    set_texel(numbers.texture, first_filter_texel + 1,
+              {any.offset, any.finer_albedos, static_cast<float>(weights.width),
+               static_cast<float>(weights.height)});
+    // From one of its own blocks to the next the table may jump by as much as its tolerance allows.
+    const double target = std::max(least_target, view.tolerance / 4);
+    refine(view, expected, target, made, [&](int cosines, int azimuths) {
+        made.bytes =
+            as_halves(light_of(exact, blocks, filtered_words, rows, cosines, azimuths, made));
+        set_texel(numbers.texture, first_filter_texel,
+                  {static_cast<float>(cosines), static_cast<float>(azimuths),
+                   static_cast<float>(sides[0].blocks), static_cast<float>(sides[1].blocks)});
+        made.textures = {numbers.texture, weights};
+    });
     return made;
 }
 

@@ -1,8 +1,9 @@
-// The text of a filtered layer compiled as C++, with the linear filter of a GPU.
+// The text of filtered light compiled as C++, with the linear filter of a GPU.
 #pragma once
 
 #include "as_cxx.h"
 
+#include <array>
 #include <utility>
 
 namespace stratus::shader {
@@ -10,14 +11,16 @@ namespace stratus::shader {
 #define STRATUS_FILTERED
 
 struct FilteredAsCxx : Language {
-    FilteredLayer filtered;
-    std::vector<vec4> light;
+    FilteredLight filtered;
+    std::vector<vec4> light, weights;
     int fetches = 0;  // since it was made
 
-    explicit FilteredAsCxx(FilteredLayer filtered_)
-        : Language({filtered_.numbers, {}, filtered_.layer}),
+    explicit FilteredAsCxx(FilteredLight filtered_)
+        : Language({filtered_.textures[0], {}, filtered_.textures[1]}),
           filtered(std::move(filtered_)),
-          light(texels_of(filtered.bytes, true)) {}
+          light(texels_of(filtered.bytes, true)) {
+        if (!filtered.bound) weights.swap(layer);
+    }
 
     vec4 stratus_number(int texel) {
         fetches += texel >= filtered.constant_numbers;
@@ -27,15 +30,22 @@ struct FilteredAsCxx : Language {
         fetches += texel >= filtered_layer_constants;
         return Language::stratus_layer_texel(texel);
     }
+    vec4 stratus_light_at(vec3 place) {
+        return filtered_at(light, {filtered.width, filtered.height, filtered.depth},
+                           {place.x, place.y, place.z});
+    }
+    vec4 stratus_weights_at(float x, float y) {
+        const ShaderTexture& of = filtered.textures[1];
+        return filtered_at(weights, {of.width, of.height, 1}, {x, y, 0.5f});
+    }
 
     /// Filters with weights of 8 bits, as GPUs do.
-    vec4 stratus_light_at(vec3 place) {
+    vec4 filtered_at(const std::vector<vec4>& texels, const std::array<int, 3>& count,
+                     const std::array<float, 3>& share) {
         ++fetches;
-        const int count[] = {filtered.width, filtered.height, filtered.depth};
-        const float share[] = {place.x, place.y, place.z};
         int low[3], high[3];
         float weight[3];
-        for (int a = 0; a < 3; ++a) {
+        for (std::size_t a = 0; a < 3; ++a) {
             const float at = share[a] * static_cast<float>(count[a]) - 0.5f, cell = floor(at);
             low[a] = std::clamp(static_cast<int>(cell), 0, count[a] - 1);
             high[a] = std::clamp(static_cast<int>(cell) + 1, 0, count[a] - 1);
@@ -45,12 +55,12 @@ struct FilteredAsCxx : Language {
         for (int corner = 0; corner < 8; ++corner) {
             int texel = 0;
             float product = 1;
-            for (int a = 2; a >= 0; --a) {
+            for (std::size_t a = 3; a-- > 0;) {
                 const bool upper = (corner >> a & 1) != 0;
                 texel = texel * count[a] + (upper ? high[a] : low[a]);
                 product *= upper ? weight[a] : 1 - weight[a];
             }
-            sum = sum + light[static_cast<std::size_t>(texel)] * product;
+            sum = sum + texels[static_cast<std::size_t>(texel)] * product;
         }
         return sum;
     }

@@ -20,28 +20,16 @@ constexpr int colours = 3;
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
-float& component(vec4& texel, int i) {
-    float* const all[] = {&texel.x, &texel.y, &texel.z, &texel.w};
-    return *all[i];
-}
-
-/// The sixteen products of a layer's coefficients and the functions, summed: over rows as the
-/// functions are, the colours side by side. Returns the first texel.
+/// The orders n >= 2 of the colours side by side. Returns the first texel.
 float append_orders(shader::AsCxx& lookup, std::size_t rows, Side side, const Medium<3>& medium,
                     std::vector<vec4>& layer) {
     const std::size_t first = layer.size();
     layer.resize(first + rows);
     for (int c = 0; c < colours; ++c) {
-        const auto of = lookup.stratus_coefficients(
-            static_cast<int>(side), static_cast<float>(medium.albedo[c]),
-            static_cast<float>(std::min(medium.optical_depth[c], 1e30)));
+        const OrdersOfLayer of =
+            orders_of_layer(lookup, rows, side, medium.albedo[c], medium.optical_depth[c]);
         component(layer[size(c)], 2) = of.exponent;
-        const vec4* function = &lookup.functions[size(of.functions)];
-        for (std::size_t row = 0; row < rows; ++row) {
-            float sum = 0;
-            for (const vec4& word : of.word) sum += dot(word, *function++);
-            component(layer[first + row], c) = sum;
-        }
+        for (std::size_t row = 0; row < rows; ++row) component(layer[first + row], c) = of.sum[row];
     }
     return static_cast<float>(first);
 }
@@ -75,6 +63,17 @@ void append_density(const DirectionDensity& density, bool one_sided, std::vector
 }
 
 }  // namespace
+
+OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side, double albedo,
+                              double optical_depth) {
+    const auto of = lookup.stratus_coefficients(static_cast<int>(side), static_cast<float>(albedo),
+                                                static_cast<float>(std::min(optical_depth, 1e30)));
+    OrdersOfLayer orders{std::vector<float>(rows), of.exponent};
+    const vec4* function = &lookup.functions[size(of.functions)];
+    for (float& sum : orders.sum)
+        for (const vec4& word : of.word) sum += dot(word, *function++);
+    return orders;
+}
 
 ShaderTexture shader_layer(const PackedTable& table, const Medium<3>& medium) {
     shader::AsCxx lookup(shader_textures(table));

@@ -14,42 +14,9 @@
 vec4 stratus_layer_colour(int colour) { return stratus_layer_texel(colour); }
 
 #ifdef STRATUS_FILTERED
-// A cubic spline at a place among samples, from 0 on, by two filtered fetches: where they lie among
-// the texels, the first of which is the spline's own, and the share of the second.
-vec3 stratus_spline(float place) {
-    float cell = floor(place);
-    float t = place - cell;
-    float s = 1.0f - t;
-    float before = (s * (s * t + 1.0f) * 3.0f + 1.0f) * 0.166666667f;
-    float after = (t * (s * t + 1.0f) * 3.0f + 1.0f) * 0.166666667f;
-    float share = after + t * t * t * 0.166666667f;
-    return vec3(cell + 0.5f + before / (1.0f - share), cell + 3.5f - after / share, share);
-}
-
 // Orders n >= 2 of the colours in .x to .z, before the factor.
 vec4 stratus_layer_sum(int side, StratusPath path) {
-    vec3 places = stratus_places(side, path);
-    vec4 finer = stratus_layer_texel(5);  // than the table's, along cosines .z, along the azimuth .w
-    vec3 in_mu = stratus_spline(places.x * finer.z);
-    vec3 in_other = stratus_spline(places.y * finer.z);
-    vec3 in_azimuth = stratus_spline(places.z * finer.w);
-    float width = stratus_z(stratus_field(side, 5)) * finer.z + 3.0f;
-    float height = stratus_z(stratus_field(side, 6)) * finer.z + 3.0f;
-    float azimuths = stratus_z(stratus_field(side, 7));
-    float depth = azimuths > 1.0f ? (azimuths - 1.0f) * finer.w + 3.0f : 1.0f;  // of a side
-    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    for (int k = 0; k < (azimuths > 1.0f ? 2 : 1); ++k) {
-        float at = azimuths > 1.0f ? (k == 0 ? in_azimuth.x : in_azimuth.y) : 0.5f;
-        float z = (at + float(side) * depth) / (2.0f * depth);
-        float share = azimuths > 1.0f ? (k == 0 ? 1.0f - in_azimuth.z : in_azimuth.z) : 1.0f;
-        for (int j = 0; j < 2; ++j) {
-            float y = (j == 0 ? in_other.x : in_other.y) / height;
-            float of_row = share * (j == 0 ? 1.0f - in_other.z : in_other.z);
-            vec4 low = stratus_light_at(vec3(in_mu.x / width, y, z));
-            vec4 high = stratus_light_at(vec3(in_mu.y / width, y, z));
-            sum = sum + low * (of_row * (1.0f - in_mu.z)) + high * (of_row * in_mu.z);
-        }
-    }
+    vec4 sum = stratus_light_sum(side, float(side), 2.0f, 0.0f, 1.0f, path);
     return vec4(sum.x * stratus_w(stratus_layer_colour(0)),
                 sum.y * stratus_w(stratus_layer_colour(1)),
                 sum.z * stratus_w(stratus_layer_colour(2)), 0.0f);

@@ -252,22 +252,31 @@ struct StratusCoefficients {
     float exponent;  // of diffusion
 };
 
-StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
-    vec4 albedo_axis = stratus_field(side, 3);
-    vec4 depth_axis = stratus_field(side, 4);
+// Where an albedo lies among the table's samples, from 0 on.
+float stratus_along_albedo(int side, float albedo) {
+    vec4 axis = stratus_field(side, 3);
     float root = sqrt(max(1.0f - albedo, 0.0f));
-    StratusPlace in_albedo = stratus_place(
-        albedo_axis,
-        stratus_along_axis(albedo_axis, -(albedo_axis.w > 0.0f ? sqrt(root) : root)));
+    return stratus_along_axis(axis, -(axis.w > 0.0f ? sqrt(root) : root));
+}
+
+// The exponent of diffusion.
+float stratus_diffusion_exponent(int side, StratusPlace albedo) {
+    float exponent = 0.0f;
+    for (int k = 0; k < 4; ++k)
+        exponent = exponent + stratus_component(albedo.weight, k) *
+                                  stratus_x(stratus_of_albedo(side, int(albedo.first) + k));
+    return max(exponent, 1e-20f);
+}
+
+StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
+    vec4 depth_axis = stratus_field(side, 4);
+    StratusPlace in_albedo =
+        stratus_place(stratus_field(side, 3), stratus_along_albedo(side, albedo));
     float within = stratus_clamp(depth, 1e-30f, stratus_x(stratus_field(side, 10)));
     StratusPlace in_depth =
         stratus_place(depth_axis, stratus_along_axis(depth_axis, stratus_log2(within)));
     StratusCoefficients found;
-    float exponent = 0.0f;
-    for (int k = 0; k < 4; ++k)
-        exponent = exponent + stratus_component(in_albedo.weight, k) *
-                                  stratus_x(stratus_of_albedo(side, int(in_albedo.first) + k));
-    found.exponent = max(exponent, 1e-20f);
+    found.exponent = stratus_diffusion_exponent(side, in_albedo);
     // first texels of functions and coefficients, depths of a row of these, its first depth
     vec4 cell = stratus_number(int(stratus_y(stratus_field(side, 13))) +
                                int(in_albedo.cell) * int(depth_axis.z + 1.0f) + int(in_depth.cell));
@@ -293,16 +302,105 @@ float stratus_factor(int side, float albedo, float depth, float exponent, Stratu
                : stratus_transmission_factor(albedo, depth, exponent, path);
 }
 
-float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
-    float along_path = stratus_along_path(side, albedo, depth, path);
-    if (stratus_x(stratus_field(side, 14)) == 0.0f) return along_path;  // the table lacks this side
+#ifdef STRATUS_FILTERED
+// ---- filtered textures (docs/shaders.md)
+
+// Returns, k = 0: how much finer than the table the light is along cosines and along the azimuth; blocks
+// of depths of reflection and of transmission. 1: a depth, rows of weights from one albedo to the next,
+// width and height of the weights. 2 + side: first coordinate of the depth, steps per unit of it, the
+// factor of sums, all steps. From 4 (1 + side) on: the last steps of all blocks but one.
+vec4 stratus_filter(int k) { return stratus_number(32 + k); }
+
+// A cubic spline at a place among samples, from 0 on, by two filtered fetches: where they lie among
+// the texels, the first of which is the spline's own, and the share of the second.
+vec3 stratus_spline(float place) {
+    float cell = floor(place);
+    float t = place - cell;
+    float s = 1.0f - t;
+    float before = (s * (s * t + 1.0f) * 3.0f + 1.0f) * 0.166666667f;
+    float after = (t * (s * t + 1.0f) * 3.0f + 1.0f) * 0.166666667f;
+    float share = after + t * t * t * 0.166666667f;
+    return vec3(cell + 0.5f + before / (1.0f - share), cell + 3.5f - after / share, share);
+}
+
+// Light of one of the blocks, which lie one behind the other, and one of its words, which lie side by
+// side: four functions of the directions, or the colours of a bound layer.
+vec4 stratus_light_sum(int side, float block, float blocks, float word, float words,
+                       StratusPath path) {
+    vec3 places = stratus_places(side, path);
+    vec4 finer = stratus_filter(0);
+    vec3 in_mu = stratus_spline(places.x * finer.x);
+    vec3 in_other = stratus_spline(places.y * finer.x);
+    vec3 in_azimuth = stratus_spline(places.z * finer.y);
+    float width = stratus_z(stratus_field(side, 5)) * finer.x + 3.0f;
+    float height = stratus_z(stratus_field(side, 6)) * finer.x + 3.0f;
+    float azimuths = stratus_z(stratus_field(side, 7));
+    float depth = azimuths > 1.0f ? (azimuths - 1.0f) * finer.y + 3.0f : 1.0f;  // of a block
+    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (int k = 0; k < (azimuths > 1.0f ? 2 : 1); ++k) {
+        float at = azimuths > 1.0f ? (k == 0 ? in_azimuth.x : in_azimuth.y) : 0.5f;
+        float z = (at + block * depth) / (blocks * depth);
+        float share = azimuths > 1.0f ? (k == 0 ? 1.0f - in_azimuth.z : in_azimuth.z) : 1.0f;
+        for (int j = 0; j < 2; ++j) {
+            float y = ((j == 0 ? in_other.x : in_other.y) + word * height) / (words * height);
+            float of_row = share * (j == 0 ? 1.0f - in_other.z : in_other.z);
+            vec4 low = stratus_light_at(vec3(in_mu.x / width, y, z));
+            vec4 high = stratus_light_at(vec3(in_mu.y / width, y, z));
+            sum = sum + low * (of_row * (1.0f - in_mu.z)) + high * (of_row * in_mu.z);
+        }
+    }
+    return sum;
+}
+
+// Orders n >= 2 before the factor: twelve functions of the block that the depth lies in, times their
+// weights. And the exponent of diffusion.
+vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
+    vec4 blocks = stratus_filter(0);
+    vec4 weights = stratus_filter(1);
+    vec4 along_depth = stratus_filter(2 + side);
+    float within = stratus_clamp(depth, stratus_z(stratus_field(side, 9)),
+                                 stratus_x(stratus_field(side, 10)));
+    float place = stratus_clamp(
+        (stratus_log2(within / (within + weights.x)) - along_depth.x) * along_depth.y, 0.0f,
+        along_depth.w);
+    int later = int(side == STRATUS_REFLECTION ? blocks.z : blocks.w) - 1;
+    float block = 0.0f;
+    for (int k = 0; k < later; ++k) {
+        vec4 last = stratus_filter(4 * (1 + side) + k / 4);
+        if (place > stratus_component(last, k - k / 4 * 4)) block = block + 1.0f;
+    }
+    float column = place + block + 0.5f;  // blocks have their ends to themselves
+    float along_albedo = stratus_along_albedo(side, albedo);
+    float row = along_albedo * weights.y + 0.5f;
+    float sum = 0.0f;
+    for (int word = 0; word < 3; ++word) {
+        vec4 weight = stratus_weights_at(
+            column / weights.z, row / weights.w + float(3 * side + word) * 0.166666667f);
+        sum = sum + dot(weight, stratus_light_sum(
+                                    side, side == STRATUS_REFLECTION ? block : block + blocks.z,
+                                    blocks.z + blocks.w, float(word), 3.0f, path));
+    }
+    StratusPlace in_albedo = stratus_place(stratus_field(side, 3), along_albedo);
+    return vec4(sum * along_depth.z, stratus_diffusion_exponent(side, in_albedo), 0.0f, 0.0f);
+}
+#else
+// Orders n >= 2 before the factor, and the exponent of diffusion.
+vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
     StratusCoefficients of = stratus_coefficients(side, albedo, depth);
     StratusDirections directions = stratus_directions(side, stratus_places(side, path));
     float sum = 0.0f;
     for (int word = 0; word < 4; ++word)
         sum = sum + dot(of.word[word],
                         stratus_sum_at(side, 0, of.functions + word, 4, directions));
-    return sum * stratus_factor(side, albedo, depth, of.exponent, path) + along_path;
+    return vec4(sum, of.exponent, 0.0f, 0.0f);
+}
+#endif
+
+float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
+    float along_path = stratus_along_path(side, albedo, depth, path);
+    if (stratus_x(stratus_field(side, 14)) == 0.0f) return along_path;  // the table lacks this side
+    vec4 of = stratus_held_orders(side, albedo, depth, path);
+    return of.x * stratus_factor(side, albedo, depth, of.y, path) + along_path;
 }
 
 // ---- what is called

@@ -37,6 +37,7 @@ layout(set = STRATUS_SET, binding = STRATUS_BINDING + 2) uniform sampler2D strat
 #endif
 #ifdef STRATUS_FILTERED
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 3) uniform sampler3D stratus_light;
+layout(set = STRATUS_SET, binding = STRATUS_BINDING + 4) uniform sampler2D stratus_weights;
 #endif
 #else
 uniform sampler2D stratus_numbers;
@@ -46,11 +47,13 @@ uniform sampler2D stratus_layer;
 #endif
 #ifdef STRATUS_FILTERED
 uniform highp sampler3D stratus_light;  // filtered linearly, clamped to its edges
+uniform sampler2D stratus_weights;      // likewise
 #endif
 #endif
 
 #ifdef STRATUS_FILTERED
 vec4 stratus_light_at(vec3 place) { return textureLod(stratus_light, place, 0.0); }
+vec4 stratus_weights_at(float x, float y) { return textureLod(stratus_weights, vec2(x, y), 0.0); }
 #endif
 vec4 stratus_number(int texel) {
 #ifdef STRATUS_FILTERED
@@ -86,6 +89,7 @@ Texture2D<float4> stratus_layer;
 #endif
 #ifdef STRATUS_FILTERED
 Texture3D<float4> stratus_light;
+Texture2D<float4> stratus_weights;
 SamplerState stratus_linear;  // filters linearly, clamped to the edges
 #endif
 #endif
@@ -93,6 +97,9 @@ SamplerState stratus_linear;  // filters linearly, clamped to the edges
 #ifdef STRATUS_FILTERED
 float4 stratus_light_at(float3 place) {
     return stratus_light.SampleLevel(stratus_linear, place, 0);
+}
+float4 stratus_weights_at(float x, float y) {
+    return stratus_weights.SampleLevel(stratus_linear, float2(x, y), 0);
 }
 #endif
 float4 stratus_number(int texel) {
@@ -254,7 +261,7 @@ const std::vector<std::string>& shader_language_names() {
     return names;
 }
 
-std::string shader_text(ShaderLanguage language, const FilteredLayer* filtered) {
+std::string shader_text(ShaderLanguage language, const FilteredLight* filtered) {
     require(filtered == nullptr || language < ShaderLanguage::osl, "shader", "--filtered",
             "with glsl or hlsl", shader_language_names()[static_cast<std::size_t>(language)]);
     const char* const own[] = {glsl, hlsl, osl};
@@ -267,16 +274,15 @@ std::string shader_text(ShaderLanguage language, const FilteredLayer* filtered) 
     std::string before = text.substr(0, first_blank),
                 own_text = with_width(own[static_cast<std::size_t>(language)]);
     if (filtered != nullptr) {
-        before +=
-            "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n#define STRATUS_FILTERED\n"
-            "#define STRATUS_CONSTANT_NUMBERS " +
-            std::to_string(filtered->constant_numbers) + "\n\n";
-        const std::size_t after_precision = own_text.find("\n\n") + 2;
-        own_text.insert(after_precision,
-                        constant_texels(language, "stratus_constant_numbers", filtered->numbers,
-                                        filtered->constant_numbers) +
-                            constant_texels(language, "stratus_constant_layer", filtered->layer,
-                                            filtered_layer_constants));
+        if (filtered->bound) before += "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n";
+        before += "#define STRATUS_FILTERED\n#define STRATUS_CONSTANT_NUMBERS " +
+                  std::to_string(filtered->constant_numbers) + "\n\n";
+        std::string constants = constant_texels(language, "stratus_constant_numbers",
+                                                filtered->textures[0], filtered->constant_numbers);
+        if (filtered->bound)
+            constants += constant_texels(language, "stratus_constant_layer", filtered->textures[1],
+                                         filtered_layer_constants);
+        own_text.insert(own_text.find("\n\n") + 2, constants);  // after the precision
     }
     return "#ifndef STRATUS_INCLUDED\n#define STRATUS_INCLUDED\n" + before + own_text +
            text.substr(first_blank) + "\n#endif  // STRATUS_INCLUDED\n";

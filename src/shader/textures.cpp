@@ -147,28 +147,44 @@ Texel append_layers(const TableView& view, std::vector<Texel>& numbers) {
     return {exactly(first), exactly(layers.size()), static_cast<float>(std::min(depth, 1e30)), 0};
 }
 
+/// What the sides share: layers of a stack, first texels of albedos and of the path law.
+struct SharedTexels {
+    Texel stack;
+    std::size_t of_albedo, first_of_path;
+    PathSheetView path;
+    float path_steps;
+};
+
 /// With the path law of a bound layer, `bound`, rather than all that layers not bound read.
-void append_side(const PackedTable& table, Side which, const Texel& stack, const PathSheet* bound,
-                 Texels& to) {
+SharedTexels append_shared(const PackedTable& table, const PathSheet* bound, Texels& to) {
+    const PackedSide& side = table.side(Side::reflection);
+    const Texel stack = append_layers(table.view(), to.numbers);
+    const std::size_t of_albedo = to.numbers.size();
+    for (std::size_t a = 0; !bound && a <= size(static_cast<int>(side.albedo.last)); ++a)
+        to.numbers.push_back(
+            {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
+    SharedTexels shared{stack, of_albedo, to.numbers.size(), side.path, 0};
+    if (side.path.sample == nullptr) return shared;
+    if (bound) shared.path = bound->view();
+    shared.path_steps = bound ? 2 : side.path_steps;  // one less than colours
+    append_path(shared.path, static_cast<int>(shared.path_steps), to.numbers);
+    return shared;
+}
+
+/// `max_finite_depth`: that the reflection's factor changes beyond; without functions where `filtered`.
+void append_side(const PackedTable& table, Side which, const SharedTexels& shared, bool filtered,
+                 float max_finite_depth, Texels& to) {
     const PackedSide& side = table.side(which);
     const TableView view = table.view();
     const bool lit = which == Side::reflection;
     const bool held = lit ? view.has_reflection() : view.has_transmission();
     const bool over_layer =
         lit && view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer;
-    const std::size_t of_albedo = to.numbers.size();
-    for (std::size_t a = 0; !bound && a <= size(static_cast<int>(side.albedo.last)); ++a)
-        to.numbers.push_back(
-            {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
+    const PathSheetView& path = shared.path;
     const std::size_t phase = to.numbers.size();
     append_phase(side.phase, over_layer ? 2 : 1, to.numbers);
-    const std::size_t first_of_path = to.numbers.size();
-    const bool has_path = side.path.sample != nullptr;
-    const PathSheetView path = bound && has_path ? bound->view() : side.path;
-    const float steps = bound ? 2 : side.path_steps;  // one less than colours
-    if (has_path) append_path(path, static_cast<int>(steps), to.numbers);
     const std::size_t cells = to.numbers.size();
-    if (held && !bound) append_cells(side, FunctionLayout(view).rows(), to);
+    if (held && !filtered) append_cells(side, FunctionLayout(view).rows(), to);
 
     const std::array<Texel, 3> curve = of_phase(side.phase);
     const Texel record[record_texels] = {
@@ -183,14 +199,14 @@ void append_side(const PackedTable& table, Side which, const Texel& stack, const
          as_float(side.square_root_of_azimuth)},
         {side.azimuth_window, side.last_azimuth_window, exactly(side.row_step),
          exactly(side.column_step)},
-        {side.min_albedo, side.max_albedo, side.min_depth, side.max_finite_depth},
+        {side.min_albedo, side.max_albedo, side.min_depth, max_finite_depth},
         {side.max_depth, as_float(side.divided), as_float(side.over_surface),
          side.extrapolation_length},
-        {side.surface_albedo, side.boundary_quarter_albedo, has_path ? steps : 0, path.last_depth},
+        {side.surface_albedo, side.boundary_quarter_albedo, shared.path_steps, path.last_depth},
         {path.offset, exactly(path.first_angle), exactly(path.angles), exactly(path.channel / 2)},
-        {exactly(of_albedo), exactly(cells), exactly(phase), exactly(first_of_path)},
+        {exactly(shared.of_albedo), exactly(cells), exactly(phase), exactly(shared.first_of_path)},
         {as_float(held), as_float(view.has_lower_boundary()), side.path_growth, 0},
-        stack};
+        shared.stack};
     std::copy_n(record, record_texels, to.numbers.begin() + (lit ? 0 : record_texels));
 }
 
@@ -211,12 +227,17 @@ ShaderTexture numbers_texture(const Texels& texels) {
 
 }  // namespace
 
-ShaderTexture bound_numbers(const PackedTable& table, const PathSheet& bound) {
+FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* bound) {
     Texels texels;
-    const Texel stack = append_layers(table.view(), texels.numbers);
+    texels.numbers.resize(texels.numbers.size() + filter_texels);
+    const SharedTexels shared = append_shared(table, bound, texels);
+    const auto layers = static_cast<std::size_t>(shared.stack[1]);
+    const std::size_t constants =
+        bound ? 2 * record_texels + filter_texels + 4 * layers : shared.first_of_path;
     for (const Side side : {Side::reflection, Side::transmission})
-        append_side(table, side, stack, &bound, texels);
-    return numbers_texture(texels);
+        append_side(table, side, shared, true, bound ? table.side(side).max_finite_depth : 1e30f,
+                    texels);
+    return {numbers_texture(texels), static_cast<int>(constants)};
 }
 
 std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
@@ -228,9 +249,9 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     for (const Side side : {Side::reflection, Side::transmission})
         if (side == Side::reflection ? view.has_reflection() : view.has_transmission())
             texels.halves = texels.halves && table.side(side).halves;
-    const Texel stack = append_layers(view, texels.numbers);
+    const SharedTexels shared = append_shared(table, nullptr, texels);
     for (const Side side : {Side::reflection, Side::transmission})
-        append_side(table, side, stack, nullptr, texels);
+        append_side(table, side, shared, false, table.side(side).max_finite_depth, texels);
     constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds
     const std::size_t count = std::max(texels.numbers.size(), texels.function_texels());
     require(count <= most, caller, "texels of TABLE", "at most 16777216", count);

@@ -2,6 +2,7 @@
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
 #include <stratus/stratus_baker.h>
+#include <stratus/table/ground.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/solve.h>
@@ -124,6 +125,50 @@ TEST(SolverInC, GivesFluxesThatConserveEnergy) {
     ASSERT_EQ(stratus_solve_fluxes(&problem, 1, mu, nullptr, diffuse, nullptr), STRATUS_OK);
 }
 
+TEST(SolverInC, SolvesTheLightInside) {
+    const stratus_problem problem = problem_of(haze_over_cloud, 2, 24);
+    const double mu[2] = {0.3, 1}, levels[3] = {0, 0.1, 4.1};
+    stratus_level_light light[3][2];
+    double error = -1, albedo[2], diffuse[2];
+    ASSERT_EQ(stratus_solve_levels(&problem, 3, levels, 2, mu, light[0], &error), STRATUS_OK)
+        << stratus_last_error();
+    ASSERT_EQ(stratus_solve_fluxes(&problem, 2, mu, albedo, diffuse, nullptr), STRATUS_OK);
+    EXPECT_GE(error, 0);
+    for (int i = 0; i < 2; ++i) {
+        const auto net = [&](int level) {
+            const stratus_level_light& at = light[level][i];
+            return at.direct_flux + at.diffuse_flux - at.upward_flux;
+        };
+        EXPECT_NEAR(light[0][i].upward_flux, albedo[i], 1e-12);
+        EXPECT_NEAR(light[2][i].diffuse_flux, diffuse[i], 1e-12);
+        EXPECT_NEAR(light[1][i].direct_flux, std::exp(-0.1 / mu[i]), 1e-14);
+        EXPECT_NEAR(net(0), net(1), 1e-12);  // the haze absorbs nothing
+        EXPECT_GT(net(1), net(2) + 0.1);
+        EXPECT_NEAR(light[1][i].heating_rate, 0.1 * light[1][i].actinic_flux, 1e-12);  // 1 - w
+    }
+}
+
+TEST(SolverInC, HasGroundsBelow) {
+    const std::vector<stratus_geometry> geometries{{0.5, 0.7, 3}, {0.9, 0.2, 0.4}};
+    const std::vector<double> mu{0.5, 0.7, 0.9, 0.2};
+    stratus_problem problem = problem_of(haze_over_cloud, 1);
+    stratus::SolverOptions options;
+    options.nodes = 12;
+    std::vector<stratus_solved> r(2), t(2);
+    for (const char* ground : {"ocean:wind=7", "rpv:rho0=0.1,k=0.8,theta=-0.1"}) {
+        problem.below = STRATUS_GROUND_BELOW;
+        problem.below_ground = ground;
+        ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), r.data(), t.data()), STRATUS_OK)
+            << stratus_last_error();
+        expect_same(stratus::solve_stack(in_cpp(haze_over_cloud, 1), stratus::read_ground(ground),
+                                         mu, options),
+                    geometries, r, t);
+    }
+    problem.below = STRATUS_NOTHING_BELOW;
+    problem.size = offsetof(stratus_problem, below_ground);  // of an older header
+    EXPECT_EQ(stratus_solve(&problem, 2, geometries.data(), r.data(), t.data()), STRATUS_OK);
+}
+
 TEST(SolverInC, RefusesInWords) {
     stratus_problem problem = problem_of(haze_over_cloud, 2);
     const stratus_geometry good{0.5, 0.5, 0}, flat{0, 0.5, 0}, nowhere{0.5, 0.5, infinity};
@@ -142,13 +187,26 @@ TEST(SolverInC, RefusesInWords) {
         change(bad);
         refused(&bad, &good, part);
     };
-    refused_with([](stratus_problem& of) { of.size -= 8; }, "problem.size");
+    refused_with([](stratus_problem& of) { of.size -= 4; }, "problem.size");
     refused_with([](stratus_problem& of) { of.layer_count = 0; }, "layer_count");
     refused_with([](stratus_problem& of) { of.layers = nullptr; }, "layers must be given");
-    refused_with([](stratus_problem& of) { of.below = 3; }, "problem.below must be nothing");
+    refused_with([](stratus_problem& of) { of.below = 4; }, "problem.below must be nothing");
     refused_with([](stratus_problem& of) { of.below = 1, of.below_albedo = 2; },
                  "problem.below_albedo must be in [0, 1], got 2");
     refused_with([](stratus_problem& of) { of.below = 2; }, "below_phase_function must be given");
+    refused_with([](stratus_problem& of) { of.below = 3; }, "below_ground must be given");
+    refused_with([](stratus_problem& of) { of.below = 3, of.below_ground = "ocean:wind=900"; },
+                 "got 900");
+    stratus_level_light inside{};
+    const double deep = 5, steep = 1;
+    expect_refused(stratus_solve_levels(&problem, 1, &deep, 1, &steep, &inside, nullptr),
+                   STRATUS_INVALID_ARGUMENT, "got 5");
+    stratus_problem few_orders = problem;
+    few_orders.orders = 2;
+    expect_refused(stratus_solve_levels(&few_orders, 1, &steep, 1, &steep, &inside, nullptr),
+                   STRATUS_INVALID_ARGUMENT, "orders");
+    expect_refused(stratus_solve_levels(&problem, 1, &steep, 1, &steep, nullptr, nullptr),
+                   STRATUS_INVALID_ARGUMENT, "every array must be given");
     refused_with([](stratus_problem& of) { of.nodes = 513; }, "nodes must be in [1, 512], got 513");
     refused_with([](stratus_problem& of) { of.orders = 201; }, "orders must be in [0, 200]");
     stratus_layer endless[2] = {{"rayleigh", 1, infinity}, {"isotropic", 1, 1}};

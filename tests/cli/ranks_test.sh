@@ -68,6 +68,43 @@ on_ranks 2 "$stratus" bake missing.toml -o t.h5
 [ $code -eq 1 ] || fail "exit code $code of a missing recipe"
 expect_says "$err" 'missing.toml'
 
+# a sweep: rows shared among ranks, the tables and the summary of one process
+printf 'name,phase_function,tolerance\nrayleigh,rayleigh,\nagain,rayleigh,\nisotropic,isotropic,\ngrey,henyey_greenstein:g=0.2,\nbad,,0.01\n' >sweep.csv
+sed '/second_phase/d; /mixture/d' small.toml >plain.toml
+expect_ok bake plain.toml --sweep sweep.csv -o one --accept --quiet
+without_seconds() { cut -d, -f1-4,6- "$1"; }
+for count in 2 3; do
+    rm -rf shared
+    on_ranks $count "$stratus" bake plain.toml --sweep sweep.csv -o shared --accept --quiet
+    [ $code -eq 0 ] || fail "exit code $code of a sweep on $count ranks"
+    for row in rayleigh again isotropic grey bad; do expect_same "shared/$row.stratus" "one/$row.stratus"; done
+    expect_same <(without_seconds shared/summary.csv) <(without_seconds one/summary.csv)
+done
+rm shared/grey.stratus
+on_ranks 2 "$stratus" bake plain.toml --sweep sweep.csv -o shared --quiet --resume
+[ $code -eq 1 ] || fail "exit code $code of a table that misses"
+expect_says "$err" '1 of 5 tables miss their tolerance'
+[ "$(grep -c 'was there' shared/summary.csv)" -eq 3 ] || fail 'found tables must be left alone'
+expect_same shared/grey.stratus one/grey.stratus
+on_ranks 2 "$stratus" bake plain.toml --sweep missing.csv -o shared
+[ $code -eq 1 ] || fail "exit code $code of missing rows"
+expect_says "$err" 'missing.csv'
+# a rank that is killed once a table is there
+rm -rf shared
+cat >rank.sh <<'RANK'
+if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
+    (
+        until [ -e shared/rayleigh.stratus ]; do sleep 0.01; done
+        kill -KILL $$
+    ) &
+fi
+exec "$@"
+RANK
+printf 'name,phase_function,tolerance\nrayleigh,rayleigh,\nlong,henyey_greenstein:g=0.9,1e-5\nlonger,henyey_greenstein:g=0.92,1e-5\n' >long.csv
+on_ranks 2 bash rank.sh "$stratus" bake plain.toml --sweep long.csv -o shared --accept --quiet --threads 1
+[ $code -ne 0 ] || fail 'exit code 0 in spite of a lost rank'
+expect_says "$err" 'stratus: rank 1 (' 'was killed or has crashed; finished work is kept in shared: repeat the command with --resume'
+
 # A rank is killed, stopped, or denied any more memory as soon as some work is kept: the run says which, and is resumed.
 lose() { # lose COMMAND ARGS...: the command and the process of rank $of_rank, or 1
     export lose=$1 lost=${of_rank:-1}

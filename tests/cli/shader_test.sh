@@ -56,12 +56,16 @@ all='StratusScattered r = stratus_reflection(0.9, 1.0, 0.5, 0.6, 1.0);
     float f = stratus_bsdf(vec3(0.0, 0.6, 0.8), vec3(0.0, 0.6, -0.8), 0.9, stratus_effective_depth(1.0, 0.1));
     float s = stratus_single(STRATUS_REFLECTION, 0.9, 1.0, 0.5, 0.6, 1.0) * stratus_hapke(0.5, 0.1, 0.2);
     float d = stratus_direct(1.0, 0.5) * stratus_phase(0.5);'
-{ echo '#version 300 es'; cat glsl/stratus.glsl; echo "out vec4 light; void main() { $all light = vec4(r.single, t.multiple, f, s * d); }"; } >es.frag
-{ echo '#version 450'; cat glsl/stratus.glsl; echo "layout(location = 0) out vec4 light; void main() { $all light = vec4(r.single, t.multiple, f, s * d); }"; } >core.frag
-{ cat hlsl/stratus.hlsl; echo "float4 main() : SV_Target0 { $all return vec4(r.single, t.multiple, f, s * d); }"; } >main.hlsl
-expect_compiled es.frag
-expect_compiled -V core.frag -o core.spv
-expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+# expect_table_compiled GLSL HLSL: the texts compile with all that layers of a table have
+expect_table_compiled() {
+    { echo '#version 300 es'; cat "$1"; echo "out vec4 light; void main() { $all light = vec4(r.single, t.multiple, f, s * d); }"; } >es.frag
+    { echo '#version 450'; cat "$1"; echo "layout(location = 0) out vec4 light; void main() { $all light = vec4(r.single, t.multiple, f, s * d); }"; } >core.frag
+    { cat "$2"; echo "float4 main() : SV_Target0 { $all return vec4(r.single, t.multiple, f, s * d); }"; } >main.hlsl
+    expect_compiled es.frag
+    expect_compiled -V core.frag -o core.spv
+    expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+}
+expect_table_compiled glsl/stratus.glsl hlsl/stratus.hlsl
 
 # one layer, bound
 expect_ok shader full.stratus --language glsl --optical-depth 0.5,1,2 --albedo 0.9 -o glsl
@@ -90,7 +94,15 @@ expect_says filtered/stratus_textures.json '"stratus_light"' '"depth":'
 size=$(sed -n 's/.*stratus_light.*"width": \([0-9]*\), "height": \([0-9]*\), "depth": \([0-9]*\).*/\1 * \2 * \3 * 8/p' filtered/stratus_textures.json)
 expect_near "$(stat -c %s filtered/stratus_light.bin)" $((size)) 0
 expect_ok shader full.stratus --language hlsl --optical-depth 0.5,1,2 --albedo 0.9 --filtered -o filtered --quiet
-expect_refused 2 --filtered "a bound layer" -- shader full.stratus --language glsl --filtered -o new
 expect_refused 2 --filtered "glsl or hlsl" osl -- shader full.stratus --language osl --optical-depth 1 --albedo 0.9 --filtered -o new
 expect_layer_compiled filtered/stratus.glsl filtered/stratus.hlsl
+
+# filtered, of layers that are not bound
+expect_ok shader full.stratus --language glsl --filtered -o layers
+expect_says "$err" "5 files" "stratus_light:"
+expect_says layers/stratus_textures.json '"stratus_weights"'
+size=$(sed -n 's/.*stratus_weights.*"width": \([0-9]*\), "height": \([0-9]*\).*/\1 * \2 * 8/p' layers/stratus_textures.json)
+expect_near "$(stat -c %s layers/stratus_weights.bin)" $((size)) 0
+expect_ok shader full.stratus --language hlsl --filtered -o layers --quiet
+expect_table_compiled layers/stratus.glsl layers/stratus.hlsl
 finish

@@ -74,6 +74,22 @@ def pixels_of(scene, plane, material, folder, sky=0.0):
             if (eye := to_eye(column, row))[2] > 0.05]
 
 
+def write_query(path, sun, met, more=()):
+    """A query of pixels, with columns and values of `more` added."""
+    with open(path, "w", newline="") as file:
+        azimuths = [math.degrees(math.atan2(eye[1], eye[0]) - math.atan2(sun[1], sun[0])) - 180 for eye, _ in met]
+        csv.writer(file).writerows([["mu_in", "mu_out", "azimuth_deg", *(name for name, _ in more)],
+                                    *([abs(sun[2]), eye[2], azimuth % 360, *(value for _, value in more)]
+                                      for (eye, _), azimuth in zip(met, azimuths))])
+
+
+def errors_of(answer, sun, met):
+    """Differences of pixels from R or T of an answer, relative to it."""
+    side = "reflection" if sun[2] > 0 else "transmission"
+    return [error for (_, pixel), found in zip(met, csv.DictReader(answer.stdout.splitlines()))
+            for error in abs(pixel / (abs(sun[2]) * float(found[side])) - 1)]
+
+
 def check(name, layers, seen_from_below, folder, median, largest):
     """Compares pixels of layers, listed from the top, with the solver's R and T, and what shows through with the beam."""
     above, below = write_stack(folder / "above.toml", layers), write_stack(folder / "below.toml", layers[::-1])
@@ -85,15 +101,11 @@ def check(name, layers, seen_from_below, folder, median, largest):
     for given in suns:
         sun = np.array(given) / np.linalg.norm(given)
         met = pixels_of(scene, plane, addon.atlas_material(atlas, sun), folder)
-        query = folder / "query.csv"
-        with open(query, "w", newline="") as file:
-            azimuths = [math.degrees(math.atan2(eye[1], eye[0]) - math.atan2(sun[1], sun[0])) - 180 for eye, _ in met]
-            csv.writer(file).writerows([["mu_in", "mu_out", "azimuth_deg"],
-                                        *([abs(sun[2]), eye[2], azimuth % 360] for (eye, _), azimuth in zip(met, azimuths))])
+        write_query(folder / "query.csv", sun, met)
         lit_side = below if seen_from_below == (sun[2] > 0) else above
-        answer = subprocess.run([stratus, "solve", "--layers", lit_side, "--query", query], check=True, capture_output=True, text=True)
-        for (_, pixel), solved in zip(met, csv.DictReader(answer.stdout.splitlines())):
-            errors.extend(abs(pixel / (abs(sun[2]) * float(solved["reflection" if sun[2] > 0 else "transmission"])) - 1))
+        answer = subprocess.run([stratus, "solve", "--layers", lit_side, "--query", folder / "query.csv"], check=True,
+                                capture_output=True, text=True)
+        errors.extend(errors_of(answer, sun, met))
     dark = addon.atlas_material(atlas, suns[0], (0, 0, 0))
     depth = sum(layer[2] for layer in layers)
     beam = max(max(abs(pixel - math.exp(-depth / eye[2]))) for eye, pixel in pixels_of(scene, plane, dark, folder, sky=1.0))
@@ -101,6 +113,32 @@ def check(name, layers, seen_from_below, folder, median, largest):
     if len(errors) < 500 or np.median(errors) > median or max(errors) > largest or beam > 1e-4:
         sys.exit(f"{name}: the material differs from the solver")
     return atlas
+
+
+def check_depth_image(table, folder):
+    """Compares pixels of a layer whose depth is that of a grey image with the table, and what shows through with the beam."""
+    scene, plane = place_camera()
+    prepared = addon.prepared_atlases(table, 1.8, "0.9", stratus, folder)
+    errors, beams = [], []
+    for grey in (10, 100, 255):
+        image = bpy.data.images.new("grey", 1, 1)
+        image.pixels = [grey / 255] * 3 + [1]
+        image.filepath_raw, image.file_format = str(folder / f"grey_{grey}.png"), "PNG"
+        image.save()
+        depth = 1.8 * grey / 255
+        for given in suns:
+            sun = np.array(given) / np.linalg.norm(given)
+            material = addon.layer_material(*prepared, "rings", sun, (math.pi,) * 3, addon.loaded(image.filepath_raw))
+            met = pixels_of(scene, plane, material, folder)
+            write_query(folder / "query.csv", sun, met, [("albedo", 0.9), ("optical_depth", depth)])
+            answer = subprocess.run([stratus, "eval", table, "--query", folder / "query.csv"], check=True, capture_output=True, text=True)
+            errors.extend(errors_of(answer, sun, met))
+        material.node_tree.nodes["Group"].inputs["Irradiance"].default_value = (0, 0, 0, 1)
+        beams.extend(max(abs(pixel - math.exp(-depth / eye[2]))) for eye, pixel in pixels_of(scene, plane, material, folder, sky=1.0))
+    print(f"depth image: {len(errors)} values of pixels: median {np.median(errors):.2g}, 99 % {np.quantile(errors, 0.99):.2g}, "
+          f"largest {max(errors):.2g}; beam within {max(beams):.2g}")
+    if np.median(errors) > 1e-3 or np.quantile(errors, 0.99) > 2e-2 or max(beams) > 1e-4:
+        sys.exit("a depth image: the material differs from the table")
 
 
 with tempfile.TemporaryDirectory() as folder:
@@ -138,17 +176,19 @@ with tempfile.TemporaryDirectory() as folder:
     (folder / "rings.toml").write_text('phase_function = "isotropic"\ntolerance = 0.02\n'
                                        'optical_depth = { min = 0.1, max = 2 }\nalbedo = { min = 0.5, max = 1 }\n')
     subprocess.run([stratus, "bake", folder / "rings.toml", "-o", folder / "rings.stratus", "--quiet"], check=True)
+    check_depth_image(str(folder / "rings.stratus"), folder)
     addon.register()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.mesh.primitive_plane_add()
-    for name in ("ground.toml", "rings.stratus"):
-        done = bpy.ops.import_scene.stratus_material(filepath=str(folder / name), optical_depth="0.5,1,2", albedo="0.9", sun=(0, 2, 0))
+    for name, chosen in (("ground.toml", {}), ("rings.stratus", {"optical_depth": "0.5,1,2"}),
+                         ("rings.stratus", {"depth_image": str(folder / "grey_100.png")})):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.mesh.primitive_plane_add()
+        done = bpy.ops.import_scene.stratus_material(filepath=str(folder / name), albedo="0.9", sun=(0, 2, 0), **chosen)
         material = bpy.context.object.data.materials[-1]
         if done != {"FINISHED"} or material.name != name.split(".")[0]:
             sys.exit(f"{name} was not imported")
-    if not all(image.packed_file for image in bpy.data.images if image.name.endswith(".exr")):
-        sys.exit("the pictures of materials must be kept in the scene")
-    for refused in ({"albedo": "2"}, {"sun": (0, 0, 0)}):
+        if not all(image.packed_file for image in bpy.data.images if image.users):
+            sys.exit("the pictures of materials must be kept in the scene")
+    for refused in ({"albedo": "2"}, {"sun": (0, 0, 0)}, {"optical_depth": "inf", "depth_image": str(folder / "grey_100.png")}):
         try:
             bpy.ops.import_scene.stratus_material(filepath=str(folder / "rings.stratus"), **refused)
             sys.exit(f"{refused} must be refused")

@@ -87,8 +87,10 @@ textures.forEach(({name, width, height, depth, halves, texels}, unit) => {
     return;
   }
   gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  const filter = name === "stratus_weights" ? gl.LINEAR : gl.NEAREST;
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
+  for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, axis, gl.CLAMP_TO_EDGE);
   gl.texImage2D(gl.TEXTURE_2D, 0, halves ? gl.RGBA16F : gl.RGBA32F, width, height, 0, gl.RGBA,
                 halves ? gl.HALF_FLOAT : gl.FLOAT, halves ? new Uint16Array(bytes) : new Float32Array(bytes));
 });
@@ -120,7 +122,7 @@ constexpr const char* both_sides = R"glsl(
 
 inline void write_page(const std::vector<ShaderTexture>& textures,
                        const std::vector<Lookup>& lookups, const std::string& drawn,
-                       const FilteredLayer* filtered, const std::filesystem::path& path) {
+                       const FilteredLight* filtered, const std::filesystem::path& path) {
     std::vector<float> layers, directions;
     for (const Lookup& at : lookups) {
         layers.insert(layers.end(), {at.albedo, at.optical_depth, 0, 0});
@@ -146,7 +148,7 @@ inline void write_page(const std::vector<ShaderTexture>& textures,
              << base64(data, bytes) << "'},\n";
     };
     for (const ShaderTexture& of : textures)
-        put(of.name, shader_texture_width, of.height, of.halves, of.bytes.data(), of.bytes.size());
+        put(of.name, of.width, of.height, of.halves, of.bytes.data(), of.bytes.size());
     if (filtered != nullptr)
         put("stratus_light", filtered->width, filtered->height, true, filtered->bytes.data(),
             filtered->bytes.size(), filtered->depth);
@@ -178,7 +180,7 @@ inline std::string run_in_chromium(const std::filesystem::path& page,
 inline std::vector<Light> by_browser(const std::vector<ShaderTexture>& textures,
                                      const std::vector<Lookup>& lookups,
                                      const std::string& drawn = both_sides,
-                                     const FilteredLayer* filtered = nullptr) {
+                                     const FilteredLight* filtered = nullptr) {
     const TemporaryFolder folder;
     write_page(textures, lookups, drawn, filtered, folder / "page.html");
     const std::string said = run_in_chromium(folder / "page.html", folder / "profile");

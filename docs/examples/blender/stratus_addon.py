@@ -2,7 +2,8 @@
 
 Edit > Preferences > Add-ons > Install takes this file, and has the place of the `stratus` program. File > Import > Stratus material
 takes a table (.stratus) with an optical depth and an albedo, a stack (.toml), or an atlas of `stratus export ... --format exr-atlas`
-(.exr, its .json beside it), and gives the material to the active object. Without an interface:
+(.exr, its .json beside it), and gives the material to the active object. With a depth image, grey and laid out by the object's UV
+map, the depth of a table is that of white. Without an interface:
 
     blender scene.blend --python stratus_addon.py -- rings.exr
 
@@ -19,6 +20,7 @@ import sys
 import tempfile
 
 import bpy
+import numpy as np
 from bpy_extras.io_utils import ImportHelper
 
 bl_info = {
@@ -68,19 +70,68 @@ def add_socket(group, name, kind, side="INPUT"):
         (group.inputs if side == "INPUT" else group.outputs).new(kind, name)
 
 
-def atlas_group(picture):
-    """The node group of an atlas: Sun (towards it, world space, of length 1) and Irradiance in, Shader out."""
-    layout = json.loads(pathlib.Path(picture).with_suffix(".json").read_text())
-    columns, width, height = layout["columns"], layout["tile_width"], layout["tile_height"]
-    rows = len(layout["rows"])
-    transmits = "transmission" in layout["rows"]
+def loaded(picture):
     image = bpy.data.images.load(picture)
     image.colorspace_settings.name = "Non-Color"
     image.pack()  # kept in the .blend
+    return image
 
-    tree = bpy.data.node_groups.new(pathlib.Path(picture).stem, "ShaderNodeTree")
+
+def atlas_of(picture):
+    """An atlas: its image and its layout."""
+    return loaded(picture), json.loads(pathlib.Path(picture).with_suffix(".json").read_text())
+
+
+PREPARED = 10  # depths, evenly in their cubic roots
+
+
+def prepared_atlases(source, deepest, albedo, program, folder):
+    """Atlases of a table at PREPARED depths, one below the other, as logarithms: of light through layers over the depth."""
+    pictures = []
+    for number in range(1, PREPARED + 1):
+        depth = deepest * (number / PREPARED) ** 3
+        atlas, layout = atlas_of(exported_atlas(source, repr(depth), albedo, program, folder))
+        width, height = atlas.size
+        pixels = np.empty(4 * width * height, np.float32)
+        atlas.pixels.foreach_get(pixels)
+        bpy.data.images.remove(atlas)
+        pictures.append(np.log(np.maximum(pixels, 1e-12) / (depth if "transmission" in layout["rows"] else 1)))
+        pictures[-1][3::4] = 1
+    image = bpy.data.images.new(pathlib.Path(source).stem, width, PREPARED * height, float_buffer=True, is_data=True)
+    image.pixels.foreach_set(np.concatenate(pictures[::-1]))  # rows run upward
+    image.pack()
+    return image, layout | {"deepest": deepest}
+
+
+def through_depths(n, blended, root):
+    """The cubic through the four prepared atlases around a cubic root of the depth, [0, 1]."""
+    place = n.math("MULTIPLY_ADD", root, PREPARED, -1)
+    first = n.math("MINIMUM", n.math("MAXIMUM", n.math("SUBTRACT", n.math("FLOOR", place), 1), 0), PREPARED - 4)
+    t = n.math("SUBTRACT", place, first)
+    total = (0, 0, 0)
+    for number in range(4):
+        weight = 1.0
+        for other in {0, 1, 2, 3} - {number}:
+            weight = n.math("MULTIPLY", n.math("DIVIDE", n.math("SUBTRACT", t, other), number - other), weight)
+        total = n.vector("ADD", n.scaled(blended(n.math("ADD", first, number)), weight), total)
+    logarithms = n.add("ShaderNodeSeparateXYZ", total).outputs
+    return n.add("ShaderNodeCombineColor", *(n.math("EXPONENT", channel) for channel in logarithms)).outputs[0]
+
+
+def atlas_group(image, layout, name):
+    """The node group of an atlas: Sun (towards it, world space, of length 1) and Irradiance in, Shader out; of prepared_atlases
+    Depth, the share of the deepest, in as well."""
+    columns, width, height = layout["columns"], layout["tile_width"], layout["tile_height"]
+    rows = len(layout["rows"])
+    transmits = "transmission" in layout["rows"]
+    deepest = layout.get("deepest")
+    atlases = PREPARED if deepest else 1
+
+    tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
     add_socket(tree, "Sun", "NodeSocketVector")
     add_socket(tree, "Irradiance", "NodeSocketColor")
+    if deepest:
+        add_socket(tree, "Depth", "NodeSocketFloat")
     add_socket(tree, "Shader", "NodeSocketShader", "OUTPUT")
     n = Nodes(tree)
     given = n.add("NodeGroupInput").outputs
@@ -115,24 +166,37 @@ def atlas_group(picture):
     first = n.math("MINIMUM", n.math("FLOOR", column), columns - 2)
     x = n.math("MULTIPLY_ADD", azimuth, (width - 1) / math.pi, 0.5)
     y = n.math("MULTIPLY_ADD", row, height, n.math("MULTIPLY_ADD", evened(tile_out), height - 1, 0.5))
-    v = n.math("MULTIPLY_ADD", y, -1 / (rows * height), 1)  # 0 is the picture's lower edge
-
-    def tile(number):
-        u = n.math("DIVIDE", n.math("MULTIPLY_ADD", number, width, x), columns * width)
-        place = n.add("ShaderNodeCombineXYZ", u, v).outputs[0]
-        return n.add("ShaderNodeTexImage", place, image=image, interpolation="Linear", extension="EXTEND").outputs["Color"]
-
     # Two tiles blended are pi f (mu_in + mu_out).
     share = n.math("SUBTRACT", column, first)
-    blend = n.add("ShaderNodeMixRGB", share, tile(first), tile(n.math("ADD", first, 1))).outputs[0]
-    colour = n.add("ShaderNodeMixRGB", 1.0, blend, given["Irradiance"], blend_type="MULTIPLY").outputs[0]
+
+    def blended(atlas):
+        v = n.math("MULTIPLY_ADD", n.math("MULTIPLY_ADD", atlas, rows * height, y), -1 / (atlases * rows * height), 1)  # 0 is the lower edge
+
+        def tile(number):
+            u = n.math("DIVIDE", n.math("MULTIPLY_ADD", number, width, x), columns * width)
+            place = n.add("ShaderNodeCombineXYZ", u, v).outputs[0]
+            return n.add("ShaderNodeTexImage", place, image=image, interpolation="Linear", extension="EXTEND").outputs["Color"]
+
+        return n.add("ShaderNodeMixRGB", share, tile(first), tile(n.math("ADD", first, 1))).outputs[0]
+
     strength = n.math("DIVIDE", mu_in, n.math("MULTIPLY", n.math("ADD", mu_in, mu_out), math.pi))
+    if deepest:
+        depth = n.math("MULTIPLY", n.math("MINIMUM", n.math("MAXIMUM", given["Depth"], 0), 1), deepest)
+        blend = through_depths(n, blended, n.math("POWER", n.math("DIVIDE", depth, deepest), 1 / 3))
+        if transmits:
+            strength = n.math("MULTIPLY", strength, depth)
+    else:
+        blend = blended(0.0)
+    colour = n.add("ShaderNodeMixRGB", 1.0, blend, given["Irradiance"], blend_type="MULTIPLY").outputs[0]
     if not transmits:
         strength = n.math("MULTIPLY", strength, lit)
     light = n.add("ShaderNodeEmission", colour, strength).outputs[0]
     if transmits:
-        depths = [math.inf if tau is None else tau for tau in layout["optical_depth"]]
-        beam = [n.math("POWER", math.exp(-tau), n.math("DIVIDE", 1, mu_out)) for tau in depths] * (3 // len(depths))
+        if deepest:
+            beam = [n.math("EXPONENT", n.math("DIVIDE", n.math("MULTIPLY", depth, -1), mu_out))] * 3
+        else:
+            depths = [math.inf if tau is None else tau for tau in layout["optical_depth"]]
+            beam = [n.math("POWER", math.exp(-tau), n.math("DIVIDE", 1, mu_out)) for tau in depths] * (3 // len(depths))
         behind = n.add("ShaderNodeBsdfTransparent", n.add("ShaderNodeCombineColor", *beam).outputs[0]).outputs[0]
         light = n.add("ShaderNodeAddShader", light, behind).outputs[0]
     n.add("NodeGroupOutput", light)
@@ -141,15 +205,23 @@ def atlas_group(picture):
 
 def atlas_material(picture, sun=(0, 0, 1), irradiance=(math.pi, math.pi, math.pi)):
     """A material of the atlas alone."""
-    material = bpy.data.materials.new(pathlib.Path(picture).stem)
+    return layer_material(*atlas_of(picture), pathlib.Path(picture).stem, sun, irradiance)
+
+
+def layer_material(image, layout, name, sun, irradiance, depth_image=None):
+    """A material of an atlas, or of prepared atlases and the image that the depth follows."""
+    material = bpy.data.materials.new(name)
     material.use_fake_user = True  # or it is not saved until an object has it
     material.use_nodes = True
     material.node_tree.nodes.clear()
     material.blend_method = "BLEND"  # Eevee: what is behind shows
     n = Nodes(material.node_tree)
-    group = n.add("ShaderNodeGroup", node_tree=atlas_group(picture))
+    group = n.add("ShaderNodeGroup", node_tree=atlas_group(image, layout, name))
     group.inputs["Sun"].default_value = sun
     group.inputs["Irradiance"].default_value = (*irradiance, 1)
+    if depth_image:
+        grey = n.add("ShaderNodeTexImage", image=depth_image).outputs["Color"]
+        material.node_tree.links.new(grey, group.inputs["Depth"])
     n.add("ShaderNodeOutputMaterial", group.outputs[0])
     return material
 
@@ -163,6 +235,17 @@ def exported_atlas(source, optical_depth, albedo, program, folder):
     if done.returncode:
         raise ValueError(done.stderr.strip())
     return str(atlas)
+
+
+def depth_image_material(source, optical_depth, albedo, program, folder, sun, irradiance, depth_image):
+    """A material of a table whose depth is that of an image's white times the image."""
+    if not source.endswith(".stratus"):
+        raise ValueError(f"A depth image must be given with a table, .stratus, got {source}")
+    deepest = float(optical_depth)
+    if not 0 < deepest < math.inf:
+        raise ValueError(f"Optical depth must be one above 0 and finite with a depth image, got {optical_depth}")
+    image = loaded(depth_image)
+    return layer_material(*prepared_atlases(source, deepest, albedo, program, folder), pathlib.Path(source).stem, sun, irradiance, image)
 
 
 class StratusPreferences(bpy.types.AddonPreferences):
@@ -183,6 +266,7 @@ class ImportStratusMaterial(bpy.types.Operator, ImportHelper):
 
     filter_glob: bpy.props.StringProperty(default="*.stratus;*.toml;*.exr", options={"HIDDEN"})
     optical_depth: bpy.props.StringProperty(name="Optical depth", default="1", description="Of a table: one, or three with commas")
+    depth_image: bpy.props.StringProperty(name="Depth image", subtype="FILE_PATH", description="Grey: the optical depth is that of white")
     albedo: bpy.props.StringProperty(name="Albedo", default="0.95", description="Of a table: one, or three with commas")
     sun: bpy.props.FloatVectorProperty(name="Sun", default=(0, 0, 1), subtype="XYZ", description="Direction towards it")
     irradiance: bpy.props.FloatVectorProperty(name="Irradiance", default=(math.pi,) * 3, min=0, description="Across the beam")
@@ -192,13 +276,18 @@ class ImportStratusMaterial(bpy.types.Operator, ImportHelper):
         program = (added and bpy.path.abspath(added.preferences.program)) or shutil.which("stratus") or "stratus"
         try:
             with tempfile.TemporaryDirectory() as folder:
-                atlas = self.filepath
-                if not atlas.endswith(".exr"):
-                    atlas = exported_atlas(atlas, self.optical_depth, self.albedo, program, folder)
                 length = math.hypot(*self.sun)
                 if not length > 0:
                     raise ValueError("Sun must be a direction, got (0, 0, 0)")
-                material = atlas_material(atlas, [x / length for x in self.sun], self.irradiance)
+                light = [x / length for x in self.sun], self.irradiance
+                source = self.filepath
+                if self.depth_image:
+                    material = depth_image_material(source, self.optical_depth, self.albedo, program, folder, *light,
+                                                    bpy.path.abspath(self.depth_image))
+                elif source.endswith(".exr"):
+                    material = atlas_material(source, *light)
+                else:
+                    material = atlas_material(exported_atlas(source, self.optical_depth, self.albedo, program, folder), *light)
         except (OSError, RuntimeError, ValueError, KeyError) as problem:
             self.report({"ERROR"}, str(problem))
             return {"CANCELLED"}

@@ -22,36 +22,45 @@ const std::vector<std::string>& shader_language_names();
 /// Texels of the textures to a row: texel n lies in column n % this, row n / this, from the first.
 constexpr int shader_texture_width = 2048;
 
-/// RGBA, to be fetched without filtering.
+/// RGBA, to be fetched without filtering, but for `stratus_weights`.
 struct ShaderTexture {
     std::string name;  // of the sampler
     int height;
     bool halves;              // else floats
     std::vector<char> bytes;  // little endian, row by row, zeros beyond the last texel
+    int width = shader_texture_width;
 };
 
 /// Texels of a filtered layer's `stratus_layer` that are constants of its text.
 constexpr int filtered_layer_constants = 8;
 
-/// A bound layer whose orders n >= 2 are a cubic spline, by eight filtered fetches from
-/// `stratus_light`: a 3-D texture of RGBA halves over mu_in, mu_out and azimuth, reflection before
-/// transmission. It is one to three times as fine as the table's samples, as little as keeps all but
-/// one in a thousand of R and T within 2e-3. Of the other textures it reads `stratus_layer` and
-/// `stratus_numbers`, one of its own, whose first texels are constants of its text.
-struct FilteredLayer {
+/// Textures that a GPU filters linearly, `stratus_light` by eight fetches that are a cubic spline: a 3-D
+/// texture of RGBA halves over mu_in, mu_out and azimuth. It is one to three times as fine as the table's
+/// samples, as little as keeps all but one in a thousand of R and T within 2e-3, of layers not bound
+/// within a quarter of the table's tolerance if that is more.
+///
+/// Of a bound layer it holds the orders n >= 2 of three colours, reflection before transmission. Of
+/// layers that are not bound it holds, in each block of optical depths, twelve functions of the
+/// directions, four fetched at once; `stratus_weights`, a 2-D texture of halves that is filtered as
+/// well, has their weights at an albedo and depth: 27 fetches in all.
+struct FilteredLight {
+    bool bound;
     int width, height, depth;
     std::vector<char> bytes;  // little endian, mu_in innermost
-    ShaderTexture numbers, layer;
+    /// `stratus_numbers`, whose first `constant_numbers` texels are constants of the text, and
+    /// `stratus_layer`, or of layers that are not bound `stratus_weights`.
+    std::vector<ShaderTexture> textures;
     int constant_numbers;
-    // Differences to the text without a filter, relative to R or T, at 2,000 random directions with
-    // cosines from 0.02: the median, what all but one in a thousand stay below, the worst.
+    // Differences to the text without a filter at 2,000 random directions with cosines from 0.02, of
+    // layers not bound as many albedos and depths of the table: the median, what all but one in a thousand
+    // stay below, the worst. They are relative to R or T, but to no less than 1e-6, of layers not bound 1e-4.
     double median_error, usual_error, worst_error;
 };
 
 /// The text to include. GLSL: ES 3.00 or 4.50, without a #version. C++17: a header without dependencies
 /// that reads the table's own file, in place of textures, and refuses a family. It is the same for all
-/// tables, but for the constants of a filtered layer, which GLSL and HLSL alone can have.
-std::string shader_text(ShaderLanguage language, const FilteredLayer* filtered = nullptr);
+/// tables, but for the constants of filtered light, which GLSL and HLSL alone can have.
+std::string shader_text(ShaderLanguage language, const FilteredLight* filtered = nullptr);
 
 /// The textures of a table: `stratus_numbers`, floats, and `stratus_functions`, halves or floats.
 ///
@@ -67,6 +76,11 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table);
 ShaderTexture shader_layer(const PackedTable& table, const Medium<3>& medium);
 
 /// Errors   those of `shader_layer`.
-FilteredLayer filtered_layer(const PackedTable& table, const Medium<3>& medium);
+FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium);
+
+/// Layers of any albedo and optical depth of a table, from pixel to pixel.
+///
+/// Errors   those of `shader_textures`; std::invalid_argument for a stack, which is one layer.
+FilteredLight filtered_layers(const PackedTable& table);
 
 }  // namespace stratus

@@ -23,6 +23,17 @@ TEST_P(RandomRecipe, MeetsItsTolerance) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomRecipe, testing::Values(3u, 11u, 19u));
 
+TEST(PackedBake, TransmitsBetweenTheMembersOfAMixtureHoweverDeep) {
+    const test::PackedBake baked(parse_recipe(
+        "phase_function = 'anisotropic:x=-0.77'\n"
+        "second_phase_function = 'rayleigh'\n"
+        "tolerance = 1e-2\n"
+        "optical_depth = { min = 4, max = 24 }\n"
+        "albedo = { min = 0.6, max = 0.9 }\n"
+        "sides = ['transmission']\n"));
+    EXPECT_TRUE(baked.meets()) << baked.verification.samples.back().error;
+}
+
 TEST(PackedBake, LooksUpWhatATableOfAllSamplesHolds) {
     const Recipe recipe = test::explicit_recipe();
     const test::PackedBake baked(recipe);

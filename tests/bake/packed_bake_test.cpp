@@ -15,7 +15,7 @@ namespace {
 class RandomRecipe : public testing::TestWithParam<unsigned> {};
 
 TEST_P(RandomRecipe, MeetsItsTolerance) {
-    const std::string text = test::random_recipe(GetParam());
+    const std::string text = test::RandomRecipe(GetParam()).text();
     const test::PackedBake baked(parse_recipe(text));
     EXPECT_TRUE(baked.meets()) << text << "largest error "
                                << baked.verification.samples.back().error;

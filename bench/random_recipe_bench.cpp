@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     const auto first = static_cast<unsigned>(argc > 2 ? std::atoi(argv[2]) : 1);
     int met = 0;
     for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
-        const Recipe recipe = parse_recipe(test::random_recipe(seed));
+        const Recipe recipe = parse_recipe(test::RandomRecipe(seed).text());
         const double started = processor_seconds();
         test::PackedBake baked(recipe, 400);
         const double sides = (recipe.reflection ? 1 : 0) + (recipe.transmission ? 1 : 0);

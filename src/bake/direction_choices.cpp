@@ -448,7 +448,8 @@ Choice choose_mu_samples(Probes& probes) {
 
 ScaledChoice choose_azimuth_samples(Probes& probes) {
     const Recipe& recipe = probes.recipe;
-    if (std::ranges::all_of(
+    if (recipe.lower_boundary.law == nullptr &&
+        std::ranges::all_of(
             phase_functions_of(recipe.layers, recipe.phase_function, recipe.lower_boundary),
             [](const PhaseFunction& each) { return each.is_isotropic(); }))
         return {AxisScale::linear, {1}};

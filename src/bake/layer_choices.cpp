@@ -24,6 +24,36 @@ ProbedLayers solve_between(const Probes& probes) {
     return solve_layers(probes, probes.albedos, between, probes.directions);
 }
 
+/// Adds the errors of a blend of layers of other depths, whose samples are divided by the shares
+/// intercepted along both directions (lookup.h).
+void add_depth_errors(const Probes& probes, const DirectionGrid& directions,
+                      const ProbedLayer& target, const Blend& blend, Errors& errors) {
+    std::vector<double> along[Blend::size];  // over mu
+    for (int p = 0; p < Blend::size; ++p) {
+        if (blend.sample[p] == nullptr) continue;
+        const double depth = blend.sample[p]->solution.optical_depth;
+        for (const double cosine : directions.mu())
+            along[p].push_back(intercepted(probes.recipe, target.solution.optical_depth, cosine) /
+                               intercepted(probes.recipe, depth, cosine));
+    }
+    const CosinePairs& pairs = directions.pairs();
+    add_errors(probes.recipe, target, directions, Judged(directions), errors,
+               [&](Side side, int i, int j, int k) {
+                   const double* const weight =
+                       side == Side::reflection ? blend.reflection : blend.transmission;
+                   const std::size_t at = directions.at(i, j, k);
+                   const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]);
+                   const auto out =
+                       static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
+                   double found = 0;
+                   for (int p = 0; p < Blend::size; ++p)
+                       if (weight[p] != 0)
+                           found += weight[p] * along[p][in] * along[p][out] *
+                                    blend.sample[p]->side(side).tabulated[at];
+                   return found;
+               });
+}
+
 /// Returns the error at the worst depth beyond the finite depth `last`: most depths are at the limit.
 double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t last) {
     const ProbedLayers& layers = probed_layers(probes);
@@ -45,7 +75,7 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
                 blend.reflection[1] = 1 - blend.reflection[0];
                 blend.transmission[0] = ratio(transmission_scale(tau, k, length),
                                               transmission_scale(tau_last, k, length));
-                add_blend_errors(probes.recipe, target, probes.directions, blend, errors);
+                add_depth_errors(probes, probes.directions, target, blend, errors);
             }));
     };
     measure(between, last);
@@ -93,62 +123,31 @@ struct FineDepths {
     }
 };
 
-/// Adds the errors of a cubic along optical depth, samples divided by their scales (lookup.h).
-template <class Sample>
-void add_depth_errors(const Probes& probes, const DirectionGrid& directions,
-                      const ProbedLayer& target, const Stencil& stencil, double exponent,
-                      Errors& errors, const Sample& sample) {
-    const double tau = target.solution.optical_depth;
-    const std::vector<double>& mu = directions.mu();
-    std::vector<double> along[Blend::size];  // over mu
-    Blend blend;
-    for (int p = 0; p < Blend::size; ++p) {
-        if (stencil.weight[p] == 0) continue;
-        blend.sample[p] = &sample(p);
-        const double depth = blend.sample[p]->solution.optical_depth;
-        for (const Side side : {Side::reflection, Side::transmission})
-            (side == Side::reflection ? blend.reflection : blend.transmission)[p] =
-                stencil.weight[p] * sample_scale(probes, side, tau, exponent) /
-                sample_scale(probes, side, depth, exponent);
-        for (const double cosine : mu)
-            along[p].push_back(intercepted(probes.recipe, tau, cosine) /
-                               intercepted(probes.recipe, depth, cosine));
-    }
-    const CosinePairs& pairs = directions.pairs();
-    add_errors(probes.recipe, target, directions, Judged(directions), errors,
-               [&](Side side, int i, int j, int k) {
-                   const double* const weight =
-                       side == Side::reflection ? blend.reflection : blend.transmission;
-                   const std::size_t at = directions.at(i, j, k);
-                   const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]);
-                   const auto out =
-                       static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
-                   double found = 0;
-                   for (int p = 0; p < Blend::size; ++p)
-                       if (blend.sample[p] != nullptr)
-                           found += weight[p] * along[p][in] * along[p][out] *
-                                    blend.sample[p]->side(side).tabulated[at];
-                   return found;
-               });
-}
-
 double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
     const int stride = FineDepths::fine / candidate, intervals = candidate * depths.octaves;
     depths.solve(probes, stride);
     const AxisView axis =
         make_axis(AxisScale::logarithmic, depths.min, depths.max, intervals + 1).view();
-    return measure_layers(probes, probes.albedos.size(), static_cast<std::size_t>(intervals),
-                          [&](std::size_t a, std::size_t interval, Errors& errors) {
-                              const ProbedLayer& target =
-                                  depths.at(a, static_cast<int>(interval) * stride + stride / 2);
-                              const Stencil stencil = axis.stencil(target.solution.optical_depth);
-                              add_depth_errors(
-                                  probes, depths.directions, target, stencil, probes.exponents[a],
-                                  errors, [&](int p) -> const ProbedLayer& {
-                                      return depths.at(
-                                          a, (stencil.first + static_cast<int>(p)) * stride);
-                                  });
-                          });
+    return measure_layers(
+        probes, probes.albedos.size(), static_cast<std::size_t>(intervals),
+        [&](std::size_t a, std::size_t interval, Errors& errors) {
+            const ProbedLayer& target =
+                depths.at(a, static_cast<int>(interval) * stride + stride / 2);
+            const double tau = target.solution.optical_depth, k = probes.exponents[a];
+            const Stencil stencil = axis.stencil(tau);
+            Blend blend;
+            for (int p = 0; p < Blend::size; ++p) {
+                if (stencil.weight[p] == 0) continue;
+                blend.sample[p] = &depths.at(a, (stencil.first + p) * stride);
+                const auto weight = [&](Side side) {
+                    return stencil.weight[p] * sample_scale(probes, side, tau, k) /
+                           sample_scale(probes, side, blend.sample[p]->solution.optical_depth, k);
+                };
+                blend.reflection[p] = weight(Side::reflection);
+                blend.transmission[p] = weight(Side::transmission);
+            }
+            add_depth_errors(probes, depths.directions, target, blend, errors);
+        });
 }
 
 /// Layers at `fine` even steps along an axis; a candidate's own samples are every so many of them.

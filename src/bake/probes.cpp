@@ -243,6 +243,11 @@ ProbedCosines many_cosines(const Recipe& recipe) {
     std::vector<double> cosines;
     for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
         cosines.push_back(x * x);
+    // Thin layers of a stack are steep at cosines about as large as their depths.
+    for (const StackLayer& layer : recipe.layers)
+        for (const double share : {0.3, 1.0})
+            if (const double mu = share * layer.optical_depth; mu > 0.001 && mu < 0.1)
+                cosines.push_back(mu);
     return cosines_to_probe(recipe, cosines, {0, 0.12, 0.3, 0.45, 0.7, 0.88, 1});
 }
 

@@ -106,9 +106,9 @@ class Rpv final : public GroundLaw {
         const double cos_phase = -cos_scattering_angle_reflected({mu0, mu, at.azimuth});
         const double t0 = sine_of(mu0) / mu0, t = sine_of(mu) / mu;
         const double G = std::sqrt(square(t - t0) + 4 * t * t0 * square(std::cos(at.azimuth / 2)));
+        const double off_phase = 1 + 2 * theta_ * cos_phase + square(theta_);
         return rho0_ * std::pow(mu * mu0 * (mu + mu0), k_ - 1) * (1 - square(theta_)) /
-               std::pow(1 + 2 * theta_ * cos_phase + square(theta_), 1.5) *
-               (1 + (1 - rho_c_) / (1 + G));
+               (off_phase * std::sqrt(off_phase)) * (1 + (1 - rho_c_) / (1 + G));
     }
 
     std::string text() const override {
@@ -167,16 +167,21 @@ std::string ground_law_help() {
            "rpv:rho0=0.1,k=0.8,theta=-0.1,rho_c=0.1   Rahman, Pinty and Verstraete";
 }
 
-AzimuthalModes::AzimuthalModes(int end) : end_(end) {
+AzimuthalModes::AzimuthalModes(int first, int end) : count_(static_cast<std::size_t>(end - first)) {
     // Laws may be peaked at both ends: by the mirrored sun, and with the sun in the back.
     constexpr int halvings = 16, fewest_points = 8, radians_to_a_point = 3;
+    const auto add_point = [&](double azimuth, double weight) {
+        azimuth_.push_back(azimuth);
+        for (int mode = first; mode < end; ++mode)
+            share_.push_back(weight * std::cos(mode * azimuth));
+    };
     const auto add_interval = [&](double begin, double length) {
         const GaussLegendre rule(
             static_cast<std::size_t>(fewest_points + std::ceil(end * length / radians_to_a_point)));
         for (std::size_t i = 0; i < rule.x.size(); ++i) {
             const double from_end = begin + length / 2 * (1 + rule.x[i]);
-            azimuth_.insert(azimuth_.end(), {from_end, pi - from_end});
-            weight_.insert(weight_.end(), 2, rule.weight[i] * length / (2 * pi));
+            for (const double azimuth : {from_end, pi - from_end})
+                add_point(azimuth, rule.weight[i] * length / (2 * pi));
         }
     };
     double length = pi / 4;
@@ -184,19 +189,13 @@ AzimuthalModes::AzimuthalModes(int end) : end_(end) {
     add_interval(0, 2 * length);
 }
 
-std::vector<double> AzimuthalModes::operator()(const GroundLaw& law, double mu_in, double mu_out,
-                                               int first) const {
-    std::vector<double> modes(static_cast<std::size_t>(end_ - first));
-    for (std::size_t i = 0; i < azimuth_.size(); ++i) {
-        const double azimuth = azimuth_[i], share = weight_[i] * law({mu_in, mu_out, azimuth});
-        const double twice = 2 * std::cos(azimuth);
-        double before = std::cos((first - 1) * azimuth), here = std::cos(first * azimuth);
-        for (double& mode : modes) {
-            mode += share * here;
-            const double next = twice * here - before;
-            before = here;
-            here = next;
-        }
+std::vector<double> AzimuthalModes::operator()(const GroundLaw& law, double mu_in,
+                                               double mu_out) const {
+    std::vector<double> modes(count_);
+    const double* share = share_.data();
+    for (const double azimuth : azimuth_) {
+        const double R = law({mu_in, mu_out, azimuth});
+        for (double& mode : modes) mode += R * *share++;
     }
     return modes;
 }
@@ -218,8 +217,8 @@ double integrate_flux(const Function& f) {
 }  // namespace
 
 double plane_albedo(const GroundLaw& law, double mu_in) {
-    static const AzimuthalModes mean(1);
-    return integrate_flux([&](double mu_out) { return mean(law, mu_in, mu_out, 0)[0]; });
+    static const AzimuthalModes mean(0, 1);
+    return integrate_flux([&](double mu_out) { return mean(law, mu_in, mu_out)[0]; });
 }
 
 double spherical_albedo(const GroundLaw& law) {

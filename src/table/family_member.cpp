@@ -1,7 +1,7 @@
 #include <stratus/table/family_member.h>
 
 #include <stratus/base/argument.h>
-#include <stratus/layer/diffusion.h>
+#include "layer_blend.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -49,15 +49,13 @@ MemberShares shares_of_fall(const Table& table, const FamilyStencil& around,
     MemberShares shares{exponents.size() * depths.size(), {}};
     for (std::size_t m = 0; m < as_place(around.count); ++m)
         for (std::size_t a = 0; a < exponents.size(); ++a)
-            for (const double depth : depths) {
-                const auto fall = [&](double exponent) {
-                    return transmission_scale(depth, exponent, table.extrapolation_length);
-                };
-                const double sampled = fall(
-                    table.diffusion_exponent[as_place(around.member[m]) * exponents.size() + a]);
+            for (const double depth : depths)
                 shares.share.push_back(
-                    sampled > 0 ? double{around.weight[m]} * fall(exponents[a]) / sampled : 0);
-            }
+                    double{around.weight[m]} *
+                    fall_from_member(
+                        depth,
+                        table.diffusion_exponent[as_place(around.member[m]) * exponents.size() + a],
+                        exponents[a], table.extrapolation_length));
     return shares;
 }
 

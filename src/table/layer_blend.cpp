@@ -18,39 +18,34 @@ struct LayerQuery {
     int member;
     double extrapolation_length;
     double diffusion_exponent;
-    double chosen_diffusion_exponent = 0;  // at the chosen point, not at the member
 };
+
+double exponent_of(const TableView& table, int member, const Stencil& albedo) noexcept {
+    const double* const exponent =
+        table.diffusion_exponent + member * table.albedo.count + albedo.first;
+    double sum = 0;
+    for (int l = 0; l < used_samples(table.albedo); ++l)
+        sum += double{albedo.weight[l]} * exponent[l];
+    return std::max(0.0, sum);
+}
+
+double depth_in(const TableView& table, double optical_depth, BeyondDeepest beyond) noexcept {
+    const bool is_clamped =
+        !table.optical_depth.ends_at_infinity && beyond == BeyondDeepest::is_clamped;
+    return is_clamped ? std::min(optical_depth, table.optical_depth.highest) : optical_depth;
+}
 
 LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int member,
                     BeyondDeepest beyond) noexcept {
-    LayerQuery query{table.albedo.stencil(albedo),
+    const Stencil stencil = table.albedo.stencil(albedo);
+    LayerQuery query{stencil,
                      std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
-                     optical_depth,
+                     depth_in(table, optical_depth, beyond),
                      member,
                      table.extrapolation_lengths[member],
-                     0};
-    const double* const exponent =
-        table.diffusion_exponent + member * table.albedo.count + query.albedo_stencil.first;
-    for (int l = 0; l < used_samples(table.albedo); ++l)
-        query.diffusion_exponent += double{query.albedo_stencil.weight[l]} * exponent[l];
-    query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
-    const AxisView& depth = table.optical_depth;
-    if (!depth.ends_at_infinity && beyond == BeyondDeepest::is_clamped)
-        query.optical_depth = std::min(optical_depth, depth.highest);
+                     exponent_of(table, member, stencil)};
     if (table.has_lower_boundary() || table.is_stack()) query.albedo = 1;
     return query;
-}
-
-/// Factor that takes transmitted light from a member to the chosen point. Light of
-/// n orders is a polynomial of degree n in a mixture and divided by nothing; but in deep layers many
-/// orders make it exponential.
-double fall_from_member(const TableView& table, const LayerQuery& query) noexcept {
-    if (!table.has_family()) return 1;
-    const auto fall = [&](double exponent) {
-        return transmission_scale(query.optical_depth, exponent, table.extrapolation_length);
-    };
-    const double sampled = fall(query.diffusion_exponent);
-    return sampled > 0 ? fall(query.chosen_diffusion_exponent) / sampled : 0;
 }
 
 /// Adds up the terms of one side of a table.
@@ -66,23 +61,15 @@ class BlendBuilder {
         blend_.samples = samples;
     }
 
-    /// The terms that add(query) adds for each member around the chosen point, by its weight.
+    /// The terms that add(query) adds for each of some members, by its weight.
     template <class Add>
-    void add_members(double albedo, double optical_depth, BeyondDeepest beyond,
-                     const Add& add) noexcept {
-        const FamilyStencil& members = table_.members;
-        LayerQuery queries[FamilyStencil::max_count];
-        double exponent = 0;
+    void add_members(const FamilyStencil& members, double albedo, double optical_depth,
+                     BeyondDeepest beyond, const Add& add) noexcept {
         for (int m = 0; m < members.count; ++m) {
-            queries[m] = query_of(table_, albedo, optical_depth, members.member[m], beyond);
-            exponent += double{members.weight[m]} * queries[m].diffusion_exponent;
-        }
-        for (int m = 0; m < members.count; ++m) {
-            queries[m].chosen_diffusion_exponent = std::max(0.0, exponent);
             share_of_member_ = double{members.weight[m]};
-            add(queries[m]);
+            add(query_of(table_, albedo, optical_depth, members.member[m], beyond));
         }
-        blend_.optical_depth = queries[0].optical_depth;
+        blend_.optical_depth = depth_in(table_, optical_depth, beyond);
         const AxisView& depths = table_.optical_depth;
         if (depths.count == 0 || !(blend_.optical_depth < depths.lowest)) return;
         if (!table_.has_lower_boundary())
@@ -164,12 +151,36 @@ class BlendBuilder {
 
 }  // namespace
 
+double fall_from_member(double optical_depth, double exponent, double chosen_exponent,
+                        double extrapolation_length) noexcept {
+    const auto fall = [&](double k) {
+        return transmission_scale(optical_depth, k, extrapolation_length);
+    };
+    const double sampled = fall(exponent);
+    return sampled > 0 ? fall(chosen_exponent) / sampled : 0;
+}
+
+FamilyStencil transmitted_members(const TableView& table, FamilyStencil members, double albedo,
+                                  double optical_depth) noexcept {
+    if (!table.has_family()) return members;
+    const Stencil stencil = table.albedo.stencil(albedo);
+    double exponent[FamilyStencil::max_count], chosen = 0;
+    for (int m = 0; m < members.count; ++m) {
+        exponent[m] = exponent_of(table, members.member[m], stencil);
+        chosen += double{members.weight[m]} * exponent[m];
+    }
+    for (int m = 0; m < members.count; ++m)
+        members.weight[m] *= static_cast<float>(fall_from_member(
+            optical_depth, exponent[m], std::max(0.0, chosen), table.extrapolation_length));
+    return members;
+}
+
 LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
                             BeyondDeepest beyond) noexcept {
     const AxisView& depth = table.optical_depth;
     LayerBlend blend;
     BlendBuilder side(table, table.reflection_multiple, table.reflection_weight, blend);
-    side.add_members(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+    side.add_members(table.members, albedo, optical_depth, beyond, [&](const LayerQuery& query) {
         if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
             side.add_between_last_and_infinity(query);
         else if (table.has_lower_boundary())
@@ -187,11 +198,13 @@ LayerBlend transmission_blend(const TableView& table, double albedo, double opti
     const AxisView& depth = table.optical_depth;
     LayerBlend blend;
     BlendBuilder side(table, table.transmission_multiple, table.transmission_weight, blend);
-    side.add_members(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+    const FamilyStencil members =
+        transmitted_members(table, table.members, albedo, depth_in(table, optical_depth, beyond));
+    side.add_members(members, albedo, optical_depth, beyond, [&](const LayerQuery& query) {
         if (depth.count == 0) return;  // a semi-infinite layer transmits nothing
-        const double scale = query.albedo * fall_from_member(table, query) *
-                             transmission_scale(query.optical_depth, query.diffusion_exponent,
-                                                query.extrapolation_length);
+        const double scale =
+            query.albedo * transmission_scale(query.optical_depth, query.diffusion_exponent,
+                                              query.extrapolation_length);
         if (query.optical_depth > depth.highest)
             side.add_depth(query, depth.count - 1, scale);
         else

@@ -41,6 +41,17 @@ struct LayerBlend {
 /// The law beyond the deepest sample of a table that has none at infinity.
 enum class BeyondDeepest { is_clamped, follows_diffusion };
 
+/// Factor that takes transmitted light from a member of a family, of that diffusion exponent, to the
+/// chosen point. Light of n orders is a polynomial of degree n in a mixture and divided by nothing; but
+/// in deep layers many orders make it exponential.
+double fall_from_member(double optical_depth, double exponent, double chosen_exponent,
+                        double extrapolation_length) noexcept;
+
+/// Members around a point with that factor in their weights, for light transmitted by a layer within
+/// the table. Without a family they come back as they are.
+FamilyStencil transmitted_members(const TableView& table, FamilyStencil members, double albedo,
+                                  double optical_depth) noexcept;
+
 /// Needs a table that has this side.
 LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
                             BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;

@@ -4,6 +4,7 @@
 
 #include "base/size.h"
 #include "kept_tolerance.h"
+#include "layer_coverage.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,7 @@
 namespace stratus {
 namespace {
 
-constexpr float faintest = 1e-8f;  // below which errors count less
+constexpr float faintest = 1e-8f;  // below which errors count less; a stack may be all dark
 
 /// Errors are relative to no less than a share of the largest value at cosines of this and more.
 constexpr double floor_cosine = 0.1;
@@ -98,10 +99,12 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
                                               : single_transmission(1, w, tau, mu, other);
             has_weights = false;
         }
+        const Geometry here{mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]};
         double single = order * phase_[at[n]];
-        if (below.has_closed_form())
-            single += single_reflection_of_boundary(
-                below, tau, {mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]});
+        if (table_.is_stack())
+            single = side_ == Side::reflection ? single_reflection_of(table_.layers, here)
+                                               : single_transmission_of(table_.layers, here);
+        if (below.has_closed_form()) single += single_reflection_of_boundary(below, tau, here);
         if (path_law_ && shape[n] < 0) {  // the path law is larger than what the samples take back
             if (!has_weights) along_path = weights_along_path(w, tau, mu, other);
             has_weights = true;
@@ -132,7 +135,10 @@ float LayerShapes::share_of_grazing(std::size_t direction) const {
 std::vector<float> LayerShapes::importance(int albedo, int depth, const DirectionList& at,
                                            const std::vector<float>& shape) const {
     std::vector<float> found(at.size(), 0.0f), totals(at.size());
-    if (!is_resolved(albedo, depth) || table_.albedo.values[size(albedo)] == 0) return found;
+    if (!is_resolved(albedo, depth) ||
+        is_scattered_once(table_.view(), table_.albedo.values[size(albedo)],
+                          table_.optical_depth.values[size(depth)]))
+        return found;
     float largest = 0;
     for_each_total(albedo, depth, at, shape, [&](std::size_t n, float factor, float total) {
         found[n] = path_law_ ? factor * share_of_grazing(at[n]) : factor;
@@ -140,7 +146,8 @@ std::vector<float> LayerShapes::importance(int albedo, int depth, const Directio
         if (path_law_ && is_forward(at[n])) return;
         if (lesser_cosine(at[n]) >= floor_cosine) largest = std::max(largest, total);
     });
-    const float floor = std::max(static_cast<float>(darkest_share) * largest, faintest);
+    const float floor = std::max(static_cast<float>(darkest_share) * largest,
+                                 table_.is_stack() ? 1e-30f : faintest);
     for (std::size_t n = 0; n < at.size(); ++n) found[n] /= std::max(totals[n], floor);
     return found;
 }

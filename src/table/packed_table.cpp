@@ -5,6 +5,7 @@
 
 #include "base/mapped_file.h"
 #include "base/size.h"
+#include "layer_blend.h"
 #include "lookup_arguments.h"
 #include "packed_block.h"
 #include "packed_parts.h"
@@ -88,6 +89,7 @@ struct PackedTable::Contents {
     const void* data;
     std::size_t bytes;
     Table header;
+    TableView view;  // of the header
     PathSheet own_sheet;
     std::vector<PackedMember> members;
 
@@ -98,6 +100,7 @@ struct PackedTable::Contents {
         require_packed(data, bytes);
         const TensorFile file(data, bytes);
         header = packed_header(file);
+        view = header.view();
         const PathSheetView sheet = path_sheet(file, header, own_sheet);
         for (std::size_t m = 0; m < header.member_count(); ++m)
             members.push_back(packed_member(file, header, m, sheet));
@@ -114,21 +117,24 @@ struct PackedTable::Contents {
         return header.has_family() ? in_range("mixture", 0.0, 1.0, mixture) : 1;
     }
 
-    /// add(member, its weight) for those around a point of the family.
-    template <class Add>
-    void each_member(const FamilyStencil& around, const Add& add) const {
-        for (int k = 0; k < around.count; ++k)
-            if (around.weight[k] != 0)
-                add(members[size(around.member[k])], double{around.weight[k]});
-    }
-
-    /// Adds up the members around a mixture; other families give not-a-number.
-    template <class Add>
-    void each_member(double share, const Add& add) const {
-        if (!header.has_family()) return add(members[0], 1.0);
+    /// The members around a mixture; other families have not-a-number for weights.
+    FamilyStencil members_around(double share) const noexcept {
+        if (!header.has_family()) return {};
         FamilyPoint point;
         if (is_mixture(header.family)) point = {share};
-        each_member(family_stencil(header.family, point), add);
+        return family_stencil(header.family, point);
+    }
+
+    /// The same members with their weights in the orders n >= 2 of a side.
+    FamilyStencil weighed_members(Side side, const FamilyStencil& around, double albedo,
+                                  double optical_depth) const noexcept {
+        if (side == Side::reflection) return around;
+        return transmitted_members(view, around, albedo,
+                                   std::min(optical_depth, view.optical_depth.highest));
+    }
+
+    const SideMemory& side_of(const FamilyStencil& around, int k, Side side) const noexcept {
+        return members[size(around.member[k])].side[side == Side::reflection ? 0 : 1];
     }
 
     /// All that leaves the far side meets a lower boundary.
@@ -142,12 +148,15 @@ struct PackedTable::Contents {
             return {double{not_a_number}, double{not_a_number}};
         Scattered sum{};
         if (is_dark(side)) return sum;
-        each_member(share, [&](const PackedMember& sample, double weight) {
-            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
-            const Scattered at = at_one(memory, point);
-            sum.single += weight * at.single;
-            sum.multiple += weight * at.multiple;
-        });
+        const FamilyStencil around = members_around(share);
+        const FamilyStencil weighed =
+            weighed_members(side, around, point.albedo, point.optical_depth);
+        for (int k = 0; k < around.count; ++k) {
+            if (around.weight[k] == 0) continue;
+            const Scattered at = at_one(side_of(around, k, side), point);
+            sum.single += double{around.weight[k]} * at.single;
+            sum.multiple += double{weighed.weight[k]} * at.multiple;
+        }
         if (!header.is_stack()) return not_negative(sum);
         sum.single = side == Side::reflection
                          ? single_reflection_of(header.layers, point.geometry)
@@ -163,28 +172,33 @@ struct PackedTable::Contents {
         if (point.is_unknown()) return double{not_a_number};
         double sum = 0;
         if (is_dark(side)) return sum;
-        each_member(around, [&](const PackedMember& sample, double weight) {
-            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
-            sum += weight * at_one(memory, point).multiple;
-        });
+        const FamilyStencil weighed =
+            weighed_members(side, around, point.albedo, point.optical_depth);
+        for (int k = 0; k < around.count; ++k)
+            if (around.weight[k] != 0)
+                sum += double{weighed.weight[k]} * at_one(side_of(around, k, side), point).multiple;
         return sum;
     }
 
     void multiple(Side side, const PackedLayers& layers, const Geometry& geometry, double share,
                   double (&value)[3]) const noexcept {
         PackedPoint points[3];
+        FamilyStencil weighed[3];
+        const FamilyStencil around = members_around(share);
         for (int k = 0; k < 3; ++k) {
             const TablePoint point(layers.albedo[k], layers.optical_depth[k], geometry);
             value[k] = point.is_unknown() ? double{not_a_number} : 0.0;
             points[k] = packed(point);
+            weighed[k] = weighed_members(side, around, point.albedo, point.optical_depth);
         }
         if (is_dark(side)) return;
-        each_member(share, [&](const PackedMember& sample, double weight) {
-            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
+        for (int m = 0; m < around.count; ++m) {
+            if (around.weight[m] == 0) continue;
+            const SideMemory& memory = side_of(around, m, side);
             float found[3];
             memory.of_multiple->layers(memory.view, points, found);
-            for (int k = 0; k < 3; ++k) value[k] += weight * double{found[k]};
-        });
+            for (int k = 0; k < 3; ++k) value[k] += double{weighed[k].weight[m]} * double{found[k]};
+        }
     }
 
     void many(Side side, const PackedPoints& points, float* total, double share) const noexcept {
@@ -193,7 +207,8 @@ struct PackedTable::Contents {
                 double{points.albedo[n]}, double{points.optical_depth[n]},
                 {double{points.mu_in[n]}, double{points.mu_out[n]}, double{points.azimuth[n]}});
         };
-        if (is_dark(side) || header.is_stack()) {
+        const bool falls = header.has_family() && side == Side::transmission;
+        if (is_dark(side) || header.is_stack() || falls) {
             for (std::size_t n = 0; n < points.count; ++n)
                 total[n] = static_cast<float>(one(side, point(n), share).total());
             return;
@@ -213,19 +228,22 @@ struct PackedTable::Contents {
             return;
         }
         std::fill(total, total + points.count, 0.0f);
-        each_member(share, [&](const PackedMember& sample, double weight) {
+        const FamilyStencil around = members_around(share);
+        for (int m = 0; m < around.count; ++m) {
+            if (around.weight[m] == 0) continue;
+            const SideMemory& memory = side_of(around, m, side);
             constexpr std::size_t block = 256;
             float found[block];
             for (std::size_t first = 0; first < points.count; first += block) {
                 const std::size_t count = std::min(block, points.count - first);
-                at_many(sample.side[index].view, *sample.side[index].kernel,
+                at_many(memory.view, *memory.kernel,
                         {points.albedo + first, points.optical_depth + first, points.mu_in + first,
                          points.mu_out + first, points.azimuth + first, count},
                         found);
                 for (std::size_t n = 0; n < count; ++n)
-                    total[first + n] += static_cast<float>(weight) * found[n];
+                    total[first + n] += around.weight[m] * found[n];
             }
-        });
+        }
     }
 };
 
@@ -256,7 +274,7 @@ PackedTable::~PackedTable() = default;
 const Table& PackedTable::header() const noexcept { return contents_->header; }
 
 TableView PackedTable::view() const noexcept {
-    TableView view = contents_->header.view();
+    TableView view = contents_->view;
     view.packed = this;
     view.packed_reflection = has_reflection();
     view.packed_transmission = has_transmission();
@@ -335,7 +353,7 @@ float share_of_thinnest(const PackedSide& side, double optical_depth, double mu_
 
 std::vector<float> PackedTable::layer(Side which, double albedo, double optical_depth,
                                       const FamilyStencil& members) const {
-    const TableView table = contents_->header.view();
+    const TableView& table = contents_->view;
     const FunctionLayout layout(table);
     const int ins = table.mu_in.count, outs = table.mu_out.count, azimuths = table.azimuth.count;
     const int mirrored = azimuths > 1 ? 1 : 0;
@@ -343,9 +361,10 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
     for (int i = 0; i < ins; ++i) in.emplace_back(layout.mu_in, i);
     for (int j = 0; j < outs; ++j) out.emplace_back(layout.mu_out, j);
     std::vector<float> values(size(ins) * size(outs) * size(azimuths)), rows(layout.rows());
-    contents_->each_member(members, [&](const PackedMember& sample, double weight) {
-        const SideMemory& memory = sample.side[which == Side::reflection ? 0 : 1];
-        if (!memory.no_functions.empty()) return;
+    const FamilyStencil weighed = contents_->weighed_members(which, members, albedo, optical_depth);
+    for (int m = 0; m < members.count; ++m) {
+        const SideMemory& memory = contents_->side_of(members, m, which);
+        if (members.weight[m] == 0 || !memory.no_functions.empty()) continue;
         PackedSide side = memory.view;  // without what is known in closed form
         side.path = {};
         side.phase = {};
@@ -362,8 +381,7 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
                 for (int r = 0; r < in[size(i)].count; ++r)
                     for (int c = 0; c < out[size(j)].count; ++c) {
                         const ResampledPlaces &of_in = in[size(i)], &of_out = out[size(j)];
-                        float share =
-                            static_cast<float>(weight) * of_in.weight[r] * of_out.weight[c];
+                        float share = weighed.weight[m] * of_in.weight[r] * of_out.weight[c];
                         if (fades)
                             share *= share_of_thinnest(side, optical_depth, table.mu_in.value(i),
                                                        table.mu_out.value(j));
@@ -371,7 +389,7 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
                             summed_row(layout, rows, of_in.first + r, of_out.first + c) + mirrored;
                         for (int k = 0; k < azimuths; ++k) to[k] += share * from[k];
                     }
-    });
+    }
     return values;
 }
 

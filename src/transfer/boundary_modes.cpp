@@ -51,11 +51,11 @@ const MatrixXd& BoundaryModes::ground(int mode) {
         first_ = mode / group * group;
         const auto n = directions_.size();
         ground_.assign(group, MatrixXd(n, n));
-        const AzimuthalModes modes_at(first_ + group);
+        const AzimuthalModes modes_at(first_, first_ + group);
         for (Eigen::Index j = 0; j < n; ++j)
             for (Eigen::Index i = 0; i <= j; ++i) {
                 const std::vector<double> modes =
-                    modes_at(*boundary_.law, directions_.mu(j), directions_.mu(i), first_);
+                    modes_at(*boundary_.law, directions_.mu(j), directions_.mu(i));
                 for (std::size_t m = 0; m < group; ++m)
                     ground_[m](i, j) = ground_[m](j, i) = modes[m];
             }

@@ -129,8 +129,9 @@ class StackRun {
         } else if (mode == 0 && !sum.is_opaque()) {
             const int N = directions_.nodes;
             const VectorXd s = directions_.s.head(N);
-            solution_.spherical_albedo_below =
+            const double mean =
                 s.dot(sum.reflection_below.topLeftCorner(N, N) * s) / s.squaredNorm();
+            solution_.spherical_albedo_below = std::clamp(mean, 0.0, 1.0);  // rounding is taken off
         }
         std::vector<const PhaseKernels*> kernels;
         for (std::size_t k = 0; k < layers_.size(); ++k)

@@ -12,23 +12,30 @@ namespace stratus {
 
 namespace {
 
-/// (e^x - 1) / x. Most moments of a peak have a small x, whose series takes a fifth of the time.
-double mean_growth(double x) {
-    if (std::abs(x) > 0.01) return std::expm1(x) / x;
-    return 1 + x / 2 * (1 + x / 3 * (1 + x / 4 * (1 + x / 5)));
-}
+using Eigen::Index;
+using Eigen::VectorXd;
 
 /// (e^(from + rise) - e^from) / rise with at_from = e^from: the mean of an exponential along its rise.
+/// Most moments of a peak have a small rise, whose series takes a fifth of the time.
 double mean_exponential(double from, double at_from, double rise) {
-    if (rise > 20) return (std::exp(from + rise) - at_from) / rise;  // at_from may be 0
-    return at_from * mean_growth(rise);
+    if (std::abs(rise) > 0.01) return (std::exp(from + rise) - at_from) / rise;
+    return at_from * (1 + rise * (1. / 2 + rise * (1. / 6 + rise * (1. / 24 + rise / 120))));
 }
 
-/// Eight Gauss points in each panel from 0 to `end`, the panels as wide as what lies before them:
+/// How many moments of a peak change light that they scatter twice or more by 1e-15.
+std::size_t second_order_length(const std::vector<double>& chi) {
+    std::size_t length = chi.size();
+    while (length > 0 &&
+           static_cast<double>(2 * length - 1) * chi[length - 1] * chi[length - 1] < 1e-15)
+        --length;
+    return length;
+}
+
+/// Six Gauss points in each panel from 0 to `end`, the panels as wide as what lies before them:
 /// at(place, weight).
 template <class At>
 void for_each_node(double end, double first_panel, const At& at) {
-    using Gauss = boost::math::quadrature::gauss<double, 8>;
+    using Gauss = boost::math::quadrature::gauss<double, 6>;
     double begin = 0;
     while (begin < end) {
         const double next = std::min(end, 2 * begin + first_panel);
@@ -55,86 +62,86 @@ StackTruncation::StackTruncation(const std::vector<StackLayer>& stack, const Sol
 }
 
 StackPath::StackPath(const std::vector<StackLayer>& layers,
-                     const std::vector<Truncation>& truncations) {
+                     const std::vector<Truncation>& truncations)
+    : depth_(static_cast<Index>(layers.size())), truncated_(depth_.size()) {
+    std::vector<std::vector<double>> chi;
+    std::size_t moments = 0, kept = 0;
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        chi.push_back(path_moments(layers[k].phase_function));
+        kept = std::max(kept, truncations[k].moments.size());
+        moments = std::max({moments, kept, second_order_length(chi.back())});
+    }
+    peak_.setZero(static_cast<Index>(moments), depth_.size());
+    kept_.setZero(static_cast<Index>(kept), depth_.size());
     double most_kept_to_path = 0.5;
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const double w = layers[k].albedo, f = truncations[k].fraction;
         const std::vector<double>& truncated = truncations[k].moments;
-        std::vector<double> chi = path_moments(layers[k].phase_function);
-        chi.resize(std::max(chi.size(), truncated.size()), 0.0);
-        Layer layer{layers[k].optical_depth, w * f, {}, {}};
-        for (std::size_t l = 0; l < chi.size(); ++l) {
-            const double kept = l < truncated.size() ? (1 - f) * truncated[l] : 0;
-            layer.peak.push_back(w * (chi[l] - kept));
-            layer.kept.push_back(w * kept);
-        }
-        most_kept_to_path = std::max(most_kept_to_path, w * chi[1]);
-        moments_ = std::max(moments_, chi.size());
-        layers_.push_back(std::move(layer));
+        const Index column = static_cast<Index>(k);
+        depth_(column) = layers[k].optical_depth;
+        truncated_(column) = w * f;
+        for (std::size_t l = 0; l < truncated.size(); ++l)
+            kept_(static_cast<Index>(l), column) = w * (1 - f) * truncated[l];
+        for (std::size_t l = 0; l < std::min(moments, chi[k].size()); ++l)
+            peak_(static_cast<Index>(l), column) = w * chi[k][l];
+        most_kept_to_path = std::max(most_kept_to_path, w * chi[k][1]);
     }
-    for (Layer& layer : layers_) {
-        layer.peak.resize(moments_, 0.0);
-        layer.kept.resize(moments_, 0.0);
-    }
-    deepest_ = 40 / (1 - most_kept_to_path);
+    peak_.topRows(kept_.rows()) -= kept_;
+    deepest_ = 24 / (1 - most_kept_to_path);
 }
 
 std::vector<StackPath::Turn> StackPath::turns(Side side, std::size_t above, double mu_in,
                                               double mu_out) const {
     const bool upward = side == Side::reflection;
-    const std::size_t first = upward ? above : 0, end_layer = upward ? layers_.size() : above;
+    const Index level = static_cast<Index>(above), layers = depth_.size();
+    const Index first = upward ? level : 0, end_layer = upward ? layers : level;
     std::vector<Turn> all;
-    double top = 0;  // optical depth of layer j's
-    for (std::size_t k = 0; k < first; ++k) top += layers_[k].optical_depth;
-    for (std::size_t j = first; j < end_layer && top / mu_in < deepest_; ++j) {
-        const double depth = layers_[j].optical_depth;
+    double top = depth_.head(first).sum();  // optical depth above layer j
+    for (Index j = first; j < end_layer && top / mu_in < deepest_; ++j) {
         // Slant depth from the top of the layer on, or where T has more of it there, from below.
         const double rate = upward ? 1 / mu_in + 1 / mu_out : 1 / mu_in - 1 / mu_out;
-        const double slope = std::abs(rate), end = std::min(depth, deepest_ / slope);
+        const double slope = std::abs(rate), end = std::min(depth_(j), deepest_ / slope);
         for_each_node(end, 1 / slope, [&](double place, double weight) {
-            const double t = rate > 0 ? place : depth - place;
-            Turn turn{j, weight / (4 * mu_in * mu_out), std::vector<double>(layers_.size(), 0.0)};
-            for (std::size_t k = 0; k < layers_.size(); ++k) {
-                const double whole = layers_[k].optical_depth;
-                const double in = k < j ? whole : k == j ? t : 0;
-                const double ahead = k > j && k < above ? whole : k == j ? whole - t : 0;
-                const double out = !upward ? ahead : k >= above ? in : 0;
-                turn.slant[k] = in / mu_in + (out > 0 ? out / mu_out : 0);
+            const double t = rate > 0 ? place : depth_(j) - place;
+            VectorXd slant = VectorXd::Zero(layers);
+            slant.head(j) = depth_.head(j) / mu_in;
+            slant(j) = t / mu_in;
+            if (upward) {
+                slant.segment(level, j - level) += depth_.segment(level, j - level) / mu_out;
+                slant(j) += t / mu_out;
+            } else {
+                slant(j) += (depth_(j) - t) / mu_out;
+                slant.segment(j + 1, level - j - 1) = depth_.segment(j + 1, level - j - 1) / mu_out;
             }
-            all.push_back(std::move(turn));
+            all.push_back({j, weight / (4 * mu_in * mu_out), std::move(slant)});
         });
-        top += depth;
+        top += depth_(j);
     }
     return all;
 }
 
 std::vector<double> StackPath::legendre(Side side, std::size_t above, double mu_in,
                                         double mu_out) const {
-    std::vector<double> sum(moments_, 0.0);
+    VectorXd sum = VectorXd::Zero(peak_.rows());
     for (const Turn& turn : turns(side, above, mu_in, mu_out)) {
-        double slant = 0, truncated = 0;  // S and F
-        for (std::size_t k = 0; k < layers_.size(); ++k) {
-            slant += turn.slant[k];
-            truncated += layers_[k].truncated * turn.slant[k];
-        }
-        const double unscattered = std::exp(-slant), passing = std::exp(truncated - slant);
-        const Layer& here = layers_[turn.layer];
-        for (std::size_t l = 0; l < moments_; ++l) {
-            double P = 0, C = 0;
-            for (std::size_t k = 0; k < layers_.size(); ++k) {
-                P += layers_[k].peak[l] * turn.slant[k];
-                C += layers_[k].kept[l] * turn.slant[k];
+        const double S = turn.slant.sum(), F = truncated_.dot(turn.slant);
+        const double unscattered = std::exp(-S), passing = std::exp(F - S);
+        const VectorXd peak = peak_ * turn.slant, kept = kept_ * turn.slant;
+        for (Index l = 0; l < sum.size(); ++l) {
+            const double P = peak(l), p = peak_(l, turn.layer);
+            double added = p * (mean_exponential(-S, unscattered, P) - unscattered);
+            if (l < kept.size() && kept_(l, turn.layer) != 0) {
+                const double C = kept(l), c = kept_(l, turn.layer);
+                added += c * (mean_exponential(P - S, std::exp(P - S), C) -
+                              mean_exponential(F - S, passing, C) + passing - unscattered);
             }
-            const double p = here.peak[l], c = here.kept[l];
-            double added = p * mean_exponential(-slant, unscattered, P) - (p + c) * unscattered;
-            if (c != 0)
-                added += c * (mean_exponential(P - slant, std::exp(P - slant), C) -
-                              mean_exponential(truncated - slant, passing, C) + passing);
-            sum[l] += turn.weight * added;
+            sum(l) += turn.weight * added;
         }
     }
-    for (std::size_t l = 0; l < moments_; ++l) sum[l] *= 2 * static_cast<double>(l) + 1;
-    return sum;
+    std::vector<double> coefficients;
+    for (Index l = 0; l < sum.size(); ++l)
+        coefficients.push_back(static_cast<double>(2 * l + 1) * sum(l));
+    return coefficients;
 }
 
 }  // namespace stratus

@@ -20,6 +20,8 @@
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
 
+#include <Eigen/Core>
+
 #include <cstddef>
 #include <vector>
 
@@ -45,25 +47,21 @@ class StackPath {
     /// `above` layers, between two cosines: below none it is R, below all T. Of infinite depth there
     /// is no T.
     ///
-    /// Accuracy 1e-9 of the integral over the depth of the turn.
+    /// Accuracy 1e-8 of the integral over the depth of the turn.
     std::vector<double> legendre(Side side, std::size_t above, double mu_in, double mu_out) const;
 
   private:
-    struct Layer {
-        double optical_depth, truncated;  // truncated: w f
-        std::vector<double> peak, kept;   // w p_l and w c_l
-    };
     struct Turn {
-        std::size_t layer;
+        Eigen::Index layer;
         double weight;
-        std::vector<double> slant;  // slant depth in each layer
+        Eigen::VectorXd slant;  // slant depth in each layer
     };
 
     std::vector<Turn> turns(Side side, std::size_t above, double mu_in, double mu_out) const;
 
-    std::vector<Layer> layers_;
-    std::size_t moments_ = 0;
-    double deepest_ = 0;  // slant depth beyond which nothing that turns is added any more
+    Eigen::VectorXd depth_, truncated_;  // of each layer; truncated: w f
+    Eigen::MatrixXd peak_, kept_;  // w p_l and, of the moments that are kept, w c_l; l x layers
+    double deepest_ = 0;           // slant depth beyond which nothing that turns is added any more
 };
 
 }  // namespace stratus

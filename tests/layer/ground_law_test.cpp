@@ -104,7 +104,7 @@ TEST(GroundLaw, IsTheSumOfItsModes) {
         const double mu0 = 0.4, mu = 0.6;
         constexpr int points = 1 << 15;
         for (const int first : {0, 16}) {
-            const std::vector<double> modes = AzimuthalModes(first + 16)(*law, mu0, mu, first);
+            const std::vector<double> modes = AzimuthalModes(first, first + 16)(*law, mu0, mu);
             for (const int m : {first, first + 1, first + 15}) {
                 double mean = 0;  // by the trapezoidal rule
                 for (int k = 0; k < points; ++k) {

@@ -356,17 +356,34 @@ TEST(PackedTable, OutlivesItsTable) {
 TEST(PackedTable, JoinsMixturesAsLookupsDo) {
     const Table one = packable(usual, to_eight);
     const Table other = packable(usual, to_eight, "henyey_greenstein:g=0.5");
-    const Table table = mixed(one, other);
+    Table table = mixed(one, other);
+    for (std::size_t a = 0; a < one.albedo.values.size(); ++a)  // those of the first member
+        table.diffusion_exponent[a] *= 1.3;
+    prepare(table);
     const PackedTable packed(pack(table));
     for (const double mixture : {0.0, 0.3, 1.0})
         for (const Point& p : random_lookups(table, 50, 0.05, 8)) {
-            const Scattered found =
-                packed.reflection(p.albedo, p.optical_depth, geometry(p), mixture);
-            const Scattered expected =
-                reflection(table.view().at({mixture}), p.albedo, p.optical_depth, geometry(p));
-            EXPECT_NEAR(found.multiple, expected.multiple,
-                        small_table_tolerance * expected.total());
-            EXPECT_NEAR(found.single, expected.single, 1e-5 * expected.single);
+            const Geometry at = geometry(p);
+            const TableView view = table.view().at({mixture});
+            const PackedLayers three{{p.albedo, p.albedo, p.albedo},
+                                     {p.optical_depth, p.optical_depth, p.optical_depth}};
+            const auto expect_joined = [&](Side side, const Scattered& found,
+                                           const Scattered& expected) {
+                const double allowed = small_table_tolerance * expected.total();
+                EXPECT_NEAR(found.multiple, expected.multiple, allowed);
+                EXPECT_NEAR(found.single, expected.single, 1e-5 * expected.single);
+                double values[3];
+                packed.multiple(side, three, at, mixture, values);
+                for (const double value : values) EXPECT_NEAR(value, found.multiple, 1e-6);
+                EXPECT_NEAR(packed.multiple(side, p.albedo, p.optical_depth, at, view.members),
+                            found.multiple, 1e-6);
+            };
+            expect_joined(Side::reflection,
+                          packed.reflection(p.albedo, p.optical_depth, at, mixture),
+                          reflection(view, p.albedo, p.optical_depth, at));
+            expect_joined(Side::transmission,
+                          packed.transmission(p.albedo, p.optical_depth, at, mixture),
+                          transmission(view, p.albedo, p.optical_depth, at));
         }
 }
 

@@ -374,6 +374,17 @@ TEST(Stack, ReflectsAllLightOverAWhiteSurface) {
 }
 
 // All that falls on it leaves again: as much has to come down, however deep the layer.
+TEST(Stack, ReflectsNothingOfBlackLayersFromEitherSide) {
+    const std::vector<StackLayer> black = {{PhaseFunction::anisotropic(-0.42), 0, 0.1817},
+                                           {PhaseFunction::anisotropic(0.67), 0, 0.02211}};
+    for (const int nodes : {6, 7, 9, 12, 16}) {
+        const StackSolution solution = solve_stack(black, {}, {}, stack_options(nodes));
+        EXPECT_GE(solution.spherical_albedo_below, 0);
+        EXPECT_LT(solution.spherical_albedo_below, 1e-15);
+        EXPECT_LT(solution.plane_albedo.cwiseAbs().maxCoeff(), 1e-15);
+    }
+}
+
 TEST(Stack, LightsAWhiteSurfaceThroughAnyDepth) {
     for (const double depth : {0.0, 1e-12, 1.0, 1e3, 1e6, 1e12, 1e100}) {
         const StackSolution stack =

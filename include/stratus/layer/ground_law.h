@@ -51,18 +51,18 @@ std::string ground_law_help();
 /// that halve towards both ends.
 class AzimuthalModes {
   public:
-    /// For the modes below `end`.
-    explicit AzimuthalModes(int end);
+    /// For modes `first` to before `end`.
+    AzimuthalModes(int first, int end);
 
-    /// Returns modes first to before end.
+    /// Returns these modes of a pair of cosines.
     ///
     /// Accuracy 1e-9 of R_0 (tests/layer) where peaks are wider than 1e-4 radians.
-    std::vector<double> operator()(const GroundLaw& law, double mu_in, double mu_out,
-                                   int first) const;
+    std::vector<double> operator()(const GroundLaw& law, double mu_in, double mu_out) const;
 
   private:
-    int end_;
-    std::vector<double> azimuth_, weight_;
+    std::size_t count_;
+    std::vector<double> azimuth_;
+    std::vector<double> share_;  // of R at an azimuth in a mode: over (azimuth, mode)
 };
 
 /// The share of light at one cosine that the ground reflects.

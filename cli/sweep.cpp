@@ -18,10 +18,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <map>
-#include <cstring>
 #include <mutex>
 #include <new>
 #include <optional>
@@ -179,7 +179,7 @@ struct OutcomeHead {
     std::size_t remark;  // letters
 };
 
-std::vector<char> message_of(const Outcome& of, const std::vector<char>& packed) {
+std::vector<char> to_message(const Outcome& of, const std::vector<char>& packed) {
     const OutcomeHead head{of.met, of.failed, of.worst, of.bytes, of.seconds, of.remark.size()};
     std::string message(reinterpret_cast<const char*>(&head), sizeof head);
     message += of.remark;
@@ -188,7 +188,7 @@ std::vector<char> message_of(const Outcome& of, const std::vector<char>& packed)
 }
 
 /// The outcome, and the table's bytes.
-std::pair<Outcome, std::string_view> outcome_of(std::span<const char> message) {
+std::pair<Outcome, std::string_view> read_outcome(std::span<const char> message) {
     OutcomeHead head;
     std::memcpy(&head, message.data(), sizeof head);
     const std::string_view rest(message.data() + sizeof head, message.size() - sizeof head);
@@ -200,7 +200,7 @@ std::pair<Outcome, std::string_view> outcome_of(std::span<const char> message) {
 // ---- All of them
 
 /// The first of alike rows, baked for rank 0.
-RankedStage stage_of(const std::vector<SweepRow>& rows, const Alike& alike, int threads) {
+RankedStage row_stage(const std::vector<SweepRow>& rows, const Alike& alike, int threads) {
     RankedStage stage;
     stage.count = static_cast<int>(alike.size());
     stage.solve = [&, threads](int piece, std::span<const char>) {
@@ -208,7 +208,7 @@ RankedStage stage_of(const std::vector<SweepRow>& rows, const Alike& alike, int 
         const Outcome outcome = try_to_finish([&] {
             return bake_row(rows[alike[static_cast<std::size_t>(piece)].front()], threads, packed);
         });
-        return message_of(outcome, packed);
+        return to_message(outcome, packed);
     };
     return stage;
 }
@@ -250,7 +250,7 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
         });
         return outcomes;
     }
-    RankedStage stage = stage_of(rows, alike, command.threads);
+    RankedStage stage = row_stage(rows, alike, command.threads);
     stage.is_done = [&](int piece) {
         const auto there = folder.found(rows[alike[static_cast<std::size_t>(piece)].front()]);
         if (there) finish_alike(piece, [&](const SweepRow&) { return *there; });
@@ -258,7 +258,7 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
     };
     stage.take = [&](int piece, std::span<const char> message) {
         finish_alike(piece, [&](const SweepRow& row) {
-            const auto received = outcome_of(message);
+            const auto received = read_outcome(message);
             if (!received.first.failed) folder.write(row, received.second);
             return received.first;
         });
@@ -339,7 +339,7 @@ void run_sweep(const SweepCommand& command, Ranks* ranks) {
                                            : read_sweep(command.recipe, command.csv, &notes);
     if (ranks && !ranks->is_first()) {
         const Alike alike = find_alike(rows);
-        ranks->run(stage_of(rows, alike, command.threads), command.threads);
+        ranks->run(row_stage(rows, alike, command.threads), command.threads);
         ranks->finish();
         return;
     }

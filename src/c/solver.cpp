@@ -58,8 +58,7 @@ Problem problem_of(const stratus_problem* given, const char* function) {
     return problem;
 }
 
-/// Checked cosines.
-std::vector<double> cosines_of(std::size_t count, const double* mu, const char* function) {
+std::vector<double> checked_cosines(std::size_t count, const double* mu, const char* function) {
     std::vector<double> cosines(mu, mu + count);
     for (const double cosine : cosines) require_cosine(cosine, function, "mu");
     return cosines;
@@ -110,7 +109,7 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
         if (uniform != nullptr) require_size(*uniform, function, "uniform");
         require_arrays(count, {mu}, function);
         const stratus::SolvedFluxes solved = stratus::solve_fluxes(
-            asked.layers, asked.below, cosines_of(count, mu, function), asked.options);
+            asked.layers, asked.below, checked_cosines(count, mu, function), asked.options);
         const stratus::ModeSolution& found = solved.fluxes;
         if (plane_albedo != nullptr) std::copy_n(found.plane_albedo.data(), count, plane_albedo);
         if (diffuse_transmittance != nullptr)
@@ -132,7 +131,7 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
         if (level_count * count == 0) return;
         const stratus::SolvedInside solved =
             stratus::solve_fluxes_inside(asked.layers, asked.below, {levels, levels + level_count},
-                                         cosines_of(count, mu, function), asked.options);
+                                         checked_cosines(count, mu, function), asked.options);
         for (const stratus::LightAtLevel& at : solved.levels)
             for (Eigen::Index i = 0; i < at.mu.size(); ++i)
                 *light++ = {at.direct_flux(i), at.diffuse_transmittance(i), at.plane_albedo(i),

@@ -187,9 +187,9 @@ struct LightBlock {
 };
 
 /// Fills in the texture, the words of a block `rows` texels apart. Returns its texels.
-std::vector<vec4> light_of(shader::AsCxx& layer, const std::vector<LightBlock>& blocks, int words,
-                           std::size_t rows, int finer_cosines, int finer_azimuths,
-                           FilteredLight& made) {
+std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlock>& blocks,
+                                int words, std::size_t rows, int finer_cosines, int finer_azimuths,
+                                FilteredLight& made) {
     std::vector<vec4> light;
     for (const LightBlock& block : blocks) {
         std::vector<Grid> of_word;
@@ -259,10 +259,10 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
     made.constant_numbers = numbers.constants;
     const vec4 first = layer.stratus_layer_texel(3);
     refine(view, exact, least_target, made, [&](int cosines, int azimuths) {
-        std::vector<vec4> light = light_of(layer,
-                                           {{STRATUS_REFLECTION, static_cast<int>(first.x)},
-                                            {STRATUS_TRANSMISSION, static_cast<int>(first.y)}},
-                                           1, 0, cosines, azimuths, made);
+        std::vector<vec4> light = spline_texels(layer,
+                                                {{STRATUS_REFLECTION, static_cast<int>(first.x)},
+                                                 {STRATUS_TRANSMISSION, static_cast<int>(first.y)}},
+                                                1, 0, cosines, azimuths, made);
         float largest[colours] = {};
         constexpr float most = 1024;  // far from both ends of halves
         for (const vec4& at : light)
@@ -323,7 +323,7 @@ FilteredLight filtered_layers(const PackedTable& table) {
     const double target = std::max(least_target, view.tolerance / 4);
     refine(view, expected, target, made, [&](int cosines, int azimuths) {
         made.bytes =
-            as_halves(light_of(exact, blocks, filtered_words, rows, cosines, azimuths, made));
+            as_halves(spline_texels(exact, blocks, filtered_words, rows, cosines, azimuths, made));
         set_texel(numbers.texture, first_filter_texel,
                   {static_cast<float>(cosines), static_cast<float>(azimuths),
                    static_cast<float>(sides[0].blocks), static_cast<float>(sides[1].blocks)});

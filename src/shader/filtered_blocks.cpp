@@ -29,13 +29,12 @@ std::size_t index(int n) { return static_cast<std::size_t>(n); }
 /// Layers evenly in the coordinates that their weights are read by.
 struct LayerGrid {
     vec4 albedo_axis;
-    int albedos, depths = depth_steps + 1, finer;  // finer than the table's albedos
-    float offset, first, last;                     // of log2(tau / (tau + offset))
+    int finer = 0, albedos;     // finer than the table's albedos, of which there may be one
+    float offset, first, last;  // of log2(tau / (tau + offset))
 
     LayerGrid(Text& exact, int side) : albedo_axis(exact.stratus_field(side, 3)) {
         const vec4 range = exact.stratus_field(side, 9);
-        const bool one_albedo = albedo_axis.y == 0;
-        finer = one_albedo ? 0 : static_cast<int>(std::ceil(albedo_steps / albedo_axis.z));
+        if (albedo_axis.y > 0) finer = static_cast<int>(std::ceil(albedo_steps / albedo_axis.z));
         albedos = static_cast<int>(albedo_axis.z) * finer + 1;
         offset = range.w > 0 ? range.w : 1;
         first = coordinate(std::max(range.z, 1e-30f));
@@ -43,11 +42,8 @@ struct LayerGrid {
     }
     float coordinate(float depth) const { return std::log2(depth / (depth + offset)); }
     float albedo(int a) const {
-        const float root = finer == 0
-                               ? albedo_axis.x
-                               : albedo_axis.x + static_cast<float>(a) /
-                                                     (albedo_axis.y * static_cast<float>(finer)),
-                    square = root * root;
+        const float step = finer > 0 ? 1 / (albedo_axis.y * static_cast<float>(finer)) : 0,
+                    root = albedo_axis.x + static_cast<float>(a) * step, square = root * root;
         return std::clamp(1 - (albedo_axis.w > 0 ? square * square : square), 0.0f, 1.0f);
     }
     float depth(int d) const {
@@ -55,7 +51,7 @@ struct LayerGrid {
             std::exp2(first + (last - first) * static_cast<float>(d) / float{depth_steps});
         return share < 1 ? std::min(offset * share / (1 - share), 1e30f) : 1e30f;
     }
-    std::size_t number(int a, int d) const { return index(a * depths + d); }
+    std::size_t number(int a, int d) const { return index(a * (depth_steps + 1) + d); }
 };
 
 /// A side's layers in random directions.
@@ -74,7 +70,7 @@ class Sketch {
             phases_.push_back(exact.stratus_phases(side, paths_.back()));
         }
         for (int a = 0; a < grid.albedos; ++a)
-            for (int d = 0; d < grid.depths; ++d)
+            for (int d = 0; d <= depth_steps; ++d)
                 add_layer(exact, numbers, side, grid.albedo(a), grid.depth(d));
     }
 
@@ -138,7 +134,7 @@ Block block_between(const Sketch& sketch, const LayerGrid& grid, int first, int 
 }
 
 /// Blocks from the thinnest on, each as deep as twelve functions suffice for.
-std::vector<Block> blocks_of(const Sketch& sketch, const LayerGrid& grid) {
+std::vector<Block> find_blocks(const Sketch& sketch, const LayerGrid& grid) {
     std::vector<Block> blocks;
     for (int first = 0; first < depth_steps; first = blocks.back().last) {
         Block found = block_between(sketch, grid, first, first + least_steps);
@@ -165,7 +161,7 @@ SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side) {
     if (!(exact.stratus_field(side, 14).x > 0)) return {};
     const LayerGrid grid(exact, side);
     const Sketch sketch(exact, numbers, side, grid);
-    const std::vector<Block> blocks = blocks_of(sketch, grid);
+    const std::vector<Block> blocks = find_blocks(sketch, grid);
 
     SideBlocks made;
     made.blocks = static_cast<int>(blocks.size());

@@ -147,7 +147,7 @@ Texel append_layers(const TableView& view, std::vector<Texel>& numbers) {
     return {exactly(first), exactly(layers.size()), static_cast<float>(std::min(depth, 1e30)), 0};
 }
 
-/// What the sides share: layers of a stack, first texels of albedos and of the path law.
+/// Texels that both sides read: layers of a stack, albedos and the path law.
 struct SharedTexels {
     Texel stack;
     std::size_t of_albedo, first_of_path;

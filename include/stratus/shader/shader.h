@@ -39,7 +39,7 @@ constexpr int filtered_layer_constants = 8;
 /// samples, as little as keeps all but one in a thousand of R and T within 2e-3, of layers not bound
 /// within a quarter of the table's tolerance if that is more.
 ///
-/// Of a bound layer it holds the orders n >= 2 of three colours, reflection before transmission. Of
+/// For a bound layer it holds the orders n >= 2 of three colours, reflection before transmission. For
 /// layers that are not bound it holds, in each block of optical depths, twelve functions of the
 /// directions, four fetched at once; `stratus_weights`, a 2-D texture of halves that is filtered as
 /// well, has their weights at an albedo and depth: 27 fetches in all.

@@ -57,10 +57,9 @@ std::vector<double> radii_of(const RingProfile& profile, const GridCounts& count
     return radii;
 }
 
+/// Parts of the globe: upper half, lower half; chi; psi.
 template <Cells cells>
-using Sources =
-    std::array<LightSource,
-               2 * cells.chi * cells.psi>;  // parts of the globe: upper half, lower half; chi; psi
+using Sources = std::array<LightSource, 2 * cells.chi * cells.psi>;
 
 /// The cell of `parts` that holds a cell of `whole`, or a node.
 constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cells& parts) noexcept {
@@ -110,9 +109,10 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
 /// Neighbours as one.
 Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
     Sources<large_cells> few;
-    for (std::size_t s = 0; s < sources.size(); ++s)
-        few[cell_of(s, small_cells, large_cells)] =
-            few[cell_of(s, small_cells, large_cells)] + sources[s];
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+        LightSource& cell = few[cell_of(s, small_cells, large_cells)];
+        cell = cell + sources[s];
+    }
     return few;
 }
 

@@ -59,7 +59,10 @@ void turn_to_sun(const Section& root, Scene& scene) {
             std::to_string(degrees(middle)) + " degrees above it");
     const bool from_below = middle < 0;
     if (from_below)
-        for (std::vector<StackLayer>& stack : scene.layer.stacks) std::ranges::reverse(stack);
+        for (std::vector<StackLayer>& stack : scene.layer.stacks) {
+            std::ranges::reverse(stack);
+            if (std::isinf(stack[0].optical_depth)) stack.resize(1);  // the others are never lit
+        }
     const Camera& camera = scene.camera;
     const double height = camera.orthographic ? -camera.forward().z : camera.position.z;
     if (from_below ? height < 0 : height > 0) return;
@@ -81,7 +84,10 @@ void name_effects(const SceneLayer& layer, Scene& scene) {
 
 /// Refuses layers that are no spherical shells, and shells of which the orders n >= 2 are farther from
 /// photons than docs/scenes.md states.
-void check_shell(const Section& root, const Scene& scene, double height) {
+void check_shell(const Section& root, const Scene& scene) {
+    const Planet* const planet = std::get_if<Planet>(&scene.subject);
+    const double height = planet ? planet->shell : 0;
+    if (height == 0) return;
     constexpr double most = 0.05;  // of height times optical depth
     const SceneLayer& layer = scene.layer;
     const std::string at = root.section("planet").at("shell");
@@ -111,7 +117,7 @@ Scene read_panel(const Section& root, const Source& source) {
     if (subject == "planet") scene.subject = read_planet(root, source, scene.camera);
     if (subject == "slab") scene.subject = read_slab(root, source, scene.camera);
     if (!scene.layer.stacks.empty()) turn_to_sun(root, scene);
-    if (const double shell = seen_shell(scene); shell > 0) check_shell(root, scene, shell);
+    check_shell(root, scene);
     if (scene.sun_diameter > 0) scene.named.push_back(&SceneEffects::sun_size);
     name_effects(scene.layer, scene);
     if (const std::optional<Scene> planet = planet_scene(scene)) name_effects(planet->layer, scene);

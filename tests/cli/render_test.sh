@@ -117,20 +117,20 @@ RECIPE
 expect_ok bake rayleigh.toml -o rayleigh.h5 --quiet
 expect_ok render slab.toml -o table.png --table rayleigh.h5 --quiet
 
-# channels with a phase function each: the plan has a recipe for each of their tables
+# channels with a phase function each: the plan has a recipe for each of their tables, one where two are alike
 sed "s/\"rayleigh\"/['rayleigh', 'rayleigh', 'isotropic']/" slab.toml >colours.toml
 expect_ok render colours.toml -o colours.png --quiet
 cmp -s colours.png one.png && fail "blue must be scattered as by its own phase function"
 expect_ok plan colours.toml --quiet
 expect_says "$out" "layer: rayleigh" "isotropic" "One of the tables that colours.toml needs"
 expect_ok plan colours.toml --quiet --write needs.toml
-for colour in red green blue; do expect_ok bake needs_$colour.toml -o $colour.h5 --quiet; done
-expect_ok render colours.toml -o tables.png --table red.h5 --table green.h5 --table blue.h5 --quiet
+for colour in red blue; do expect_ok bake needs_$colour.toml -o $colour.h5 --quiet; done
+expect_ok render colours.toml -o tables.png --table red.h5 --table blue.h5 --quiet
 expect_same tables.png colours.png
 expect_refused 2 "table.phase_function" "isotropic" "got rayleigh" -- render colours.toml -o a.png --table red.h5
 expect_refused 2 --table "that the scene needs" "number 2" -- render slab.toml -o a.png --table rayleigh.h5 --table blue.h5
 expect_ok plan colours.toml --quiet
-[ "$(grep -c '^phase_function' "$out")" = 3 ] || fail "three recipes must be printed"
+[ "$(grep -c '^phase_function' "$out")" = 2 ] || fail "two recipes must be printed, green's being red's"
 
 # another width keeps the shape; panels stand side by side
 expect_ok render slab.toml -o wide.png --width 24

@@ -541,7 +541,6 @@ TEST(SceneFile, RefusesShellsBeyondTheirRange) {
                layer + "[planet]\nshell = " + shell + "\n";
     };
     EXPECT_EQ(std::get<Planet>(parse_scene(planet("", "0.02")).panels[0].subject).shell, 0.02);
-    EXPECT_NO_THROW(parse_scene("effects = ['-shell']\n" + planet("", "0.03")));
     expect_scene_refusal(planet("", "0.03"),
                          {"line 11: planet.shell", "0.05 over", "0.025", "0.03"});
     expect_scene_refusal(planet("", "0.06"), {"planet.shell", "[0, 0.05]", "got 0.06"});
@@ -700,6 +699,9 @@ TEST(SceneOfAStack, HoldsItsLayers) {
     EXPECT_EQ(scene.layer.stacks[0][1].optical_depth, 1.5);
     EXPECT_EQ(scene_of("two.toml", "", "[slab]\n", "-30").layer.stacks[0][0].optical_depth, 1.5)
         << "lit from beneath";
+    test::set_content(folder / "deep.toml",
+                      layer + "optical_depth = 0.5\n" + layer + "optical_depth = inf\n");
+    EXPECT_EQ(scene_of("deep.toml", "", "[slab]\n", "-30").layer.stacks[0].size(), 1u);
     EXPECT_EQ(scene.layer.optical_depth.max, 2);
     EXPECT_EQ(scene.layer.albedo[0], (0.5 + 0.75) / 2);
     const auto refused = [&](const auto& call, const std::vector<const char*>& fragments) {

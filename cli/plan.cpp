@@ -99,7 +99,7 @@ void print_contents(const Scene& scene) {
               << range_text(seen.mu_in) << ", mu_out " << range_text(seen.mu_out) << ", azimuth "
               << range_text(seen.azimuth, " deg") << "\n\n";
     if (const std::optional<Scene> planet = planet_scene(scene)) {
-        std::cout << "its planet's ";
+        std::cout << "its planet\n";
         print_contents(*planet);
     }
 }

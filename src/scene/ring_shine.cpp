@@ -124,7 +124,7 @@ struct RingShine::Light {
         std::size_t at = orders_row(ringlet);
         for (const double mu : cosine.values)
             for (const double phi : azimuth.values) {
-                // The other way round: of the table's mu_out, shine has few (layer_tables.cpp).
+                // The other way round: of the table's mu_out, shine has few (needed_recipes.cpp).
                 const Geometry geometry{mu, to_sun, phi};
                 for (const auto& [part, matter] : parts)
                     for (const std::size_t side : {0u, 1u})

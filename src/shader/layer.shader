@@ -47,9 +47,10 @@ struct StratusColours {
 StratusColours stratus_layer_scattered(int side, StratusPath path) {
     float single[3];
     float multiple[3];
-    bool held = stratus_x(stratus_field(side, 14)) > 0.0f;
+    vec4 kind = stratus_field(side, 14);
+    bool blocked = side == STRATUS_TRANSMISSION && kind.y > 0.0f;
     vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    if (held) sum = stratus_layer_sum(side, path);
+    if (kind.x > 0.0f) sum = stratus_layer_sum(side, path);
     vec4 phases = stratus_phases(side, path);
     for (int c = 0; c < 3; ++c) {
         vec4 of = stratus_layer_colour(c);
@@ -61,17 +62,13 @@ StratusColours stratus_layer_scattered(int side, StratusPath path) {
 #endif
         float more = stratus_component(sum, c) * stratus_factor(side, of.y, of.x, of.z, path) +
                      along_path;
-        bool negative = once + more < 0.0f;
-        single[c] = negative ? 0.0f : once;
-        multiple[c] = negative ? 0.0f : more;
+        bool dark = blocked || once + more < 0.0f;
+        single[c] = dark ? 0.0f : once;
+        multiple[c] = dark ? 0.0f : more;
     }
     StratusColours light;
     light.single = vec3(single[0], single[1], single[2]);
     light.multiple = vec3(multiple[0], multiple[1], multiple[2]);
-    if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) {
-        light.single = vec3(0.0f, 0.0f, 0.0f);
-        light.multiple = vec3(0.0f, 0.0f, 0.0f);
-    }
     return light;
 }
 
@@ -292,22 +289,6 @@ float stratus_layer_pdf(vec3 wi, vec3 wo) {
            stretch;
 }
 
-// The last of count floats from first on, rising from 0, that is not above u.
-int stratus_last_below(float first_texel, int first, int count, float u) {
-    int low = 0;
-    int high = count;
-    for (int step = 0; step < 8; ++step) {
-        int middle = (low + high) / 2;
-        if (middle > low) {
-            if (stratus_layer_float(first_texel, first + middle) <= u)
-                low = middle;
-            else
-                high = middle;
-        }
-    }
-    return low;
-}
-
 // A place in [0, last] with the density of a tent around a sample, folded back at both ends.
 float stratus_around_sample(float at, float last, float u) {
     float w = 2.0f * u - 1.0f;
@@ -325,10 +306,20 @@ struct StratusSample {
 // Which of count events, of cumulative probabilities from 0 on, and the random number made uniform
 // again.
 vec4 stratus_event(float first_texel, int first, int count, float u) {
-    int number = stratus_last_below(first_texel, first, count, u);
-    float low = stratus_layer_float(first_texel, first + number);
-    float high = stratus_layer_float(first_texel, first + number + 1);
-    return vec4(float(number), (u - low) / max(high - low, 1e-30f), 0.0f, 0.0f);
+    int low = 0;
+    int high = count;
+    for (int step = 0; step < 8; ++step) {
+        int middle = (low + high) / 2;
+        if (middle > low) {
+            if (stratus_layer_float(first_texel, first + middle) <= u)
+                low = middle;
+            else
+                high = middle;
+        }
+    }
+    float before = stratus_layer_float(first_texel, first + low);
+    float after = stratus_layer_float(first_texel, first + low + 1);
+    return vec4(float(low), (u - before) / max(after - before, 1e-30f), 0.0f, 0.0f);
 }
 
 // u1, u2 and u3, in [0, 1): the cosine and its side, the azimuth, one of two tabulated cosines.
@@ -353,10 +344,9 @@ StratusSample stratus_layer_sample(vec3 wi, float u1, float u2, float u3) {
                                stratus_clamp(u1, 0.0f, 0.99999994f));
     int quarter = int(along.x) / int(sizes.w);
     int side = quarter / 2;
-    float at_line = stratus_around_sample(along.x - float(quarter) * sizes.w, sizes.w - 1.0f,
-                                          along.y);
-    vec4 away = stratus_outgoing(side, float(quarter - 2 * side), into,
-                                 at_line / (sizes.w - 1.0f));
+    float last = sizes.w - 1.0f;
+    float at_line = stratus_around_sample(along.x - float(quarter) * sizes.w, last, along.y);
+    vec4 away = stratus_outgoing(side, float(quarter - 2 * side), into, at_line / last);
 
     float turn = stratus_clamp(u2, 0.0f, 0.99999994f) * 2.0f - 1.0f;
     int azimuths = int(about.x);

@@ -105,33 +105,13 @@ float stratus_thin_growth(float depth, float thinnest) {
            stratus_log2(2.51629f / thinnest + 1.0f);
 }
 
-// The divisor of functions and coefficients.
-float stratus_reflection_factor(float albedo, float depth, float exponent, StratusPath path) {
-    vec4 range = stratus_field(STRATUS_REFLECTION, 9);
-    vec4 kind = stratus_field(STRATUS_REFLECTION, 10);
-    float into = stratus_extinguished(depth / path.mu_in);
-    float back = stratus_extinguished(depth / path.mu_out);
-    if (kind.y > 0.0f) {
-        float within = stratus_clamp(depth, 1e-30f, kind.x);
-        StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * kind.w));
-        StratusAttenuation deep = stratus_attenuation(exponent * within * 2.0f);
-        float d = deep.transmitted * edge.extinguished /
-                  (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
-        float scale = depth > range.w && stratus_w(stratus_field(STRATUS_REFLECTION, 4)) > 0.0f
-                          ? 1.0f
-                          : 1.0f / (d * (d + 1.0f) + 1.0f);
-        float clamped = min(depth, kind.x);
-        if (depth > kind.x) {
-            into = stratus_extinguished(clamped / path.mu_in);
-            back = stratus_extinguished(clamped / path.mu_out);
-        }
-        return into * back * scale * stratus_thin_growth(depth, range.z) *
-               stratus_clamp(albedo, range.x, range.y);
-    }
-    if (kind.z == 0.0f) return 1.0f;
-    float thinnest = stratus_extinguished(range.z / path.mu_in) +
-                     stratus_extinguished(range.z / path.mu_out);
-    return min((into + back) / thinnest, 1.0f);
+// What diffusion leaves of the reflection of infinite depth at a finite one.
+float stratus_deficit(float exponent, float depth) {
+    float length = stratus_w(stratus_field(STRATUS_REFLECTION, 10));
+    StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * length));
+    StratusAttenuation deep = stratus_attenuation(exponent * depth * 2.0f);
+    return deep.transmitted * edge.extinguished /
+           (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
 }
 
 float stratus_transmission_factor(float albedo, float depth, float exponent, StratusPath path) {
@@ -148,24 +128,40 @@ float stratus_transmission_factor(float albedo, float depth, float exponent, Str
            stratus_thin_growth(depth, range.z) * stratus_clamp(albedo, range.x, range.y);
 }
 
+// The divisor of functions and coefficients.
+float stratus_factor(int side, float albedo, float depth, float exponent, StratusPath path) {
+    if (side == STRATUS_TRANSMISSION)
+        return stratus_transmission_factor(albedo, depth, exponent, path);
+    vec4 range = stratus_field(STRATUS_REFLECTION, 9);
+    vec4 kind = stratus_field(STRATUS_REFLECTION, 10);
+    float reach = kind.y > 0.0f ? min(depth, kind.x) : depth;
+    float into = stratus_extinguished(reach / path.mu_in);
+    float back = stratus_extinguished(reach / path.mu_out);
+    if (kind.y > 0.0f) {
+        float d = stratus_deficit(exponent, stratus_clamp(depth, 1e-30f, kind.x));
+        float scale = depth > range.w && stratus_w(stratus_field(STRATUS_REFLECTION, 4)) > 0.0f
+                          ? 1.0f
+                          : 1.0f / (d * (d + 1.0f) + 1.0f);
+        return into * back * scale * stratus_thin_growth(depth, range.z) *
+               stratus_clamp(albedo, range.x, range.y);
+    }
+    if (kind.z == 0.0f) return 1.0f;
+    float thinnest = stratus_extinguished(range.z / path.mu_in) +
+                     stratus_extinguished(range.z / path.mu_out);
+    return min((into + back) / thinnest, 1.0f);
+}
+
 // Reflection between the deepest finite sample and infinity, as diffusion has it: the share of the
 // finite one at sample l of the cubic in albedo, and that of infinity.
 vec4 stratus_deep_weight(StratusPlace albedo, int l, float exponent, float depth) {
-    float length = stratus_w(stratus_field(STRATUS_REFLECTION, 10));
-    StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * length));
-    StratusAttenuation deep = stratus_attenuation(exponent * depth * 2.0f);
-    float deficit =
-        deep.transmitted * edge.extinguished /
-        (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
     float handed_on = 0.0f;  // by samples whose own deficit has fallen out of reach
     for (int k = 0; k < l; ++k) {
-        float inverse_before =
-            stratus_y(stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + k));
-        handed_on = inverse_before == 0.0f ? stratus_component(albedo.weight, k) + handed_on : 0.0f;
+        float inverse = stratus_y(stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + k));
+        handed_on = inverse == 0.0f ? stratus_component(albedo.weight, k) + handed_on : 0.0f;
     }
     vec4 of = stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + l);
     float own = stratus_component(albedo.weight, l);
-    float share = (own + handed_on) * deficit * of.y;
+    float share = (own + handed_on) * stratus_deficit(exponent, depth) * of.y;
     return vec4(0.0f, 0.0f, share * of.z, own - share);
 }
 
@@ -296,12 +292,6 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
     return found;
 }
 
-float stratus_factor(int side, float albedo, float depth, float exponent, StratusPath path) {
-    return side == STRATUS_REFLECTION
-               ? stratus_reflection_factor(albedo, depth, exponent, path)
-               : stratus_transmission_factor(albedo, depth, exponent, path);
-}
-
 #ifdef STRATUS_FILTERED
 // ---- filtered textures (docs/shaders.md)
 
@@ -414,15 +404,12 @@ StratusScattered stratus_scattered(int side, float any_albedo, float optical_dep
     light.single = 0.0f;
     light.multiple = 0.0f;
     // Nothing passes a lower boundary.
-    if (side == STRATUS_REFLECTION || stratus_y(stratus_field(side, 14)) == 0.0f) {
-        light.single = stratus_single_scattering(side, stratus_phases(side, path), albedo, depth,
-                                                 path);
-        light.multiple = stratus_multiple(side, albedo, depth, path);
-    }
-    if (light.single + light.multiple < 0.0f) {
-        light.single = 0.0f;
-        light.multiple = 0.0f;
-    }
+    if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) return light;
+    float once = stratus_single_scattering(side, stratus_phases(side, path), albedo, depth, path);
+    float more = stratus_multiple(side, albedo, depth, path);
+    if (once + more < 0.0f) return light;
+    light.single = once;
+    light.multiple = more;
     return light;
 }
 

@@ -69,12 +69,8 @@ float stratus_log2(float x) {
 
 // 2 asin(sqrt(z)), z in [0, 1/2].
 float stratus_twice_arcsine(float z) {
-    float p = z * 0.084298202f - 0.047614748f;
-    p = z * p + 0.04787879f;
-    p = z * p + 0.025548843f;
-    p = z * p + 0.045064493f;
-    p = z * p + 0.074986517f;
-    p = z * p + 0.16666674f;
+    float high = z * (z * (z * 0.084298202f - 0.047614748f) + 0.04787879f) + 0.025548843f;
+    float p = z * (z * (z * high + 0.045064493f) + 0.074986517f) + 0.16666674f;
     float u = sqrt(z) * 2.0f;
     return u + u * z * p;
 }
@@ -228,17 +224,12 @@ float stratus_single_of_layers(int side, StratusPath path) {
         int curve = int(stack.x) + 4 * k;
         vec4 of = stratus_number(curve + 3);  // albedo, depth, first of its phase samples
         float phase = stratus_x(stratus_phases_of(curve, int(of.z), path));
-        float through;
-        float once;
-        if (side == STRATUS_REFLECTION) {
-            float lost = stratus_extinguished(of.y / path.mu_in + of.y / path.mu_out);
-            through = stratus_transmitted(above / path.mu_in + above / path.mu_out);
-            once = phase * lost * of.x * 0.25f / (path.mu_in + path.mu_out);
-        } else {
-            float below = max(stack.z - above - of.y, 0.0f);
-            through = stratus_transmitted(above / path.mu_in + below / path.mu_out);
-            once = stratus_once_transmitted(phase, of.x, of.y, path);
-        }
+        float out_of = side == STRATUS_REFLECTION ? above : max(stack.z - above - of.y, 0.0f);
+        float through = stratus_transmitted(above / path.mu_in + out_of / path.mu_out);
+        float lost = stratus_extinguished(of.y / path.mu_in + of.y / path.mu_out);
+        float once = side == STRATUS_REFLECTION
+                         ? phase * lost * of.x * 0.25f / (path.mu_in + path.mu_out)
+                         : stratus_once_transmitted(phase, of.x, of.y, path);
         sum = sum + through * once;
         above = above + of.y;
     }
@@ -273,13 +264,9 @@ float stratus_single_reflection(vec4 phases, float albedo, float depth, StratusP
     return phases.x * lost * albedo * 0.25f / sum + below;
 }
 
-float stratus_single_transmission(vec4 phases, float albedo, float depth, StratusPath path) {
-    if (stratus_is_stack()) return phases.z;
-    return stratus_once_transmitted(phases.x, albedo, depth, path);
-}
-
 float stratus_single_scattering(int side, vec4 phases, float albedo, float depth,
                                 StratusPath path) {
-    return side == STRATUS_REFLECTION ? stratus_single_reflection(phases, albedo, depth, path)
-                                      : stratus_single_transmission(phases, albedo, depth, path);
+    if (side == STRATUS_REFLECTION) return stratus_single_reflection(phases, albedo, depth, path);
+    if (stratus_is_stack()) return phases.z;
+    return stratus_once_transmitted(phases.x, albedo, depth, path);
 }

@@ -203,19 +203,18 @@ constexpr const char* cpp =
 #pragma once
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <locale>
 #include <map>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus_lookup {
@@ -223,15 +222,14 @@ namespace stratus_lookup {
 )";
 
 constexpr const char* cpp_text = R"(
-#define STRATUS_LAYER
+enum { STRATUS_REFLECTION, STRATUS_TRANSMISSION };
 /// The text that is GLSL, HLSL and OSL as well: src/shader/*.shader of Stratus, where its comments are.
 struct Text {
     const Texels* table;
     const std::vector<vec4>* layer;
 
     static vec4 texel(const std::vector<vec4>& of, int n) {
-        const auto at = static_cast<std::size_t>(n);
-        return at < of.size() ? of[at] : vec4();
+        return std::size_t(n) < of.size() ? of[std::size_t(n)] : vec4();
     }
     vec4 stratus_number(int n) { return texel(table->numbers, n); }
     vec4 stratus_function(int n) { return texel(table->functions, n); }
@@ -239,18 +237,41 @@ struct Text {
     float stratus_power_of_two(int n) { return std::ldexp(1.0f, n); }
     int stratus_exponent(float x) { return (bits_of(x) >> 23) - 127; }
 
+    struct StratusAttenuation {
+        float transmitted, extinguished;  // exp(-x), 1 - exp(-x)
+    };
+    StratusAttenuation stratus_attenuation(float x) { return {std::exp(-x), -std::expm1(-x)}; }
+    float stratus_transmitted(float x) { return std::exp(-x); }
+    float stratus_extinguished(float x) { return -std::expm1(-x); }
+    float stratus_log2(float x) { return std::log2(x); }
+    float stratus_twice_arcsine(float z) { return 2 * std::asin(sqrt(z)); }
+    float stratus_sine_squared(float x) { return std::pow(std::sin(x * 1.57079633f), 2.0f); }
+    float stratus_clamp(float x, float low, float high) { return max(min(x, high), low); }
+
 )";
 
+/// The text without comments and conditions, elementary functions, which C++ has itself, and functions that
+/// the header's classes do not call.
 std::string cpp_header(std::string text) {
-    const std::regex comments_and_blanks("(^|\\n)( *(//[^\\n]*)?\\n)+");
+    const std::size_t elementary = text.find("// ---- elementary functions");
+    text.erase(elementary, text.find("// ---- ", elementary + 1) - elementary);
     for (std::size_t at = 0; (at = text.find("#ifdef STRATUS_FILTERED")) != std::string::npos;) {
         const std::size_t other = text.find("#else\n", at);
         text.erase(text.find("#endif\n", other), 7);
         text.erase(at, other + 6 - at);
     }
-    return std::string(cpp) + cpp_vectors + "\n" + cpp_reader + cpp_text +
-           std::regex_replace(text, comments_and_blanks, "$1") + "};\n\n" + cpp_lookup +
-           "\n#undef STRATUS_LAYER\n#undef STRATUS_REFLECTION\n#undef STRATUS_TRANSMISSION\n\n"
+    text = std::regex_replace(
+        text, std::regex("(^|\\n)( *(//[^\\n]*|#(ifdef|endif|define)[^\\n]*)?\\n)+"), "$1");
+    for (const char* const uncalled :
+         {" stratus_reflection(", " stratus_transmission(", " stratus_single(", " stratus_phase(",
+          " stratus_effective_depth(", " stratus_hapke(", " stratus_layer_reflection(",
+          " stratus_layer_transmission("}) {
+        const std::size_t line = text.rfind('\n', text.find(uncalled));
+        text.erase(line, text.find("\n}\n", line) + 2 - line);
+    }
+    const std::string classes =
+        std::string(cpp_vectors) + cpp_reader + cpp_text + text + "};\n" + cpp_lookup;
+    return cpp + std::regex_replace(classes, std::regex("\n\n+"), "\n") +
            "}  // namespace stratus_lookup\n";
 }
 

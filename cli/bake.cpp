@@ -7,6 +7,7 @@
 #include <stratus/bake/shared_writing.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
+#include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/io/table_file.h>

@@ -151,7 +151,7 @@ double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
 }
 
 /// Layers at `fine` even steps along an axis; a candidate's own samples are every so many of them.
-/// What remains is the same for albedo and family: the middle of every interval against a cubic.
+/// Albedo and family alike then compare the middle of every interval with a cubic.
 struct Steps {
     std::size_t intervals, stride;
 

@@ -1,4 +1,4 @@
-// What tables a scene needs, and which serve it.
+// The tables that a scene needs, and which of some serve it.
 #pragma once
 
 #include <stratus/scene/layer_tables.h>

@@ -2,9 +2,10 @@
 //
 // Light scattered once is exact: the integral along the ray of what reaches each point from the sun
 // through the shell, by Gauss quadrature over the share of the ray's light that is scattered there.
-// Of the orders n >= 2 it is that of a plane layer under beams that take as much out of the sun's
-// light, and of light towards the eye, as the shell's column does where the ray meets the planet, or
-// comes nearest to it. The depth there stands for that of the whole shell. Chapman's function of the shell is the slant depth of a beam over the vertical.
+// The orders n >= 2 are those of a plane layer under beams that take as much out of the sun's light,
+// and of light towards the eye, as the shell's column does where the ray meets the planet or comes
+// nearest to it. The depth there stands for that of the whole shell. Chapman's function of the shell
+// is the slant depth of a beam over the vertical one.
 #include <stratus/base/gauss_legendre.h>
 
 #include "subjects.h"
@@ -52,8 +53,8 @@ double shell_cosine(double optical_depth, double height, double mu) noexcept {
     if (longest < top)
         low = std::max(low, std::sqrt(top * top - longest * longest * squared_sine) - longest * mu);
     if (!(low < top)) return 0;
-    // What a beam leaves in the column: integral of exp(-slant depth) over the depth, whose root is
-    // taken, for the slant depth of a level grazing beam is as the root of the depth.
+    // A beam leaves in the column the integral of exp(-slant depth) over the depth. It is taken over
+    // the depth's root, to which the slant depth of a level grazing beam is proportional.
     const double lit = extinction * (top - low);
     double taken = 0;
     for (std::size_t k = 0; k < nodes; ++k) {

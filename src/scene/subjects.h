@@ -42,7 +42,7 @@ Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept;
 /// Distance at which a ray enters the unit sphere flattened along z; negative: nowhere.
 double distance_to_globe(const Ray& ray, double flattening) noexcept;
 
-/// What lies where a planet has a normal.
+/// A point of a planet's surface, with its normal, and what lies there.
 struct PlanetPlace {
     SurfacePoint point;
     Matter matter;

@@ -42,7 +42,7 @@ std::vector<Range> ranges_of(const Recipe& recipe) {
             recipe.mu_in,         recipe.mu_out, recipe.azimuth};
 }
 
-/// What must be the same.
+/// Returns the part of a recipe that tables of one kind share.
 std::string kind_of(Recipe recipe) {
     recipe.title.clear();
     // The semi-infinite layer alone is another kind than depths up to infinity.

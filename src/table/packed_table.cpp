@@ -125,7 +125,7 @@ struct PackedTable::Contents {
         return family_stencil(header.family, point);
     }
 
-    /// The same members with their weights in the orders n >= 2 of a side.
+    /// Returns these members with their weights in the orders n >= 2 of a side.
     FamilyStencil weighed_members(Side side, const FamilyStencil& around, double albedo,
                                   double optical_depth) const noexcept {
         if (side == Side::reflection) return around;

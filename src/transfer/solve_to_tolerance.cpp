@@ -159,7 +159,7 @@ void solve_with(int nodes, int patience, std::vector<Class>& classes, const Solv
     }
 }
 
-/// As options say.
+/// Solves as options say.
 template <class Solve>
 void solve_as(const SolverOptions& options, const Aim& aim, std::vector<Class>& classes,
               const Solve& solve) {

@@ -37,7 +37,7 @@ std::string base64(const char* data, std::size_t size) {
     return text;
 }
 
-/// As browsers' DecompressionStream("deflate") takes it.
+/// Compresses for browsers' DecompressionStream("deflate").
 std::string deflated(const std::vector<char>& bytes) {
     constexpr int level = 9;
     const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
@@ -88,7 +88,7 @@ std::string attribute(const Table& table, const std::string& name) {
     return found == table.attributes.end() ? "" : found->second;
 }
 
-/// What the bake met, as far as the table tells.
+/// Tells the errors that the bake measured, as far as the table has them.
 std::string errors(const Table& table) {
     std::vector<std::pair<std::string, std::string>> all;
     for (const auto& [name, shown] : {std::pair("measured_error_median", "median"),
@@ -107,7 +107,7 @@ std::string shortened(const std::string& text) {
     return text.size() <= most ? text : text.substr(0, most) + " ...";
 }
 
-/// What light is scattered by.
+/// Tells what light is scattered by.
 std::string matter(const Table& table) {
     std::string text = "Phase function: " + shortened(table.phase_function.text());
     if (table.is_stack()) {

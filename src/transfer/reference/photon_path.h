@@ -1,4 +1,4 @@
-// What all solvers by photons share: random numbers, directions and running sums.
+// Random numbers, directions and running sums, which all solvers by photons share.
 #pragma once
 
 #include <stratus/transfer/reference/photons.h>

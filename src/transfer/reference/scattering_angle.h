@@ -46,7 +46,7 @@ class AngleSampler {
         double density;  // relative to a uniform one over the sphere; never 0
     };
 
-    /// Of two uniform numbers in [0, 1).
+    /// Draws by two uniform numbers in [0, 1).
     Sample sample(double bin_number, double place) const noexcept;
 
     double density(double v) const noexcept;

@@ -105,7 +105,7 @@ float stratus_thin_growth(float depth, float thinnest) {
            stratus_log2(2.51629f / thinnest + 1.0f);
 }
 
-// What diffusion leaves of the reflection of infinite depth at a finite one.
+// Returns the share of the reflection of infinite depth that diffusion lets a finite one have.
 float stratus_deficit(float exponent, float depth) {
     float length = stratus_w(stratus_field(STRATUS_REFLECTION, 10));
     StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * length));

@@ -12,26 +12,26 @@
 namespace stratus {
 namespace {
 
-class RandomRecipe : public testing::TestWithParam<unsigned> {};
-
-TEST_P(RandomRecipe, MeetsItsTolerance) {
-    const std::string text = test::RandomRecipe(GetParam()).text();
-    const test::PackedBake baked(parse_recipe(text));
-    EXPECT_TRUE(baked.meets()) << text << "largest error "
+void expect_met(const std::string& recipe) {
+    const test::PackedBake baked(parse_recipe(recipe));
+    EXPECT_TRUE(baked.meets()) << recipe << "largest error "
                                << baked.verification.samples.back().error;
 }
+
+class RandomRecipe : public testing::TestWithParam<unsigned> {};
+
+TEST_P(RandomRecipe, MeetsItsTolerance) { expect_met(test::RandomRecipe(GetParam()).text()); }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomRecipe, testing::Values(3u, 11u, 19u));
 
 TEST(PackedBake, TransmitsBetweenTheMembersOfAMixtureHoweverDeep) {
-    const test::PackedBake baked(
-        parse_recipe("phase_function = 'anisotropic:x=-0.77'\n"
-                     "second_phase_function = 'rayleigh'\n"
-                     "tolerance = 1e-2\n"
-                     "optical_depth = { min = 4, max = 24 }\n"
-                     "albedo = { min = 0.6, max = 0.9 }\n"
-                     "sides = ['transmission']\n"));
-    EXPECT_TRUE(baked.meets()) << baked.verification.samples.back().error;
+    expect_met(
+        "phase_function = 'anisotropic:x=-0.77'\n"
+        "second_phase_function = 'rayleigh'\n"
+        "tolerance = 1e-2\n"
+        "optical_depth = { min = 4, max = 24 }\n"
+        "albedo = { min = 0.6, max = 0.9 }\n"
+        "sides = ['transmission']\n");
 }
 
 TEST(PackedBake, MeetsItsToleranceBeyondItsDeepestFiniteSample) {
@@ -46,28 +46,26 @@ TEST(PackedBake, MeetsItsToleranceBeyondItsDeepestFiniteSample) {
 }
 
 TEST(PackedBake, HoldsTheFaintLightOfAStackUnderABlackLayer) {
-    const test::PackedBake baked(
-        parse_recipe("tolerance = 1e-2\n"
-                     "[[layers]]\n"
-                     "phase_function = 'isotropic'\n"
-                     "albedo = 0.0\n"
-                     "optical_depth = 6.0\n"
-                     "[[layers]]\n"
-                     "phase_function = 'rayleigh'\n"
-                     "albedo = 1.0\n"
-                     "optical_depth = 5.0\n"));
-    EXPECT_TRUE(baked.meets()) << baked.verification.samples.back().error;
+    expect_met(
+        "tolerance = 1e-2\n"
+        "[[layers]]\n"
+        "phase_function = 'isotropic'\n"
+        "albedo = 0.0\n"
+        "optical_depth = 6.0\n"
+        "[[layers]]\n"
+        "phase_function = 'rayleigh'\n"
+        "albedo = 1.0\n"
+        "optical_depth = 5.0\n");
 }
 
 TEST(PackedBake, HoldsWhatTheGroundReflectsUnderABlackLayer) {
-    const test::PackedBake baked(
-        parse_recipe("phase_function = 'isotropic'\n"
-                     "tolerance = 1e-1\n"
-                     "optical_depth = { min = 0.1, max = 0.2 }\n"
-                     "albedo = { min = 0, max = 0 }\n"
-                     "[below]\n"
-                     "ground = 'ocean:wind=20'\n"));
-    EXPECT_TRUE(baked.meets()) << baked.verification.samples.back().error;
+    expect_met(
+        "phase_function = 'isotropic'\n"
+        "tolerance = 1e-1\n"
+        "optical_depth = { min = 0.1, max = 0.2 }\n"
+        "albedo = { min = 0, max = 0 }\n"
+        "[below]\n"
+        "ground = 'ocean:wind=20'\n");
 }
 
 TEST(PackedBake, LooksUpWhatATableOfAllSamplesHolds) {

@@ -1,11 +1,11 @@
-#include "forecast.h"
+#include <stratus/bake/forecast.h>
 
 #include <stratus/bake/accuracy.h>
+#include <stratus/bake/axes.h>
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
 
-#include "axes.h"
 #include "family_section.h"
 #include "table_units.h"
 

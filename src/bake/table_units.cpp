@@ -1,10 +1,10 @@
 #include "table_units.h"
 
+#include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
 #include <stratus/base/argument.h>
 
-#include "axes.h"
 #include "family_section.h"
 #include "solve_material.h"
 

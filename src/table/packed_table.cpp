@@ -2,12 +2,12 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/table/packed_block.h>
 
 #include "base/mapped_file.h"
 #include "base/size.h"
 #include "layer_blend.h"
 #include "lookup_arguments.h"
-#include "packed_block.h"
 #include "packed_parts.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The size and the cost of a table, before it is solved.
 #pragma once
 
-#include <stratus/bake/bake.h>
+#include <stratus/bake/resolve.h>
 
 #include <string>
 #include <vector>
@@ -41,6 +41,16 @@ struct Forecast {
     /// Whether an axis alone misses the tolerance.
     bool misses(double tolerance) const;
 };
+
+/// The size of a table.
+struct TableSize {
+    double layers, samples_a_side, bytes;
+};
+
+TableSize size_of(const Recipe& resolved);
+
+/// The forecast of a resolved recipe; with ranks, which would wait for it, without times.
+Forecast forecast_of(const Resolution& resolution, const BakeOptions& options);
 
 /// Resolves a recipe and times a piece of its table and a layer of its check, on one thread; the
 /// rest is taken to be alike.

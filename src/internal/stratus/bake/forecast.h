@@ -19,23 +19,13 @@ struct Shortfall {
     double times_as_long;  // solving it takes; 1 but for nodes
 };
 
-/// The work of a bake that threads and ranks can share, in seconds of one thread.
-struct ShareableWork {
-    double choosing_seconds = 0;
-    int probed_albedos = 1;            // that choosing is shared by
-    std::vector<double> unit_seconds;  // of the table's pieces
-    int ladders = 0;                   // pieces of the check
-    double ladder_seconds = 0;
-    double flops = 0;  // of solving, an estimate
-};
-
 struct Forecast {
     Recipe resolved;
     double samples_a_side = 0;
     double bytes = 0;  // samples and fluxes, in memory and uncompressed
     double bake_seconds = 0, check_seconds = 0;
-    double timed_seconds = 0;  // that they are derived from
-    ShareableWork work;
+    double timed_seconds = 0;          // that they are derived from
+    std::vector<double> unit_seconds;  // of one thread, for the pieces of the table
     std::vector<Shortfall> shortfalls;
 
     /// Whether an axis alone misses the tolerance.
@@ -61,21 +51,5 @@ std::string sentence_of(const Shortfall& axis);
 
 /// One line on size and time.
 std::string sentence_of_cost(const Forecast& forecast);
-
-/// Seconds of a bake on some ranks of some threads each.
-struct RankedTime {
-    int ranks;
-    double choosing, solving, checking, writing;
-    std::string limit;  // what keeps more ranks from making it faster
-
-    double total() const { return choosing + solving + checking + writing; }
-};
-
-/// The times of one bake on ranks: pieces go to whoever is free; rank 0 receives every result, and
-/// gives what is deflated.
-RankedTime predict_on_ranks(const Forecast& forecast, int ranks, int threads);
-
-/// A table of them, with what they assume.
-std::string text_of_ranks(const Forecast& forecast, const std::vector<int>& ranks, int threads);
 
 }  // namespace stratus

@@ -55,32 +55,6 @@ STRATUS_INLINE CornerWeights<F> corner_weights(F mu_fraction, F other_fraction) 
     return {{(1.0f - mu_fraction) - other, other, mu, both}};
 }
 
-/// Between samples over (mu, other, azimuth), `stride` apart along azimuth and `column` along other:
-/// at `here`, and at `next` for the next mu.
-template <int stride, class F, class Index>
-STRATUS_INLINE F trilinear(const float* sample, int column, Index here, Index next, F mu, F other,
-                           F azimuth) {
-    if constexpr (std::is_same_v<F, float> && stride == 1) {
-        const QuantityLanes along_other =
-            quantities(1, 1, 0, 0) + quantities(-1, -1, 1, 1) * QuantityLanes(other);
-        const QuantityLanes along_azimuth =
-            quantities(1, 0, 1, 0) + quantities(-1, 1, -1, 1) * QuantityLanes(azimuth);
-        const QuantityLanes both = along_other * along_azimuth, far = both * QuantityLanes(mu);
-        return sum_of_all((both - far) * two_pairs(sample + here, sample + column + here) +
-                          far * two_pairs(sample + next, sample + column + next));
-    } else {
-        const CornerWeights<F> weight = corner_weights(mu, other);
-        const Neighbours<F> p = neighbours<stride, F>(sample, here);
-        const Neighbours<F> q = neighbours<stride, F>(sample + column, here);
-        const Neighbours<F> r = neighbours<stride, F>(sample, next);
-        const Neighbours<F> s = neighbours<stride, F>(sample + column, next);
-        const auto& w = weight.at;
-        const F near = (w[0] * p.here + w[1] * q.here) + (w[2] * r.here + w[3] * s.here);
-        const F far = (w[0] * p.next + w[1] * q.next) + (w[2] * r.next + w[3] * s.next);
-        return near + azimuth * (far - near);
-    }
-}
-
 /// Weights of the cubic through the samples at 0, 1, 2 and 3.
 template <class F>
 STRATUS_INLINE void cubic_weights(F t, F* weight) {
@@ -96,6 +70,39 @@ STRATUS_INLINE void cubic_weights(F t, F* weight) {
         weight[1] = t * bc * 3.0f;
         weight[2] = ta * c * -3.0f;
         weight[3] = ta * b;
+    }
+}
+
+/// Between samples over (mu, other, azimuth), `stride` apart along azimuth and `column` along other:
+/// straight lines along both cosines from `here`, and from `next` for the next mu; the cubic through
+/// four azimuths, from the second of which `azimuth` is the share of the way to the third.
+template <int stride, class F, class Index>
+STRATUS_INLINE F between_samples(const float* sample, int column, Index here, Index next, F mu,
+                                 F other, F azimuth) {
+    F along[4];
+    cubic_weights(azimuth + 1.0f, along);
+    if constexpr (std::is_same_v<F, float> && stride == 1) {
+        using Four = QuantityLanes;
+        const auto row = [&](Index at) { return load<Four>(sample + at); };
+        const Four p = row(here), q = row(here + column), r = row(next), s = row(next + column);
+        const Four near = p + Four(other) * (q - p), far = r + Four(other) * (s - r);
+        return sum_of_all(load<Four>(along) * (near + Four(mu) * (far - near)));
+    } else {
+        const CornerWeights<F> weight = corner_weights(mu, other);
+        const auto& w = weight.at;
+        F sum(0.0f);
+        for (int k = 0; k < 4; k += 2) {
+            const auto pair = [&](int from, Index at) {
+                return neighbours<stride, F>(sample + k * stride + from, at);
+            };
+            const auto p = pair(0, here), q = pair(column, here), r = pair(0, next),
+                       s = pair(column, next);
+            sum =
+                sum +
+                along[k] * ((w[0] * p.here + w[1] * q.here) + (w[2] * r.here + w[3] * s.here)) +
+                along[k + 1] * ((w[0] * p.next + w[1] * q.next) + (w[2] * r.next + w[3] * s.next));
+        }
+        return sum;
     }
 }
 

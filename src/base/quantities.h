@@ -4,8 +4,6 @@
 
 #include "lanes.h"
 
-#include <cstdint>
-
 namespace stratus {
 namespace {
 
@@ -31,17 +29,6 @@ STRATUS_INLINE QuantityLanes first_of(QuantityLanes x, QuantityLanes rest) {
 /// The first two of either.
 STRATUS_INLINE QuantityLanes low_and_low(QuantityLanes a, QuantityLanes b) {
     return quantities(a.v[0], a.v[1], b.v[0], b.v[1]);
-}
-
-/// Two numbers from either place.
-STRATUS_INLINE QuantityLanes two_pairs(const float* a, const float* b) {
-    std::int64_t pairs __attribute__((vector_size(16)));
-    std::int64_t low, high;
-    __builtin_memcpy(&low, a, sizeof low);
-    __builtin_memcpy(&high, b, sizeof high);
-    pairs[0] = low;
-    pairs[1] = high;
-    return QuantityLanes(reinterpret_cast<QuantityLanes::Floats>(pairs));
 }
 
 STRATUS_INLINE float sum_of_all(QuantityLanes x) {

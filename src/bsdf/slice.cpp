@@ -253,21 +253,24 @@ void SliceOf<channels>::check_coverage(const TableView& table, Side which, Outsi
 
 namespace {
 
-/// Rows 0 and 1 over mu, 2 azimuths.
-constexpr std::size_t no_samples = (2 + 3) * 2;
+/// The azimuths of one step, and those beyond its ends.
+constexpr int fewest_azimuths = 4;
 
-/// Samples without azimuth as samples at two azimuths, of which lookups stay at the first.
+/// Rows 0 and 1 over mu.
+constexpr std::size_t no_samples = (2 + 3) * fewest_azimuths;
+
+/// Samples without azimuth as samples that are the same at all azimuths.
 template <int channels>
 void repeat_over_azimuth(RefinedSamples& refined) {
-    std::vector<float> twice;
+    std::vector<float> repeated;
     for (std::size_t at = 0; at + channels < refined.sample.size(); at += channels) {
         const float* const here = &refined.sample[at];
-        for (int azimuth = 0; azimuth < 2; ++azimuth)
-            twice.insert(twice.end(), here, here + channels);
+        for (int azimuth = 0; azimuth < fewest_azimuths; ++azimuth)
+            repeated.insert(repeated.end(), here, here + channels);
     }
-    twice.push_back(0);  // the number to spare
-    refined.sample = std::move(twice);
-    refined.azimuths = 2;
+    repeated.push_back(0);  // the number to spare
+    refined.sample = std::move(repeated);
+    refined.azimuths = fewest_azimuths;
     refined.places.scale[2] = refined.places.offset[2] = refined.places.last[2] = 0;
 }
 
@@ -301,7 +304,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         side.sample.assign(no_samples * channels + 1, 0.0f);
         side.view.sample = side.sample.data();
         side.view.symmetric = true;
-        side.view.azimuths = 2;
+        side.view.azimuths = fewest_azimuths;
         set_kernels();
     }
     side.view.least = -std::numeric_limits<float>::infinity();

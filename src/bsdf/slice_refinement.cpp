@@ -14,12 +14,13 @@
 namespace stratus {
 namespace {
 
-/// Share of the tolerance that straight lines along each of the three axes may use; less with a path
+/// Share of the tolerance that interpolation along each of the three axes may use; less with a path
 /// law, for the directions near forward, which are judged apart, are few among all.
 constexpr double share_of_tolerance = 0.2, share_with_path_law = 0.1;
 
-// Intervals along an axis: while the error of straight lines is measured, and of the slice.
-constexpr int probed = 32, fewest_intervals = 16, max_along_mu = 176, max_along_azimuth = 128;
+// Intervals along an axis: while errors are measured, and of the slice.
+constexpr int probed = 32, fewest_along_mu = 16, max_along_mu = 176, fewest_along_azimuth = 4,
+              max_along_azimuth = 128;
 
 /// Values over three axes, the last contiguous.
 struct Sheet {
@@ -67,6 +68,9 @@ struct AzimuthPlaces {
     int intervals;
     std::vector<double> angle;
 
+    /// With one beyond each end.
+    int count() const { return intervals + 3; }
+
     AzimuthPlaces(const AxisView& axis, int intervals_)
         : first(std::sin(axis.lowest / 2)),
           last(std::sin(axis.highest / 2)),
@@ -81,6 +85,17 @@ struct AzimuthPlaces {
         Stencils all;
         for (int k = 0; k <= intervals; ++k) all.push_back(axis.mirrored_stencil(azimuth(k)));
         return all;
+    }
+
+    /// Samples at `count` azimuths, of which those beyond the ends are missing: light is the same on
+    /// both sides of azimuth 0; elsewhere cubics of the last interval are those of the one before.
+    void extend(float* row) const {
+        const auto beyond = [](float a, float b, float c, float d) {
+            return 4 * (a + c) - 6 * b - d;
+        };
+        float* const end = row + intervals + 1;
+        row[0] = first == 0 ? row[2] : beyond(row[1], row[2], row[3], row[4]);
+        end[1] = beyond(end[0], end[-1], end[-2], end[-3]);
     }
 };
 
@@ -133,11 +148,14 @@ void refine_row(const float* from, int samples, const Stencils& stencils, float*
 }
 
 /// Cubic along the azimuths of a sheet.
-Sheet refined_azimuth(const Sheet& sheet, const Stencils& stencils) {
-    Sheet finer(sheet.count[0], sheet.count[1], static_cast<int>(stencils.size()));
+Sheet refined_azimuth(const Sheet& sheet, const AzimuthPlaces& around, const AxisView& azimuths) {
+    const Stencils stencils = around.stencils(azimuths);
+    Sheet finer(sheet.count[0], sheet.count[1], around.count());
     for (int i = 0; i < sheet.count[0]; ++i)
-        for (int j = 0; j < sheet.count[1]; ++j)
-            refine_row(sheet.row(i, j), sheet.count[2], stencils, finer.row(i, j));
+        for (int j = 0; j < sheet.count[1]; ++j) {
+            refine_row(sheet.row(i, j), sheet.count[2], stencils, finer.row(i, j) + 1);
+            around.extend(finer.row(i, j));
+        }
     return finer;
 }
 
@@ -190,10 +208,15 @@ Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
     return finer;
 }
 
-/// Intervals with which straight lines are exact enough, from what `probed` of them are off by.
-int intervals_for(double error, double allowed, int max) {
+/// Intervals along mu with which straight lines are exact enough, from what `probed` of them are off
+/// by; and along azimuth with cubics.
+int intervals_along_mu(double error, double allowed) {
     const double needed = std::ceil(probed * std::sqrt(error / allowed));
-    return static_cast<int>(std::clamp(needed, double{fewest_intervals}, static_cast<double>(max)));
+    return static_cast<int>(std::clamp<double>(needed, fewest_along_mu, max_along_mu));
+}
+int intervals_along_azimuth(double error, double allowed) {
+    const double needed = std::ceil(probed * std::sqrt(std::sqrt(error / allowed)));
+    return static_cast<int>(std::clamp<double>(needed, fewest_along_azimuth, max_along_azimuth));
 }
 
 /// Errors relative to the totals at the same places, which are spread evenly over the axes.
@@ -204,7 +227,7 @@ class RelativeErrors {
 
     /// Returns what 99.9 % of the errors stay below, relative to totals of at least `floor`.
     double quantile(double floor) const {
-        constexpr int bins = 64, bins_an_octave = 2;  // downwards from `highest`
+        constexpr int bins = 256, bins_an_octave = 8;  // downwards from `highest`
         constexpr double highest = 16, rare = 1e-3;
         std::size_t count[bins] = {};
         for (const Error& at : errors_) {
@@ -246,9 +269,9 @@ class Refinement {
                         table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
     }
 
-    /// Errors of straight lines between `probed` + 1 samples along mu_in, mu_out and azimuth,
-    /// relative to R or T: an eighth of the second differences.
-    std::array<double, 3> errors_of_straight_lines() const {
+    /// Errors between `probed` + 1 samples along mu_in, mu_out and azimuth, relative to R or T: of
+    /// straight lines an eighth of the second differences, of cubics 3/128 of the fourth.
+    std::array<double, 3> errors() const {
         RelativeErrors of_in, of_out, of_azimuth;
         const AxisView &in = table_.mu_in, &out = table_.mu_out;
         double largest = add_errors_along_mu(sheet_, in, out, of_in);
@@ -267,9 +290,8 @@ class Refinement {
                float* to) const {
         const Stencils rows = in.stencils(table_.mu_in), columns = out.stencils(table_.mu_out);
         const bool azimuthal = sheet_.count[2] > 1;
-        const int azimuths = azimuthal ? around.intervals + 1 : 1;
-        const Sheet finer =
-            azimuthal ? refined_azimuth(sheet_, around.stencils(table_.azimuth)) : sheet_;
+        const int azimuths = azimuthal ? around.count() : 1;
+        const Sheet finer = azimuthal ? refined_azimuth(sheet_, around, table_.azimuth) : sheet_;
         const int available = std::min(stencil_size, finer.count[1]);
         Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
         for (int i = 0; i <= in.intervals; ++i) {
@@ -337,12 +359,13 @@ class Refinement {
                 if (std::min(in, out) < least_cosine()) continue;
                 const double factor = divided_by(in) * divided_by(out);
                 refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row);
-                for (int k = 1; k < probed; ++k) {
-                    const double bend =
-                        double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
+                for (int k = 2; k + 1 < probed; ++k) {
+                    const double fourth = 6 * double{row[k]} -
+                                          4 * (double{row[k - 1]} + double{row[k + 1]}) +
+                                          double{row[k - 2]} + double{row[k + 2]};
                     const double total =
                         double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
-                    errors.add(bend / 8 * factor, total);
+                    errors.add(fourth * 3 / 128 * factor, total);
                 }
             }
         }
@@ -370,23 +393,22 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
     std::array<double, 3> error{};  // along mu_in, mu_out, azimuth
     for (const ChannelOrders& orders : channels) {
         refinements.emplace_back(table, orders, static_cast<int>(refinements.size()), single);
-        const std::array<double, 3> more = refinements.back().errors_of_straight_lines();
+        const std::array<double, 3> more = refinements.back().errors();
         for (std::size_t a = 0; a < error.size(); ++a) error[a] = std::max(error[a], more[a]);
     }
     const double share = table.path_law != nullptr ? share_with_path_law : share_of_tolerance;
     const double allowed = share * kept_tolerance(table);
     const int stride = static_cast<int>(channels.size());
-    const auto intervals = [&](const AxisView& axis, double along, int max) {
-        return axis.count < 2 ? 1 : intervals_for(along, allowed, max);
+    const auto intervals = [&](const AxisView& axis, double along) {
+        return axis.count < 2 ? 1 : intervals_along_mu(along, allowed);
     };
-    const MuPlaces in(table.mu_in, intervals(table.mu_in, error[0], max_along_mu));
-    const MuPlaces out(table.mu_out, intervals(table.mu_out, error[1], max_along_mu));
-    const AzimuthPlaces around(table.azimuth,
-                               intervals(table.azimuth, error[2], max_along_azimuth));
+    const MuPlaces in(table.mu_in, intervals(table.mu_in, error[0]));
+    const MuPlaces out(table.mu_out, intervals(table.mu_out, error[1]));
+    const AzimuthPlaces around(table.azimuth, intervals_along_azimuth(error[2], allowed));
     RefinedSamples refined{};
     refined.symmetric = table.is_symmetric();
     refined.columns = out.intervals + 1;
-    refined.azimuths = table.azimuth.count < 2 ? 1 : around.intervals + 1;
+    refined.azimuths = table.azimuth.count < 2 ? 1 : around.count();
     // Rows 0 to `intervals`, the last one column short where the table is symmetric.
     const std::size_t rows = size(in.intervals + 1);
     const std::size_t cells =

@@ -1,5 +1,5 @@
-// The samples of a slice: a table's cosines and azimuths refined until straight lines between them
-// meet its tolerance.
+// The samples of a slice: a table's cosines refined until straight lines between them meet its
+// tolerance, and as many azimuths as cubics need.
 #pragma once
 
 #include <stratus/table/table.h>

@@ -76,7 +76,7 @@ STRATUS_INLINE auto slice_place(const SliceSide<channels>& side,
                                        {at.azimuth.sample, F(at.azimuth.fraction)}};
 }
 
-/// Reads stored samples, bilinear or trilinear.
+/// Reads stored samples: straight lines along both cosines, cubic along azimuth.
 template <Orders orders, int channels, class F>
 STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                 F* value) {
@@ -90,8 +90,7 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
         row = (half_of(mu.sample * (mu.sample + 3)) + other.sample) * column;
         next = row + (mu.sample + 2) * column;
     }
-    constexpr int steps = channel_steps<channels, F>;
-    for (int c = 0; c < steps; ++c) {
+    for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const float* const sample = side.sample + c;
         if constexpr (!azimuthal) {
             const F a = sample_at<F>(sample, row), b = sample_at<F>(sample + column, row);
@@ -99,10 +98,9 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
             const F near = a + other.fraction * (b - a), far = d + other.fraction * (e - d);
             value[c] = near + mu.fraction * (far - near);
         } else {
-            const auto at = row + azimuth.sample * channels,
-                       at_next = next + azimuth.sample * channels;
-            value[c] = trilinear<channels>(sample, column, at, at_next, mu.fraction, other.fraction,
-                                           azimuth.fraction);
+            value[c] = between_samples<channels>(sample, column, row + azimuth.sample * channels,
+                                                 next + azimuth.sample * channels, mu.fraction,
+                                                 other.fraction, azimuth.fraction);
         }
     }
 }

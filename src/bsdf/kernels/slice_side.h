@@ -53,7 +53,8 @@ struct SliceSide {
     // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
     // end. Where R and T are known for the same cosines on both ways they are symmetric in them:
     // row i over mu has mu' = 0 .. i + 1 alone, and a lookup takes the larger index for mu.
-    // Elsewhere mu is that of the incident light, and every row has `columns`.
+    // Elsewhere mu is that of the incident light, and every row has `columns`. Of `azimuths` the first
+    // and the last lie one step beyond the ends, for cubics.
     const float* sample;
     int layers, columns, azimuths;
     bool symmetric;

@@ -5,12 +5,10 @@
 #include <stratus/base/number_text.h>
 
 #include "adding.h"
-#include "boundary_modes.h"
 #include "flush_subnormals.h"
 #include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
-#include "stack_modes.h"
 #include "stack_path.h"
 
 #include <algorithm>

@@ -5,13 +5,11 @@
 
 #include "adding.h"
 #include "backward_path.h"
-#include "boundary_modes.h"
 #include "flush_subnormals.h"
 #include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
-#include "ordered_stack.h"
-#include "stack_modes.h"
+#include "orders.h"
 #include "stack_path.h"
 
 #include <algorithm>
@@ -127,11 +125,8 @@ class StackRun {
                 recorder.record_boundary(sum, is_conservative(solution_.layers), boundary_modes_);
             sum = add(sum, boundary_modes_.layer(mode), directions_.nodes);
         } else if (mode == 0 && !sum.is_opaque()) {
-            const int N = directions_.nodes;
-            const VectorXd s = directions_.s.head(N);
-            const double mean =
-                s.dot(sum.reflection_below.topLeftCorner(N, N) * s) / s.squaredNorm();
-            solution_.spherical_albedo_below = std::clamp(mean, 0.0, 1.0);  // rounding is taken off
+            solution_.spherical_albedo_below =  // rounding is taken off
+                std::clamp(uniform_mean(directions_, sum.reflection_below), 0.0, 1.0);
         }
         std::vector<const PhaseKernels*> kernels;
         for (std::size_t k = 0; k < layers_.size(); ++k)
@@ -252,9 +247,7 @@ struct SingleLayers {
 std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
                                                const std::vector<double>& azimuths) const {
     const bool reflected = side == Side::reflection;
-    if (alone)
-        return reflected ? alone->reflection(in, out, azimuths)
-                         : alone->transmission(in, out, azimuths);
+    if (alone) return alone->values(side, in, out, azimuths);
     if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
     SingleLayers single_layers, corrected_layers;
     for (std::size_t k = 0; k < layers.size(); ++k) {

@@ -94,7 +94,7 @@ Worst measure(const Cell& cell, std::size_t contestant, std::optional<double> re
         if (!std::isfinite(layer.spherical_albedo + layer.total_transmittance))
             throw std::runtime_error("not finite");
         if (cell.albedo == 1) result.energy = energy_defect(layer);
-        result.negative = layer.most_negative() < -1e-9 ? 1 : 0;
+        result.negative = test::most_negative(layer) < -1e-9 ? 1 : 0;
         if (reference) result.transmitted = std::abs(layer.total_transmittance / *reference - 1);
     } catch (const std::runtime_error&) {
         result.broken = 1;

@@ -22,29 +22,6 @@ namespace {
 /// Errors are not relative to less: fainter light shows in no picture and no measurement.
 constexpr double min_value = 1e-8;
 
-/// The floor of one side's errors: values(i, j, azimuths) at the floor's cosines.
-template <class Values>
-double floor_of(const LayerSolution& solution, Values values) {
-    // Not straight on in a narrow peak: 1 % of that is more than all the rest.
-    std::vector<double> azimuths{pi / 2, pi};
-    if (std::ranges::none_of(
-            phase_functions_of(solution.stack ? solution.stack->layers : std::vector<StackLayer>{},
-                               solution.phase_function, {}),
-            has_narrow_peak))
-        azimuths.insert(azimuths.begin(), 0);
-    std::vector<int> at;
-    for (const double mu : floor_cosines()) {
-        const auto found = std::find(solution.mu.begin(), solution.mu.end(), mu);
-        if (found != solution.mu.end()) at.push_back(static_cast<int>(found - solution.mu.begin()));
-    }
-    double max = 0;
-    for (std::size_t i = 0; i < at.size(); ++i)
-        for (std::size_t j = i; j < at.size(); ++j)  // both are symmetric
-            for (const SolvedValue& value : values(at[i], at[j], azimuths))
-                max = std::max(max, value.total);
-    return std::max(0.01 * max, min_value);
-}
-
 /// Returns the ranges of a view of the table.
 PointRange range_of(const Table& table, const TableView& view) {
     return {view.albedo,
@@ -69,16 +46,25 @@ const std::vector<double>& floor_cosines() {
     return cosines;
 }
 
-double reflection_floor(const LayerSolution& solution) {
-    return floor_of(solution, [&](int i, int j, const std::vector<double>& azimuths) {
-        return solution.reflection(i, j, azimuths);
-    });
-}
-
-double transmission_floor(const LayerSolution& solution) {
-    return floor_of(solution, [&](int i, int j, const std::vector<double>& azimuths) {
-        return solution.transmission(i, j, azimuths);
-    });
+double error_floor(const LayerSolution& solution, Side side) {
+    // Not straight on in a narrow peak: 1 % of that is more than all the rest.
+    std::vector<double> azimuths{pi / 2, pi};
+    if (std::ranges::none_of(
+            phase_functions_of(solution.stack ? solution.stack->layers : std::vector<StackLayer>{},
+                               solution.phase_function, {}),
+            has_narrow_peak))
+        azimuths.insert(azimuths.begin(), 0);
+    std::vector<int> at;
+    for (const double mu : floor_cosines()) {
+        const auto found = std::find(solution.mu.begin(), solution.mu.end(), mu);
+        if (found != solution.mu.end()) at.push_back(static_cast<int>(found - solution.mu.begin()));
+    }
+    double max = 0;
+    for (std::size_t i = 0; i < at.size(); ++i)
+        for (std::size_t j = i; j < at.size(); ++j)  // both are symmetric
+            for (const SolvedValue& value : solution.values(side, at[i], at[j], azimuths))
+                max = std::max(max, value.total);
+    return std::max(0.01 * max, min_value);
 }
 
 std::size_t quantile_place(std::size_t count, double share) {

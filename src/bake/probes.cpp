@@ -342,11 +342,11 @@ ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionG
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {
     ProbedLayer layer;
     if (recipe.reflection)
-        layer.reflection =
-            probe_side(solution, Side::reflection, directions, reflection_floor(solution));
+        layer.reflection = probe_side(solution, Side::reflection, directions,
+                                      error_floor(solution, Side::reflection));
     if (recipe.transmission)
-        layer.transmission =
-            probe_side(solution, Side::transmission, directions, transmission_floor(solution));
+        layer.transmission = probe_side(solution, Side::transmission, directions,
+                                        error_floor(solution, Side::transmission));
     layer.solution = std::move(solution);
     return layer;
 }

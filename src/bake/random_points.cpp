@@ -291,9 +291,7 @@ class LadderPoints {
         const Places* at = places_.data();
         for (std::size_t k = 0; k < layers_.size(); ++k) {
             const LayerSolution& solution = solutions[0][k];
-            for (const Side side : sides_)
-                solved.push_back(side == Side::reflection ? reflection_floor(solution)
-                                                          : transmission_floor(solution));
+            for (const Side side : sides_) solved.push_back(error_floor(solution, side));
             for (const RandomPoint& point : layers_[k]) {
                 const double phi = point.at.azimuth;
                 for (const Side side : point.sides)

@@ -20,7 +20,8 @@ double mean_reflection(const LayerSolution& layer, int in, int out) {
     for (int k = 0; k < azimuth_count; ++k)
         azimuths[static_cast<std::size_t>(k)] = pi * (k + 0.5) / azimuth_count;
     double sum = 0;
-    for (const SolvedValue& value : layer.reflection(in, out, azimuths)) sum += value.total;
+    for (const SolvedValue& value : layer.values(Side::reflection, in, out, azimuths))
+        sum += value.total;
     return sum / azimuth_count;
 }
 

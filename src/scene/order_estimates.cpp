@@ -139,12 +139,6 @@ class SolvedCosines {
     std::map<double, int> place_;
 };
 
-std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in, int out,
-                                   const std::vector<double>& azimuths) {
-    return side == Side::reflection ? layer.reflection(in, out, azimuths)
-                                    : layer.transmission(in, out, azimuths);
-}
-
 // ---- changes ------------------------------------------------------------------------------------
 
 void raise(ChangeEstimate& change, double found, const auto& where) {
@@ -212,7 +206,7 @@ class Estimates {
         const auto& modes =
             side == Side::reflection ? layer.reflection_modes : layer.transmission_modes;
         const double mean = modes.empty() ? 0 : modes[0](in, out);
-        const std::vector<SolvedValue> values = values_of(layer, side, in, out, pair.azimuths);
+        const std::vector<SolvedValue> values = layer.values(side, in, out, pair.azimuths);
         for (std::size_t k = 0; k < values.size(); ++k) {
             const SolvedValue& value = values[k];
             if (value.total <= 0) continue;
@@ -314,9 +308,10 @@ std::vector<double> order_shares(const PhaseFunction& phase_function, double alb
     const auto light = [&](const LayerSolution& layer) {
         double sum = 0;
         for (const auto& [at, weight] : directions)
-            sum += weight * values_of(layer, side, solved.place(at.mu_in), solved.place(at.mu_out),
-                                      {at.azimuth})[0]
-                                .total;
+            sum +=
+                weight *
+                layer.values(side, solved.place(at.mu_in), solved.place(at.mu_out), {at.azimuth})[0]
+                    .total;
         return sum;
     };
     SolverOptions options = quick_solver(phase_function);

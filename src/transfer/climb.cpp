@@ -4,7 +4,6 @@
 #include "doubling_ladder.h"
 #include "ordered_ladder.h"
 #include "reference/classic.h"
-#include "reference/phase_kernels.h"
 
 #include <algorithm>
 #include <cmath>

@@ -55,7 +55,7 @@ ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittanc
             if (mode > 0) break;
             const double kept = transmitted_share_beyond(
                 target.doubled_depth, half_transmittance,
-                mean_transmittance(directions, layer.transmission), target.optical_depth);
+                uniform_mean(directions, layer.transmission), target.optical_depth);
             layer.reflection += (1 - kept) * layer.transmission;
             layer.transmission *= kept;
             break;
@@ -68,10 +68,10 @@ ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittanc
     return layer;
 }
 
-double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& transmission) {
+double uniform_mean(const Directions& directions, const Eigen::MatrixXd& mode) {
     const int N = directions.nodes;
     const Eigen::VectorXd s = directions.s.head(N);
-    return s.dot(transmission.topLeftCorner(N, N) * s) / s.squaredNorm();
+    return s.dot(mode.topLeftCorner(N, N) * s) / s.squaredNorm();
 }
 
 int count_doublings(double smallest_cosine, double optical_depth) {

@@ -32,12 +32,12 @@ DepthTarget choose_target(double optical_depth, bool conservative, double asymme
 DepthLadder ladder_to(const DepthTarget& target);
 
 /// R and T of a mode at the target, from those at the end of its ladder. T is empty at infinite
-/// depth. `half_transmittance`: mean_transmittance one depth earlier, where conservative.
+/// depth. `half_transmittance`: uniform_mean one depth earlier, where conservative.
 ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittance,
                    const Directions& directions, ModeMatrices layer);
 
-/// Diffuse transmittance under uniform illumination, from mode 0.
-double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& transmission);
+/// Reflectance or diffuse transmittance under uniform illumination, from R or T of mode 0.
+double uniform_mean(const Directions& directions, const Eigen::MatrixXd& mode);
 
 /// Doublings to `optical_depth` from a thin start, exact to rounding along all cosines from the
 /// smallest on.

@@ -49,9 +49,4 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
     return exponents;
 }
 
-double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
-                                  const SolverOptions& options) {
-    return compute_diffusion_exponents(phase_function, {albedo}, options)[0];
-}
-
 }  // namespace stratus

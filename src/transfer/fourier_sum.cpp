@@ -70,9 +70,7 @@ void split_multiple(const LayerSolution& layer, Side side, int in, int out, cons
 /// the table.
 void add_corrections(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
                      std::span<double> multiple) {
-    const bool reflected = side == Side::reflection;
-    const PeakCorrection peak =
-        reflected ? layer.reflection_correction(in, out) : layer.transmission_correction(in, out);
+    const PeakCorrection peak = layer.peak_correction(side, in, out);
     for (std::size_t k = 0; k < multiple.size() && peak.single != 0; ++k)
         multiple[k] += peak.single * table.phase[k];
     if (!peak.legendre.empty()) {
@@ -103,33 +101,6 @@ double tabulated_boundary(const LayerSolution& layer, int in, int out) {
     return layer.lower_boundary.has_closed_form() ? 0 : seen_boundary(layer, 1, in, out);
 }
 
-std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in, int out,
-                                   const std::vector<double>& azimuths) {
-    if (layer.stack) return layer.stack->values(side, in, out, azimuths);
-    if (side == Side::transmission && layer.lower_boundary.is_present())
-        return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
-    std::vector<double> cosines, phase, boundary_phase;
-    for (const double azimuth : azimuths) {
-        const Geometry geometry{layer.mu(in), layer.mu(out), azimuth};
-        cosines.push_back(side == Side::reflection ? cos_scattering_angle_reflected(geometry)
-                                                   : cos_scattering_angle_transmitted(geometry));
-        phase.push_back(layer.phase_function(cosines.back()));
-        boundary_phase.push_back(boundary_phase_value(layer.lower_boundary, geometry));
-    }
-    const MatrixXd series_cosines =
-        tabulate_cosines(azimuths, static_cast<int>(layer.reflection_modes.size()));
-    const VectorXd series = sum_modes(layer, side, in, {&out, 1}, series_cosines);
-    std::vector<double> multiple(series.begin(), series.end());
-    add_corrections(layer, side, in, out, {cosines, phase, boundary_phase}, multiple);
-    std::vector<SolvedValue> values;
-    for (std::size_t k = 0; k < azimuths.size(); ++k) {
-        const double single = single_scattering(layer, side, phase[k], in, out) +
-                              seen_boundary(layer, boundary_phase[k], in, out);
-        values.push_back({single + multiple[k], single, multiple[k]});
-    }
-    return values;
-}
-
 void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     GridValues& values) {
     for (int i = 0; i < grid.in_count(); ++i)
@@ -138,8 +109,7 @@ void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGri
                       out = grid.pairs().out[static_cast<std::size_t>(j)];
             const double ground =
                 side == Side::reflection ? tabulated_boundary(solution, in, out) : 0;
-            const std::vector<SolvedValue> here =
-                values_of(solution, side, in, out, grid.azimuth());
+            const std::vector<SolvedValue> here = solution.values(side, in, out, grid.azimuth());
             for (std::size_t k = 0; k < here.size(); ++k) {
                 const std::size_t at = grid.at(i, j, static_cast<int>(k));
                 const double tabulated = ground * grid.boundary_phase()[at];
@@ -268,7 +238,7 @@ class PairSamples {
         if (solution_.stack) {
             std::vector<double> some;
             for (const std::size_t at : positions) some.push_back(grid_.azimuth()[at % azimuths]);
-            for (const SolvedValue& value : values_of(solution_, side_, in, out, some))
+            for (const SolvedValue& value : solution_.values(side_, in, out, some))
                 *values++ = value.multiple;
             if (ground != 0)
                 for (std::size_t n = positions.size(); n-- > 0;)
@@ -325,47 +295,39 @@ std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
     return values;
 }
 
-SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
-    return reflection(in, out, std::vector<double>{azimuth})[0];
+std::vector<SolvedValue> LayerSolution::values(Side side, int in, int out,
+                                               const std::vector<double>& azimuths) const {
+    if (stack) return stack->values(side, in, out, azimuths);
+    if (side == Side::transmission && lower_boundary.is_present())
+        return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    std::vector<double> cosines, phase, boundary_phase;
+    for (const double azimuth : azimuths) {
+        const Geometry geometry{mu(in), mu(out), azimuth};
+        cosines.push_back(side == Side::reflection ? cos_scattering_angle_reflected(geometry)
+                                                   : cos_scattering_angle_transmitted(geometry));
+        phase.push_back(phase_function(cosines.back()));
+        boundary_phase.push_back(boundary_phase_value(lower_boundary, geometry));
+    }
+    const MatrixXd series_cosines =
+        tabulate_cosines(azimuths, static_cast<int>(reflection_modes.size()));
+    const VectorXd series = sum_modes(*this, side, in, {&out, 1}, series_cosines);
+    std::vector<double> multiple(series.begin(), series.end());
+    add_corrections(*this, side, in, out, {cosines, phase, boundary_phase}, multiple);
+    std::vector<SolvedValue> all;
+    for (std::size_t k = 0; k < azimuths.size(); ++k) {
+        const double single = single_scattering(*this, side, phase[k], in, out) +
+                              seen_boundary(*this, boundary_phase[k], in, out);
+        all.push_back({single + multiple[k], single, multiple[k]});
+    }
+    return all;
 }
 
-std::vector<SolvedValue> LayerSolution::reflection(int in, int out,
-                                                   const std::vector<double>& azimuths) const {
-    return values_of(*this, Side::reflection, in, out, azimuths);
+SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
+    return values(Side::reflection, in, out, {azimuth})[0];
 }
 
 SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
-    return transmission(in, out, std::vector<double>{azimuth})[0];
-}
-
-std::vector<SolvedValue> LayerSolution::transmission(int in, int out,
-                                                     const std::vector<double>& azimuths) const {
-    return values_of(*this, Side::transmission, in, out, azimuths);
-}
-
-double LayerSolution::most_negative() const {
-    constexpr int count = 65;
-    constexpr double rounding = 1e-15;
-    std::vector<double> azimuths;
-    for (int k = 0; k < count; ++k) azimuths.push_back(k * pi / (count - 1));
-    const DirectionGrid grid(phase_function, lower_boundary, {mu.begin(), mu.end()}, azimuths,
-                             static_cast<int>(reflection_modes.size()));
-    double share = 0;
-    for (const Side side : {Side::reflection, Side::transmission}) {
-        const GridValues values = evaluate(*this, side, grid);
-        double lowest = 0, highest = 0;
-        for (int i = 0; i < mu.size(); ++i)
-            for (int j = 0; j <= i; ++j)
-                for (int k = 0; k < count; ++k) {
-                    const std::size_t at = grid.at(j, i, k);
-                    const double total = values.closed_form[at] + values.tabulated[at];
-                    const double scaled = (mu(i) + mu(j)) * total;
-                    if (total < -rounding) lowest = std::min(lowest, scaled);
-                    highest = std::max(highest, scaled);
-                }
-        if (lowest < 0) share = std::min(share, lowest / std::max(highest, -lowest));
-    }
-    return share;
+    return values(Side::transmission, in, out, {azimuth})[0];
 }
 
 }  // namespace stratus

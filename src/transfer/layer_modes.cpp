@@ -1,10 +1,13 @@
 #include "layer_modes.h"
 
+#include <stratus/base/constants.h>
+
 #include "climb.h"
 #include "options.h"
 #include "simd/doubling_steps.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -45,8 +48,7 @@ void LayerModes::solve_pack(int first) {
         [&](int mode, std::size_t, int depth, ModeMatrices layer, const PhaseKernels& kernels) {
             require_finite(layer, mode, directions_);
             if (depth + 1 < ladder.octaves) {
-                if (mode == 0)
-                    half_transmittance = mean_transmittance(directions_, layer.transmission);
+                if (mode == 0) half_transmittance = uniform_mean(directions_, layer.transmission);
                 return;
             }
             layer = reach(target_, mode, half_transmittance, directions_, std::move(layer));
@@ -57,6 +59,118 @@ void LayerModes::solve_pack(int first) {
                 layers_.push_back(
                     {layer.reflection, layer.reflection, std::move(layer.transmission), beam});
         });
+}
+
+// ---- the lower boundary ------------------------------------------------------------------------
+
+BoundaryModes::BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
+                             const Directions& directions)
+    : boundary_(boundary), truncation_(truncation), directions_(directions) {
+    if (boundary.kind == LowerBoundary::Kind::layer)
+        modes_.emplace(directions, LayerTask{truncation.moments, truncation.albedo(boundary.albedo),
+                                             truncation.co_albedo(boundary.albedo), infinity});
+}
+
+int BoundaryModes::count() const {
+    if (modes_) return modes_->count();
+    if (boundary_.law) return 2 * directions_.nodes;
+    return boundary_.kind == LowerBoundary::Kind::surface ? 1 : 0;
+}
+
+LayerMode BoundaryModes::layer(int mode) {
+    const auto n = directions_.size();
+    if (mode >= count()) return {MatrixXd::Zero(n, n), {}, {}, {}};
+    if (modes_) return modes_->layer(mode);
+    return {directions_.s.asDiagonal() * once(mode) * directions_.s.asDiagonal(), {}, {}, {}};
+}
+
+MatrixXd BoundaryModes::once(int mode) {
+    const auto n = directions_.size();
+    if (mode >= count()) return MatrixXd::Zero(n, n);
+    // The weights of uniform illumination sum to 1 only from three nodes on; dividing by their sum
+    // keeps a white surface from absorbing with fewer.
+    if (boundary_.law) return ground(mode);
+    if (!modes_)
+        return MatrixXd::Constant(
+            n, n, boundary_.albedo / directions_.s.head(directions_.nodes).squaredNorm());
+    const double w = truncation_.albedo(boundary_.albedo);
+    MatrixXd once = modes_->kernels(mode).other;
+    for (Eigen::Index j = 0; j < n; ++j)
+        for (Eigen::Index i = 0; i < n; ++i)
+            once(i, j) *= single_reflection(1, w, infinity, directions_.mu(i), directions_.mu(j));
+    return once;
+}
+
+const MatrixXd& BoundaryModes::ground(int mode) {
+    constexpr int group = 16;
+    if (ground_.empty() || mode < first_ || mode >= first_ + group) {
+        first_ = mode / group * group;
+        const auto n = directions_.size();
+        ground_.assign(group, MatrixXd(n, n));
+        const AzimuthalModes modes_at(first_, first_ + group);
+        for (Eigen::Index j = 0; j < n; ++j)
+            for (Eigen::Index i = 0; i <= j; ++i) {
+                const std::vector<double> modes =
+                    modes_at(*boundary_.law, directions_.mu(j), directions_.mu(i));
+                for (std::size_t m = 0; m < group; ++m)
+                    ground_[m](i, j) = ground_[m](j, i) = modes[m];
+            }
+    }
+    return ground_[static_cast<std::size_t>(mode - first_)];
+}
+
+VectorXd BoundaryModes::entering() {
+    const VectorXd& s = directions_.s;
+    if (boundary_.kind == LowerBoundary::Kind::surface) return (1 - boundary_.albedo) * s;
+    if (boundary_.albedo == 1) return VectorXd::Zero(s.size());
+    const int N = directions_.nodes;
+    return s - layer(0).reflection.leftCols(N) * s.head(N);
+}
+
+// ---- stacks ------------------------------------------------------------------------------------
+
+StackModes::StackModes(const std::vector<StackLayer>& layers,
+                       const std::vector<Truncation>& truncations, const Directions& directions)
+    : directions_(directions) {
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        const StackLayer& layer = layers[k];
+        const Truncation& truncation = truncations[k];
+        depths_.push_back(truncation.optical_depth(layer.optical_depth, layer.albedo));
+        left_out_.push_back(
+            truncation.fraction > 0 ? truncation.fraction * layer.albedo * layer.optical_depth : 0);
+        layers_.emplace_back(directions_,
+                             LayerTask{truncation.moments, truncation.albedo(layer.albedo),
+                                       truncation.co_albedo(layer.albedo), depths_.back()});
+    }
+}
+
+int StackModes::count() const {
+    int count = 0;
+    for (const LayerModes& layer : layers_) count = std::max(count, layer.count());
+    return count;
+}
+
+LayerMode StackModes::layer(std::size_t k, int mode) {
+    if (mode < layers_[k].count()) return layers_[k].layer(mode);
+    const MatrixXd none = MatrixXd::Zero(directions_.size(), directions_.size());
+    if (std::isinf(depths_[k])) return {none, {}, {}, {}};
+    return {none, none, none, beam_along(directions_, depths_[k])};
+}
+
+const PhaseKernels* StackModes::kernels(std::size_t k, int mode) {
+    return mode < layers_[k].count() ? &layers_[k].kernels(mode) : nullptr;
+}
+
+Beam StackModes::beam(std::size_t end) const {
+    double depth = 0, left_out = 0;
+    for (std::size_t k = 0; k < end; ++k) {
+        depth += depths_[k];
+        left_out += left_out_[k];
+    }
+    const VectorXd unscattered = beam_along(directions_, depth);
+    const VectorXd scattered =
+        directions_.mu.unaryExpr([left_out](double mu) { return -std::expm1(-left_out / mu); });
+    return {unscattered, unscattered.cwiseProduct(scattered)};
 }
 
 }  // namespace stratus

@@ -5,12 +5,10 @@
 #include <stratus/base/number_text.h>
 
 #include "adding.h"
-#include "boundary_modes.h"
 #include "flush_subnormals.h"
 #include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
-#include "stack_modes.h"
 #include "stack_path.h"
 
 #include <algorithm>
@@ -20,10 +18,10 @@
 
 namespace stratus {
 
-namespace {
-
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+namespace {
 
 /// Layers divided at levels, and how many pieces are above each.
 struct Divided {
@@ -58,46 +56,47 @@ Divided divide(const std::vector<StackLayer>& layers, const std::vector<double>&
     return divided;
 }
 
-/// Pieces as single scattering knows them: themselves, or truncated.
-struct SinglePieces {
-    std::vector<double> albedos, depths;
+}  // namespace
 
-    double depth(std::size_t first, std::size_t end) const {
-        return std::accumulate(depths.begin() + static_cast<std::ptrdiff_t>(first),
-                               depths.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+SingleLayers::SingleLayers(const std::vector<StackLayer>& layers) {
+    for (const StackLayer& layer : layers) {
+        albedos.push_back(layer.albedo);
+        depths.push_back(layer.optical_depth);
     }
-
-    /// Light that piece k scatters once, for each unit of its phase function, to the level below the
-    /// first `above` pieces: down if it is one of them, up otherwise.
-    double scattered(std::size_t k, std::size_t above, double mu_in, double mu_out) const {
-        if (k < above)
-            return single_transmission_through({depth(0, k), depth(k + 1, above)}, 1, albedos[k],
-                                               depths[k], mu_in, mu_out);
-        return direct_transmittance(depth(0, above), mu_in) *
-               single_reflection_through({depth(above, k), 0}, 1, albedos[k], depths[k], mu_in,
-                                         mu_out);
-    }
-};
-
-SinglePieces as_they_are(const std::vector<StackLayer>& pieces) {
-    SinglePieces single;
-    for (const StackLayer& piece : pieces) {
-        single.albedos.push_back(piece.albedo);
-        single.depths.push_back(piece.optical_depth);
-    }
-    return single;
 }
 
-SinglePieces truncated_pieces(const std::vector<StackLayer>& pieces,
-                              const std::vector<Truncation>& truncations) {
-    SinglePieces single;
-    for (std::size_t k = 0; k < pieces.size(); ++k) {
-        const double w = pieces[k].albedo;
-        single.albedos.push_back(truncations[k].albedo(w));
-        single.depths.push_back(truncations[k].optical_depth(pieces[k].optical_depth, w));
+SingleLayers::SingleLayers(const std::vector<StackLayer>& layers,
+                           const std::vector<Truncation>& truncations,
+                           double (Truncation::*albedo)(double) const) {
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        const double w = layers[k].albedo;
+        albedos.push_back((truncations[k].*albedo)(w));
+        depths.push_back(truncations[k].optical_depth(layers[k].optical_depth, w));
     }
-    return single;
 }
+
+double SingleLayers::depth(std::size_t first, std::size_t end) const {
+    return std::accumulate(depths.begin() + static_cast<std::ptrdiff_t>(first),
+                           depths.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+}
+
+double SingleLayers::scattered(std::size_t k, std::size_t above, double phase, double mu_in,
+                               double mu_out) const {
+    if (k < above)
+        return single_transmission_through({depth(0, k), depth(k + 1, above)}, phase, albedos[k],
+                                           depths[k], mu_in, mu_out);
+    return direct_transmittance(depth(0, above), mu_in) *
+           single_reflection_through({depth(above, k), 0}, phase, albedos[k], depths[k], mu_in,
+                                     mu_out);
+}
+
+MatrixXd SingleLayers::factors(std::size_t k, std::size_t above, const VectorXd& mu) const {
+    return MatrixXd::NullaryExpr(mu.size(), mu.size(), [&](Eigen::Index out, Eigen::Index in) {
+        return scattered(k, above, 1, mu(in), mu(out));
+    });
+}
+
+namespace {
 
 class InsideRun {
   public:
@@ -109,7 +108,7 @@ class InsideRun {
           directions_(
               stack_directions(solution_.truncations, solution_.boundary_truncation, mu, options)),
           boundary_modes_(solution_.lower_boundary, solution_.boundary_truncation, directions_),
-          single_(truncated_pieces(solution_.pieces, solution_.truncations)),
+          single_(solution_.pieces, solution_.truncations, &Truncation::albedo),
           pieces_(solution_.pieces, solution_.truncations, directions_) {
         for (std::size_t l = 0; l < levels.size(); ++l)
             solution_.levels.push_back(blank_level(levels[l], divided.above[l]));
@@ -159,18 +158,19 @@ class InsideRun {
     std::vector<SingleFactors> single_factors(const LightAtLevel& level) const {
         const std::size_t pieces = solution_.pieces.size(), above = level.pieces_above;
         const auto count = level.mu.size();
-        const SingleFactors none{MatrixXd::Zero(count, count), MatrixXd::Zero(count, count)};
-        std::vector<SingleFactors> all(pieces + 1, none);
-        for (Eigen::Index in = 0; in < count; ++in)
-            for (Eigen::Index out = 0; out < count; ++out) {
-                const double mu_in = level.mu(in), mu_out = level.mu(out);
-                for (std::size_t k = 0; k < pieces; ++k)
-                    (k < above ? all[k].transmission : all[k].reflection)(out, in) =
-                        single_.scattered(k, above, mu_in, mu_out);
-                all[pieces].reflection(out, in) =
-                    direct_transmittance(single_.depth(0, pieces), mu_in) *
-                    direct_transmittance(single_.depth(above, pieces), mu_out);
-            }
+        const MatrixXd none = MatrixXd::Zero(count, count);
+        std::vector<SingleFactors> all;
+        for (std::size_t k = 0; k < pieces; ++k) {
+            all.push_back({none, none});
+            (k < above ? all[k].transmission : all[k].reflection) =
+                single_.factors(k, above, level.mu);
+        }
+        const auto beam = [&](std::size_t first) {
+            return level.mu.unaryExpr([depth = single_.depth(first, pieces)](double mu) {
+                return direct_transmittance(depth, mu);
+            });
+        };
+        all.push_back({beam(above) * beam(0).transpose(), none});
         return all;
     }
 
@@ -234,7 +234,7 @@ class InsideRun {
     const LowerBoundary nothing_{};  // the lower boundary counts as a piece
     const Truncation untruncated_{};
     BoundaryModes nothing_below_{nothing_, untruncated_, directions_};
-    const SinglePieces single_;
+    const SingleLayers single_;
     StackModes pieces_;
     std::vector<ModeRecorder> recorders_;
 };
@@ -261,49 +261,58 @@ InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBo
     return InsideRun(divide(layers, levels), boundary, levels, mu, options).run();
 }
 
-std::vector<SolvedValue> InsideSolution::values(std::size_t level, Side side, int in, int out,
-                                                const std::vector<double>& azimuths) const {
+std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSolution& light,
+                                        const std::vector<double>& scattered_again, Side side,
+                                        std::size_t above, int in, int out,
+                                        const std::vector<double>& azimuths) {
+    const std::vector<StackLayer>& layers = solved.layers;
+    const LowerBoundary& lower_boundary = solved.lower_boundary;
     const bool upward = side == Side::reflection;
-    const LightAtLevel& light = levels[level];
-    const std::size_t above = light.pieces_above;
+    const std::size_t first = upward ? above : 0, end = upward ? layers.size() : above;
     const double mu_in = light.mu(in), mu_out = light.mu(out);
-    const SinglePieces plain = as_they_are(pieces);
-    SinglePieces corrected = truncated_pieces(pieces, truncations);
-    for (std::size_t k = 0; k < pieces.size(); ++k)
-        corrected.albedos[k] = truncations[k].single_scattering_albedo(pieces[k].albedo);
-    std::vector<double> modes;
+    const SingleLayers plain(layers),
+        corrected(layers, solved.truncations, &Truncation::single_scattering_albedo);
+    const LowerBoundary boundary_corrected = truncated(lower_boundary, solved.boundary_truncation);
+    std::vector<double> modes, cosines;
     for (const MatrixXd& mode : upward ? light.reflection_modes : light.transmission_modes)
         modes.push_back(mode(out, in));
-    const auto geometry = [&](double azimuth) { return Geometry{mu_in, mu_out, azimuth}; };
-    const auto cosine_at = [&](double azimuth) {
-        return upward ? cos_scattering_angle_reflected(geometry(azimuth))
-                      : cos_scattering_angle_transmitted(geometry(azimuth));
-    };
-    const auto by_layers = [&](const SinglePieces& single, double azimuth) {
-        double sum = 0;
-        for (std::size_t k = upward ? above : 0; k < (upward ? pieces.size() : above); ++k)
-            sum += pieces[k].phase_function(cosine_at(azimuth)) *
-                   single.scattered(k, above, mu_in, mu_out);
-        return sum;
-    };
-    const auto by_boundary = [&](const SinglePieces& single, const LowerBoundary& boundary,
-                                 double azimuth) {
-        if (!upward || !boundary.is_present()) return 0.0;
-        return direct_transmittance(single.depth(0, above), mu_in) *
-               single_reflection_of_boundary(boundary, single.depth(above, pieces.size()),
-                                             geometry(azimuth));
-    };
-    const LowerBoundary ground = truncated(lower_boundary, boundary_truncation);
-    std::vector<double> along_path;
-    if (path) along_path = path->legendre(side, above, mu_in, mu_out);
-    std::vector<SolvedValue> all;
     for (const double azimuth : azimuths)
+        cosines.push_back(upward ? cos_scattering_angle_reflected({mu_in, mu_out, azimuth})
+                                 : cos_scattering_angle_transmitted({mu_in, mu_out, azimuth}));
+    const std::vector<double> again = sum_legendre(scattered_again, cosines);
+    std::vector<SolvedValue> all;
+    for (std::size_t a = 0; a < azimuths.size(); ++a) {
+        double single = 0, truncated = 0;
+        for (std::size_t k = first; k < end; ++k) {
+            const double phase = layers[k].phase_function(cosines[a]);
+            single += plain.scattered(k, above, phase, mu_in, mu_out);
+            if (!solved.follows_paths)
+                truncated += corrected.scattered(k, above, phase, mu_in, mu_out);
+        }
         // The path law is added to single scattering by the layers as they are.
-        all.push_back(put_together(
-            by_layers(plain, azimuth) + by_boundary(plain, lower_boundary, azimuth),
-            by_layers(path ? plain : corrected, azimuth) + by_boundary(corrected, ground, azimuth),
-            sum_modes(modes, azimuth) + sum_legendre(along_path, cosine_at(azimuth))));
+        if (solved.follows_paths) truncated = single;
+        if (upward && lower_boundary.is_present()) {
+            const auto by_boundary = [&](const SingleLayers& by, const LowerBoundary& boundary) {
+                return direct_transmittance(by.depth(0, above), mu_in) *
+                       single_reflection_of_boundary(boundary, by.depth(above, layers.size()),
+                                                     {mu_in, mu_out, azimuths[a]});
+            };
+            single += by_boundary(plain, lower_boundary);
+            truncated += by_boundary(corrected, boundary_corrected);
+        }
+        all.push_back(put_together(single, truncated, sum_modes(modes, azimuths[a]) + again[a]));
+    }
     return all;
+}
+
+std::vector<SolvedValue> InsideSolution::values(std::size_t level, Side side, int in, int out,
+                                                const std::vector<double>& azimuths) const {
+    const LightAtLevel& light = levels[level];
+    std::vector<double> along_path;
+    if (path) along_path = path->legendre(side, light.pieces_above, light.mu(in), light.mu(out));
+    return light_at_level(
+        {pieces, truncations, lower_boundary, boundary_truncation, path != nullptr}, light,
+        along_path, side, light.pieces_above, in, out, azimuths);
 }
 
 }  // namespace stratus

@@ -20,7 +20,43 @@
 
 namespace stratus {
 
-class StackPath;  // src/transfer/stack_path.h
+class StackPath;  // stack_path.h
+
+/// Layers as single scattering knows them: themselves, or truncated.
+struct SingleLayers {
+    std::vector<double> albedos, depths;
+
+    explicit SingleLayers(const std::vector<StackLayer>& layers);
+    /// `albedo`: that of the truncation which counts.
+    SingleLayers(const std::vector<StackLayer>& layers, const std::vector<Truncation>& truncations,
+                 double (Truncation::*albedo)(double) const);
+
+    /// The optical depth of the layers `first` to before `end`.
+    double depth(std::size_t first, std::size_t end) const;
+
+    /// Light that layer k scatters once to the level below the first `above` layers: down if it is one
+    /// of them, up otherwise.
+    double scattered(std::size_t k, std::size_t above, double phase, double mu_in,
+                     double mu_out) const;
+    /// Returns that for phase 1 between all `mu`, out of row, into column.
+    Eigen::MatrixXd factors(std::size_t k, std::size_t above, const Eigen::VectorXd& mu) const;
+};
+
+/// The layers and the lower boundary whose light is seen at a level.
+struct SolvedLayers {
+    const std::vector<StackLayer>& layers;
+    const std::vector<Truncation>& truncations;
+    const LowerBoundary& lower_boundary;
+    const Truncation& boundary_truncation;
+    bool follows_paths;
+};
+
+/// Diffuse light at the level below the first `above` layers, going up (Side::reflection) or down.
+/// `scattered_again`: Legendre coefficients of what is added to the modes.
+std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSolution& light,
+                                        const std::vector<double>& scattered_again, Side side,
+                                        std::size_t above, int in, int out,
+                                        const std::vector<double>& azimuths);
 
 /// Light at a level. What ModeSolution calls plane_albedo is the upward flux, diffuse_transmittance the
 /// downward one without the beam; reflection_modes and transmission_modes are the light of orders

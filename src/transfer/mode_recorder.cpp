@@ -61,13 +61,13 @@ void ModeRecorder::record_fluxes(const LayerMode& all) {
     const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
     // The weights of uniform illumination sum to 1 only from three nodes on.
     const double uniform = s.squaredNorm();
-    solution_.spherical_albedo = s.dot(all.reflection.topLeftCorner(N, N) * s) / uniform;
+    solution_.spherical_albedo = uniform_mean(directions_, all.reflection);
     solution_.plane_albedo = unscale.asDiagonal() * (all.reflection.bottomLeftCorner(count, N) * s);
     if (solution_.lower_boundary.is_present()) return;
     solution_.total_transmittance = 0;
     solution_.diffuse_transmittance = VectorXd::Zero(count);
     if (all.is_opaque()) return;
-    solution_.total_transmittance = mean_transmittance(directions_, all.transmission) +
+    solution_.total_transmittance = uniform_mean(directions_, all.transmission) +
                                     s.cwiseProduct(s).dot(beam_.unscattered.head(N)) / uniform;
     solution_.diffuse_transmittance =
         unscale.asDiagonal() * (all.transmission.topRightCorner(N, count).transpose() * s);
@@ -102,8 +102,7 @@ VectorXd ModeRecorder::flux_over_surface(const LayerMode& above, bool is_conserv
     const VectorXd diffuse = above.transmission.topRows(N).transpose() * s;
     const VectorXd all = diffuse + above.beam.cwiseProduct(directions_.s);
     const double T = s.dot(all.head(N)) / s.squaredNorm();
-    const double R =
-        is_conservative ? 1 - T : mean_transmittance(directions_, above.reflection_below);
+    const double R = is_conservative ? 1 - T : uniform_mean(directions_, above.reflection_below);
     const double lost = 1 - albedo + albedo * (is_conservative ? T : 1 - R);
     return diffuse + albedo * R / lost * all;
 }

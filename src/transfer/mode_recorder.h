@@ -3,11 +3,12 @@
 #pragma once
 
 #include <stratus/transfer/solution.h>
+#include <stratus/transfer/solver_options.h>
 
-#include "adding.h"
-#include "boundary_modes.h"
-#include "layer.h"
+#include "layer_modes.h"
+#include "simd/doubling_steps.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace stratus {
@@ -15,12 +16,6 @@ namespace stratus {
 /// Single scattering between the cosines of a solution, per unit of phase kernel.
 struct SingleFactors {
     Eigen::MatrixXd reflection, transmission;
-};
-
-/// Along all directions.
-struct Beam {
-    Eigen::VectorXd unscattered;  // in the truncated problem: exp(-tau*/mu)
-    Eigen::VectorXd truncated;    // its truncated (diffuse) part: exp(-tau*/mu) - exp(-tau/mu)
 };
 
 class ModeRecorder {
@@ -72,6 +67,18 @@ void solve_groups(int modes, int group, bool may_stop, Solve solve, IsNegligible
         solve(first, end);
         if (may_stop && first > 0 && is_negligible(end - first)) return;
     }
+}
+
+/// Calls solve(mode) for `count` modes, or as many as the options ask for; without such, until modes are
+/// negligible.
+template <class Solve, class IsNegligible>
+void solve_modes(const SolverOptions& options, int count, Solve solve, IsNegligible is_negligible) {
+    solve_groups(
+        options.modes ? std::min(options.modes, count) : count, lane_count, options.modes == 0,
+        [&](int first, int end) {
+            for (int mode = first; mode < end; ++mode) solve(mode);
+        },
+        is_negligible);
 }
 
 }  // namespace stratus

@@ -1,12 +1,16 @@
-#include "ordered_stack.h"
+// Neumann orders of stacks: layers and their lower boundary added order by order.
+//
+// Every matrix of a layer is a power series in its albedo (ordered_ladder.h); with z^n in place of
+// the albedo's powers, z R_1 + z^2 R_2 + ... of layers that differ are added as their sums are
+// [HT74], products being Cauchy products. A reflection by a Lambert surface counts as one
+// scattering. No peak is truncated: orders would mix.
+#include "orders.h"
 
-#include "boundary_modes.h"
 #include "climb.h"
 #include "depth_regime.h"
 #include "flush_subnormals.h"
 #include "mode_recorder.h"
 #include "options.h"
-#include "orders.h"
 #include "simd/doubling_steps.h"
 
 #include <algorithm>
@@ -107,9 +111,9 @@ class OrderedStackRun {
                     const std::vector<double>& mu, const SolverOptions& options)
         : options_(options),
           layers_(layers),
-          moments_(moments_of(layers, options)),
+          truncations_(truncations_of(layers, options)),
           boundary_truncation_(truncation_of(boundary, options)),
-          directions_(directions_of(mu)),
+          directions_(stack_directions(truncations_, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_) {
         double depth = 0;
         for (const StackLayer& layer : layers) depth += layer.optical_depth;
@@ -119,8 +123,7 @@ class OrderedStackRun {
         blank.lower_boundary = boundary;
         blank.boundary_truncation = boundary_truncation_;
         blank.mu = solved_cosines(directions_);
-        for (const StackLayer& layer : layers)
-            blank.truncations.push_back(truncation_of(layer.phase_function, options, false));
+        blank.truncations = truncations_;
         orders_.resize(static_cast<std::size_t>(options.orders) + 1, blank);
         const auto count = blank.mu.size();
         const SingleFactors nothing{MatrixXd::Zero(count, count), MatrixXd::Zero(count, count)};
@@ -135,7 +138,8 @@ class OrderedStackRun {
         const FlushSubnormals flush(
             std::ranges::min(layers_, {}, &StackLayer::optical_depth).optical_depth);
         int modes = std::max(1, boundary_modes_.count());
-        for (const auto& moments : moments_) modes = std::max(modes, count_modes(moments));
+        for (const Truncation& truncation : truncations_)
+            modes = std::max(modes, count_modes(truncation.moments));
         solve_groups(
             options_.modes ? std::min(options_.modes, modes) : modes, lane_count,
             options_.modes == 0, [this](int first, int end) { solve_modes(first, end); },
@@ -148,19 +152,12 @@ class OrderedStackRun {
     }
 
   private:
-    static std::vector<std::vector<double>> moments_of(const std::vector<StackLayer>& layers,
-                                                       const SolverOptions& options) {
-        std::vector<std::vector<double>> all;
+    static std::vector<Truncation> truncations_of(const std::vector<StackLayer>& layers,
+                                                  const SolverOptions& options) {
+        std::vector<Truncation> all;
         for (const StackLayer& layer : layers)
-            all.push_back(truncation_of(layer.phase_function, options, false).moments);
+            all.push_back(truncation_of(layer.phase_function, options, false));
         return all;
-    }
-
-    Directions directions_of(const std::vector<double>& mu) const {
-        NodeMap map = choose_node_map(boundary_truncation_.moments, options_.nodes);
-        for (const auto& moments : moments_)
-            map = joint_map(map, choose_node_map(moments, options_.nodes));
-        return gauss_directions(options_.nodes, map, mu);
     }
 
     Series nothing() const {
@@ -216,13 +213,13 @@ class OrderedStackRun {
     }
 
     void solve_modes(int first, int end) {
-        std::vector<OrderedMode> sums = modes_of(layers_[0], moments_[0], first, end);
+        std::vector<OrderedMode> sums = modes_of(layers_[0], truncations_[0].moments, first, end);
         const auto add_below = [&](const std::vector<OrderedMode>& below) {
             for (std::size_t m = 0; m < sums.size(); ++m)
                 sums[m] = add(sums[m], below[m], directions_.nodes);
         };
         for (std::size_t k = 1; k < layers_.size(); ++k)
-            add_below(modes_of(layers_[k], moments_[k], first, end));
+            add_below(modes_of(layers_[k], truncations_[k].moments, first, end));
         if (orders_[0].lower_boundary.is_present()) {
             const std::vector<OrderedMode> below = boundary_modes(first, end);
             if (first == 0) record_boundary(between(sums[0], below[0], directions_.nodes));
@@ -240,19 +237,13 @@ class OrderedStackRun {
             LayerMode mode{part(sum.reflection, n), {}, {}, {}};
             if (!sum.is_opaque()) mode.transmission = part(sum.transmission, n);
             if (orders_[n].reflection_modes.empty() && !sum.is_opaque())
-                orders_[n].spherical_albedo_below = mean_reflection(part(sum.reflection_below, n));
+                orders_[n].spherical_albedo_below =
+                    uniform_mean(directions_, part(sum.reflection_below, n));
             recorders_[n].record(mode, {nullptr}, boundary_modes_);
             if (n > 1) continue;
             orders_[n].reflection_modes.back().setZero();  // single scattering has its closed form
             orders_[n].transmission_modes.back().setZero();
         }
-    }
-
-    /// Under uniform illumination, from mode 0.
-    double mean_reflection(const MatrixXd& reflection) const {
-        const int N = directions_.nodes;
-        const VectorXd s = directions_.s.head(N);
-        return s.dot(reflection.topLeftCorner(N, N) * s) / s.squaredNorm();
     }
 
     /// `falling`: light of mode 0 that falls on the boundary.
@@ -271,7 +262,7 @@ class OrderedStackRun {
 
     const SolverOptions& options_;
     const std::vector<StackLayer>& layers_;
-    const std::vector<std::vector<double>> moments_;
+    const std::vector<Truncation> truncations_;
     const Truncation boundary_truncation_;
     const Directions directions_;
     BoundaryModes boundary_modes_;

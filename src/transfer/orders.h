@@ -5,9 +5,11 @@
 // truncated problem treats it as unscattered.
 #pragma once
 
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/stack.h>
 
 #include <Eigen/Core>
+
+#include <vector>
 
 namespace stratus {
 
@@ -21,5 +23,11 @@ double sum_paths(Side side, const LayerSolution& layer, int lowest, double in, d
 /// exp(-tau*/mu) - exp(-tau/mu) with orders n >= 1 weighted: diffuse light that truncation treats
 /// as unscattered.
 double truncated_beam(const LayerSolution& layer, double mu);
+
+/// Orders of a stack: 0, the beam alone, to options.orders. Arguments have been checked; neighbours differ.
+std::vector<StackSolution> solve_stack_orders(const std::vector<StackLayer>& layers,
+                                              const LowerBoundary& boundary,
+                                              const std::vector<double>& mu,
+                                              const SolverOptions& options);
 
 }  // namespace stratus

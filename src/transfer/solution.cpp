@@ -31,23 +31,14 @@ PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, in
     return {0, std::move(sum)};
 }
 
-PeakCorrection correction(const LayerSolution& layer, Side side, int in, int out) {
-    if (layer.path) return path_correction(layer, side, in, out);
-    if (layer.backward_path)
-        return {0, layer.backward_path->legendre(side, layer.albedo, layer.optical_depth,
-                                                 layer.mu(in), layer.mu(out))};
-    if (layer.truncation.fraction == 0) return {};
-    return {single_correction(layer, side, in, out), {}};
-}
-
 }  // namespace
 
-PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
-    return correction(*this, Side::reflection, in, out);
-}
-
-PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
-    return correction(*this, Side::transmission, in, out);
+PeakCorrection LayerSolution::peak_correction(Side side, int in, int out) const {
+    if (path) return path_correction(*this, side, in, out);
+    if (backward_path)
+        return {0, backward_path->legendre(side, albedo, optical_depth, mu(in), mu(out))};
+    if (truncation.fraction == 0) return {};
+    return {single_correction(*this, side, in, out), {}};
 }
 
 PathWeights LayerSolution::path_weights(Side side, int in, int out) const {

@@ -4,19 +4,308 @@
 #include <stratus/base/constants.h>
 #include <stratus/transfer/stack.h>
 
+#include "adding.h"
+#include "backward_path.h"
+#include "climb.h"
 #include "depth_regime.h"
-#include "ladder.h"
+#include "flush_subnormals.h"
+#include "grazing_modes.h"
+#include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
+#include "simd/doubling_steps.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numeric>
+#include <span>
 #include <utility>
 
 namespace stratus {
 
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+/// Layers of one phase function: all albedos at all depths of a ladder, mode after mode.
+struct LadderProblem {
+    const PhaseFunction& phase_function;
+    const std::vector<double>& albedos;
+    std::vector<Eigen::VectorXd> order_weights;  // of each albedo; empty: all orders
+    DepthLadder ladder;
+    std::vector<DepthTarget> targets;  // depths that the last ones of the ladder lead to
+    const std::vector<double>& mu;
+    const SolverOptions& options;
+    const LowerBoundary& boundary;
+};
+
+class LadderRun {
+  public:
+    explicit LadderRun(const LadderProblem& problem)
+        : problem_(problem),
+          truncation_(truncation_of(problem.phase_function, problem.options,
+                                    problem.boundary.is_present())),
+          boundary_truncation_(truncation_of(problem.boundary, problem.options)),
+          directions_(gauss_directions(
+              problem.options.nodes,
+              problem.options.grazing
+                  ? NodeMap::square
+                  : joint_map(choose_node_map(truncation_.moments, problem.options.nodes),
+                              choose_node_map(boundary_truncation_.moments, problem.options.nodes)),
+              problem.mu)),
+          boundary_modes_(problem.boundary, boundary_truncation_, directions_),
+          task_{directions_, truncation_.moments, problem.ladder, {}} {
+        path_ = path_of(problem);
+        if (truncation_.backward)
+            backward_path_ = std::make_shared<const BackwardPath>(
+                path_moments(problem.phase_function), truncation_.moments);
+        const DepthLadder& ladder = problem.ladder;
+        const auto first_depth = [&](double albedo) {
+            if (ladder.octaves == 0) return first_depth_to_infinity;
+            return by_order() ? ladder.first : truncation_.optical_depth(ladder.first, albedo);
+        };
+        for (std::size_t a = 0; a < problem.albedos.size(); ++a) {
+            const double albedo = problem.albedos[a];
+            task_.albedos.push_back(
+                {truncation_.albedo(albedo), truncation_.co_albedo(albedo), first_depth(albedo)});
+            results_.emplace_back();
+            for (const DepthTarget& target : problem.targets)
+                results_[a].push_back(blank(a, target.optical_depth));
+        }
+        for (auto& of_albedo : results_) {
+            recorders_.emplace_back();
+            for (LayerSolution& solution : of_albedo)
+                recorders_.back().emplace_back(directions_, solution,
+                                               std::vector{single_factors(solution)},
+                                               beam_of(solution));
+        }
+    }
+
+    std::vector<std::vector<LayerSolution>> run() {
+        const FlushSubnormals flush(problem_.targets.front().optical_depth);
+        // Enough modes at a time to fill the packs; orders are solved for all albedos at once.
+        const int albedos = static_cast<int>(problem_.albedos.size());
+        const int group =
+            by_order() ? lane_count : std::max(2, lane_count / std::min(lane_count, albedos));
+        const SolverOptions& options = problem_.options;
+        const std::vector<int> modes = modes_to_solve();
+        solve_groups(
+            static_cast<int>(modes.size()), group, options.modes == 0,
+            [&](int first, int end) {
+                solve_modes(std::span(modes).subspan(static_cast<std::size_t>(first),
+                                                     static_cast<std::size_t>(end - first)));
+            },
+            [this](int count) { return is_negligible(count); });
+        if (options.grazing)
+            for (auto& of_albedo : results_)
+                for (LayerSolution& solution : of_albedo) {
+                    fill_modes(modes, solution.reflection_modes);
+                    fill_modes(modes, solution.transmission_modes);
+                }
+        return std::move(results_);
+    }
+
+  private:
+    bool by_order() const { return !problem_.order_weights.empty(); }
+
+    std::shared_ptr<const TruncatedPath> path_of(const LadderProblem& problem) const {
+        if (problem.boundary.is_present() ||
+            !follows_paths(problem.phase_function, truncation_, problem.options))
+            return {};
+        return std::make_shared<const TruncatedPath>(PathLaw(path_moments(problem.phase_function)),
+                                                     truncation_);
+    }
+
+    LayerSolution blank(std::size_t a, double optical_depth) const {
+        LayerSolution solution;
+        solution.albedo = problem_.albedos[a];
+        if (by_order()) solution.order_weights = problem_.order_weights[a];
+        solution.optical_depth = optical_depth;
+        solution.mu = solved_cosines(directions_);
+        solution.phase_function = problem_.phase_function;
+        solution.truncation = truncation_;
+        solution.path = path_;
+        solution.backward_path = backward_path_;
+        solution.lower_boundary = problem_.boundary;
+        solution.boundary_truncation = boundary_truncation_;
+        return solution;
+    }
+
+    SingleFactors single_factors(const LayerSolution& solution) const {
+        const double w = truncation_.albedo(solution.albedo);
+        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
+        const auto count = solution.mu.size();
+        SingleFactors factors{MatrixXd(count, count), MatrixXd(count, count)};
+        const auto reflection = [&](double in, double out) {
+            if (!by_order()) return single_reflection(1, w, tau, in, out);
+            return (1 - truncation_.fraction) * sum_paths(Side::reflection, solution, 1, in, out);
+        };
+        const auto transmission = [&](double in, double out) {
+            if (!by_order()) return single_transmission(1, w, tau, in, out);
+            return (1 - truncation_.fraction) * sum_paths(Side::transmission, solution, 1, in, out);
+        };
+        for (Eigen::Index j = 0; j < count; ++j)
+            for (Eigen::Index i = 0; i <= j; ++i) {
+                factors.reflection(i, j) = factors.reflection(j, i) =
+                    reflection(solution.mu(i), solution.mu(j));
+                factors.transmission(i, j) = factors.transmission(j, i) =
+                    transmission(solution.mu(i), solution.mu(j));
+            }
+        return factors;
+    }
+
+    Beam beam_of(const LayerSolution& solution) const {
+        const VectorXd truncated =
+            directions_.mu.unaryExpr([&](double mu) { return truncated_beam(solution, mu); });
+        if (!by_order())
+            return {beam_along(directions_,
+                               truncation_.optical_depth(solution.optical_depth, solution.albedo)),
+                    truncated};
+        return {
+            solution.order_weights(0) * beam_along(directions_, solution.optical_depth) + truncated,
+            truncated};
+    }
+
+    std::vector<int> modes_to_solve() const {
+        const SolverOptions& options = problem_.options;
+        int count = std::max(count_modes(truncation_.moments), boundary_modes_.count());
+        if (options.modes) count = std::min(options.modes, count);
+        constexpr double usual_tolerance = 1e-4;
+        if (options.grazing)
+            return thinned_modes(count,
+                                 options.tolerance > 0 ? options.tolerance : usual_tolerance);
+        std::vector<int> all(static_cast<std::size_t>(count));
+        std::iota(all.begin(), all.end(), 0);
+        return all;
+    }
+
+    void solve_modes(std::span<const int> modes) {
+        const RecordMode record_mode = [this](int mode, std::size_t albedo, int depth,
+                                              ModeMatrices layer, const PhaseKernels& kernels) {
+            record(mode, albedo, depth, std::move(layer), kernels);
+        };
+        if (by_order())
+            climb_orders(task_, truncation_.fraction, problem_.order_weights, modes.front(),
+                         modes.back() + 1, record_mode);
+        else if (problem_.options.scheme == Scheme::classic)
+            climb_classic(task_, problem_.options, modes.front(), modes.back() + 1, record_mode);
+        else if (problem_.options.grazing)
+            climb_grazing(task_, modes, record_mode);
+        else
+            climb_harmonic(task_, modes, record_mode);
+    }
+
+    void record(int mode, std::size_t a, int depth, ModeMatrices layer,
+                const PhaseKernels& kernels) {
+        require_finite(layer, mode, directions_);
+        const DepthLadder& ladder = problem_.ladder;
+        const int before = ladder.octaves + (ladder.to_infinity ? 1 : 0) -
+                           static_cast<int>(problem_.targets.size());
+        if (depth < before) {
+            if (mode == 0) half_transmittance_ = uniform_mean(directions_, layer.transmission);
+            return;
+        }
+        const auto at = static_cast<std::size_t>(depth - before);
+        const DepthTarget& target = problem_.targets[at];
+        layer = reach(target, mode, half_transmittance_, directions_, std::move(layer));
+        ModeRecorder& recorder = recorders_[a][at];
+        LayerMode all{std::move(layer.reflection), {}, std::move(layer.transmission), {}};
+        if (problem_.boundary.is_present()) {
+            if (!all.is_opaque()) {
+                all.reflection_below = all.reflection;
+                all.beam = recorder.beam();
+            }
+            if (mode == 0) recorder.record_boundary(all, problem_.albedos[a] == 1, boundary_modes_);
+            all = over_boundary(all, mode);
+        }
+        recorder.record(all, {&kernels}, boundary_modes_);
+        if (target.regime == DepthRegime::thin && !problem_.boundary.is_present()) {
+            results_[a][at].reflection_modes.back().setZero();  // rounding
+            results_[a][at].transmission_modes.back().setZero();
+        }
+    }
+
+    /// The layer and its lower boundary as one opaque layer.
+    LayerMode over_boundary(const LayerMode& above, int mode) {
+        if (above.is_opaque() || mode >= boundary_modes_.count())
+            return {above.reflection, {}, {}, {}};
+        return add(above, boundary_modes_.layer(mode), directions_.nodes);
+    }
+
+    bool is_negligible(int count) const {
+        for (const auto& of_albedo : recorders_)
+            for (const ModeRecorder& recorder : of_albedo)
+                if (!recorder.is_negligible(count, problem_.options.mode_tolerance)) return false;
+        return true;
+    }
+
+    const LadderProblem& problem_;
+    const Truncation truncation_, boundary_truncation_;
+    const Directions directions_;
+    BoundaryModes boundary_modes_;
+    std::shared_ptr<const TruncatedPath> path_;
+    std::shared_ptr<const BackwardPath> backward_path_;
+    ClimbTask task_;
+    std::vector<std::vector<LayerSolution>> results_;
+    std::vector<std::vector<ModeRecorder>> recorders_;
+    double half_transmittance_ = 0;  // at the depth before the target; one albedo only
+};
+
+/// Every depth of a ladder is its own target.
+std::vector<DepthTarget> targets_of(const DepthLadder& ladder) {
+    std::vector<DepthTarget> targets;
+    for (int depth = 0; depth < ladder.octaves; ++depth)
+        targets.push_back({std::ldexp(ladder.first, depth)});
+    if (ladder.to_infinity) targets.push_back({infinity, DepthRegime::infinite});
+    return targets;
+}
+
+/// Fluxes come from mode 0 alone, and need more of a peaked phase function's moments than the early
+/// end leaves: with 64 nodes those of Henyey-Greenstein 0.95 are right to 1e-6.
+constexpr int nodes_for_fluxes = 64;
+constexpr double cut_share = 1e-4;  // less harms no flux
+
+void refine_fluxes(const LadderProblem& problem,
+                   std::vector<std::vector<LayerSolution>>& solutions) {
+    const LayerSolution& any = solutions[0][0];
+    const bool cut_early = any.truncation.backward
+                               ? problem.options.nodes < nodes_for_fluxes
+                               : any.path != nullptr && any.truncation.fraction > cut_share;
+    if (!cut_early || !problem.options.exact_fluxes) return;
+    SolverOptions options = problem.options;
+    options.nodes = std::max(nodes_for_fluxes, options.nodes);
+    options.moments = 0;
+    options.modes = 1;
+    options.truncate = Truncate::delta_m;
+    const std::vector<double> mu(any.mu.begin(), any.mu.end());
+    LadderProblem of_fluxes{problem.phase_function,
+                            problem.albedos,
+                            problem.order_weights,
+                            problem.ladder,
+                            problem.targets,
+                            mu,
+                            options,
+                            problem.boundary};
+    const std::vector<std::vector<LayerSolution>> fluxes = LadderRun(of_fluxes).run();
+    for (std::size_t a = 0; a < solutions.size(); ++a)
+        for (std::size_t d = 0; d < solutions[a].size(); ++d) {
+            LayerSolution& to = solutions[a][d];
+            const LayerSolution& from = fluxes[a][d];
+            to.plane_albedo = from.plane_albedo;
+            to.diffuse_transmittance = from.diffuse_transmittance;
+            to.spherical_albedo = from.spherical_albedo;
+            to.total_transmittance = from.total_transmittance;
+        }
+}
+
+/// result[albedo][target].
+std::vector<std::vector<LayerSolution>> solve_problem(const LadderProblem& problem) {
+    std::vector<std::vector<LayerSolution>> solutions = LadderRun(problem).run();
+    refine_fluxes(problem, solutions);
+    return solutions;
+}
 
 void check(const std::vector<double>& albedos, const SolverOptions& options,
            const LowerBoundary& boundary) {

@@ -5,13 +5,12 @@
 
 #include "adding.h"
 #include "backward_path.h"
-#include "boundary_modes.h"
 #include "flush_subnormals.h"
 #include "layer.h"
+#include "light_inside.h"
 #include "mode_recorder.h"
 #include "options.h"
-#include "ordered_stack.h"
-#include "stack_modes.h"
+#include "orders.h"
 #include "stack_path.h"
 
 #include <algorithm>
@@ -26,13 +25,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-std::vector<Surroundings> surroundings_of(const std::vector<double>& depths) {
-    std::vector<Surroundings> all(depths.size());
-    for (std::size_t k = 1; k < depths.size(); ++k) all[k].above = all[k - 1].above + depths[k - 1];
-    for (std::size_t k = depths.size() - 1; k > 0; --k) all[k - 1].below = all[k].below + depths[k];
-    return all;
-}
 
 /// Neighbours that scatter alike are one layer.
 std::vector<StackLayer> merged(const std::vector<StackLayer>& layers) {
@@ -98,23 +90,11 @@ class StackRun {
 
   private:
     std::vector<SingleFactors> single_factors() const {
-        const std::vector<double>& depths = layers_.depths();
-        const std::vector<Surroundings> around = surroundings_of(depths);
-        const VectorXd& mu = solution_.mu;
-        const auto count = mu.size();
+        const SingleLayers single(solution_.layers, solution_.truncations, &Truncation::albedo);
         std::vector<SingleFactors> all;
-        for (std::size_t k = 0; k < layers_.size(); ++k) {
-            const double w = solution_.truncations[k].albedo(solution_.layers[k].albedo);
-            SingleFactors factors{MatrixXd(count, count), MatrixXd(count, count)};
-            for (Eigen::Index in = 0; in < count; ++in)
-                for (Eigen::Index out = 0; out < count; ++out) {
-                    factors.reflection(out, in) =
-                        single_reflection_through(around[k], 1, w, depths[k], mu(in), mu(out));
-                    factors.transmission(out, in) =
-                        single_transmission_through(around[k], 1, w, depths[k], mu(in), mu(out));
-                }
-            all.push_back(std::move(factors));
-        }
+        for (std::size_t k = 0; k < layers_.size(); ++k)
+            all.push_back({single.factors(k, 0, solution_.mu),
+                           single.factors(k, layers_.size(), solution_.mu)});
         return all;
     }
 
@@ -127,11 +107,8 @@ class StackRun {
                 recorder.record_boundary(sum, is_conservative(solution_.layers), boundary_modes_);
             sum = add(sum, boundary_modes_.layer(mode), directions_.nodes);
         } else if (mode == 0 && !sum.is_opaque()) {
-            const int N = directions_.nodes;
-            const VectorXd s = directions_.s.head(N);
-            const double mean =
-                s.dot(sum.reflection_below.topLeftCorner(N, N) * s) / s.squaredNorm();
-            solution_.spherical_albedo_below = std::clamp(mean, 0.0, 1.0);  // rounding is taken off
+            solution_.spherical_albedo_below =  // rounding is taken off
+                std::clamp(uniform_mean(directions_, sum.reflection_below), 0.0, 1.0);
         }
         std::vector<const PhaseKernels*> kernels;
         for (std::size_t k = 0; k < layers_.size(); ++k)
@@ -227,81 +204,22 @@ bool StackSolution::is_opaque() const {
     return lower_boundary.is_present() || std::isinf(layers.back().optical_depth);
 }
 
-namespace {
-
-/// Layers as single scattering knows them: themselves, or truncated.
-struct SingleLayers {
-    std::vector<double> albedos, depths;
-    std::vector<Surroundings> around;
-
-    double below_all() const { return around.back().above + depths.back(); }
-
-    double scattered(Side side, const std::vector<double>& phase, double mu_in,
-                     double mu_out) const {
-        const auto through =
-            side == Side::reflection ? single_reflection_through : single_transmission_through;
-        double sum = 0;
-        for (std::size_t k = 0; k < depths.size(); ++k)
-            sum += through(around[k], phase[k], albedos[k], depths[k], mu_in, mu_out);
-        return sum;
-    }
-};
-
-}  // namespace
-
 std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
                                                const std::vector<double>& azimuths) const {
+    if (alone) return alone->values(side, in, out, azimuths);
     const bool reflected = side == Side::reflection;
-    if (alone)
-        return reflected ? alone->reflection(in, out, azimuths)
-                         : alone->transmission(in, out, azimuths);
     if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
-    SingleLayers single_layers, corrected_layers;
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-        const double w = layers[k].albedo, depth = layers[k].optical_depth;
-        single_layers.albedos.push_back(w);
-        single_layers.depths.push_back(depth);
-        corrected_layers.albedos.push_back(truncations[k].single_scattering_albedo(w));
-        corrected_layers.depths.push_back(truncations[k].optical_depth(depth, w));
-    }
+    const std::size_t above = reflected ? 0 : layers.size();
     std::vector<double> along_path;
-    if (path) along_path = path->legendre(side, reflected ? 0 : layers.size(), mu(in), mu(out));
+    if (path) along_path = path->legendre(side, above, mu(in), mu(out));
     if (backward_path)
         along_path = backward_path->legendre(side, layers[0].albedo, layers[0].optical_depth,
                                              mu(in), mu(out));
-    for (SingleLayers* const some : {&single_layers, &corrected_layers})
-        some->around = surroundings_of(some->depths);
-    const LowerBoundary boundary_corrected = truncated(lower_boundary, boundary_truncation);
-    std::vector<double> modes;
-    for (const MatrixXd& mode : reflected ? reflection_modes : transmission_modes)
-        modes.push_back(mode(out, in));
-    std::vector<double> cosines;
-    for (const double azimuth : azimuths) {
-        const Geometry geometry{mu(in), mu(out), azimuth};
-        cosines.push_back(reflected ? cos_scattering_angle_reflected(geometry)
-                                    : cos_scattering_angle_transmitted(geometry));
-    }
-    const std::vector<double> scattered_again = sum_legendre(along_path, cosines);
-    std::vector<SolvedValue> all;
-    for (std::size_t k = 0; k < azimuths.size(); ++k) {
-        const Geometry geometry{mu(in), mu(out), azimuths[k]};
-        const double cosine = cosines[k];
-        std::vector<double> phase;
-        for (const StackLayer& layer : layers) phase.push_back(layer.phase_function(cosine));
-        double single = single_layers.scattered(side, phase, mu(in), mu(out));
-        // The path law is added to single scattering by the layers as they are.
-        double corrected = path ? single : corrected_layers.scattered(side, phase, mu(in), mu(out));
-        if (reflected && lower_boundary.is_present()) {
-            single +=
-                single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);
-            corrected += single_reflection_of_boundary(boundary_corrected,
-                                                       corrected_layers.below_all(), geometry);
-        }
-        if (order > 0) corrected = order == 1 ? single : 0;
-        if (order > 1) single = 0;
-        all.push_back(
-            put_together(single, corrected, sum_modes(modes, azimuths[k]) + scattered_again[k]));
-    }
+    std::vector<SolvedValue> all =
+        light_at_level({layers, truncations, lower_boundary, boundary_truncation, path != nullptr},
+                       *this, along_path, side, above, in, out, azimuths);
+    if (order > 1)  // orders are not truncated: what is not scattered once is all there is
+        for (SolvedValue& value : all) value = {value.multiple, 0, value.multiple};
     return all;
 }
 

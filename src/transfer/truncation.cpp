@@ -24,7 +24,7 @@ namespace {
 /// Truncated share up to which delta-M's abrupt end does less harm than inexact moments.
 constexpr double smooth_share = 1e-4;
 
-/// The same of a backward peak, which is seen beside what is scattered forward, the least of all.
+/// That share of a backward peak, which is seen beside what is scattered forward, the least of all.
 constexpr double smooth_share_backward = 1e-7;
 
 /// True where moments beyond 32 show, and are those of a backward peak, which alternate in sign:

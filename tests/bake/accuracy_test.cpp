@@ -97,13 +97,13 @@ TEST(Floor, IsOnePercentOfTheLargestValue) {
             R = std::max(R, layer.reflection(i, j, 0).total);
             T = std::max(T, layer.transmission(i, j, 0).total);
         }
-    EXPECT_NEAR(reflection_floor(layer), 0.01 * R, 1e-15);
-    EXPECT_NEAR(transmission_floor(layer), 0.01 * T, 1e-15);
+    EXPECT_NEAR(error_floor(layer, Side::reflection), 0.01 * R, 1e-15);
+    EXPECT_NEAR(error_floor(layer, Side::transmission), 0.01 * T, 1e-15);
 }
 
 TEST(Floor, HasALowerLimit) {
     const LayerSolution dark = solve_layer(PhaseFunction::isotropic(), 0.5, 1000, floor_cosines());
-    EXPECT_EQ(transmission_floor(dark), 1e-8);
+    EXPECT_EQ(error_floor(dark, Side::transmission), 1e-8);
 }
 
 TEST(Verify, ComparesEverySideAtEveryPoint) {

@@ -2,6 +2,7 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
+#include <stratus/transfer/solve.h>
 
 #include "refusal.h"
 #include "small_recipe.h"
@@ -147,8 +148,9 @@ TEST(Cost, SolverErrorsBoundASingleLayer) {
     for (int i = 0; i < coarse.mu.size(); ++i)
         for (int j = 0; j < coarse.mu.size(); ++j) {
             const double expected = fine.reflection(i, j, 1.2).total;
-            largest = std::max(largest, std::abs(coarse.reflection(i, j, 1.2).total - expected) /
-                                            std::max(expected, reflection_floor(fine)));
+            largest =
+                std::max(largest, std::abs(coarse.reflection(i, j, 1.2).total - expected) /
+                                      std::max(expected, error_floor(fine, Side::reflection)));
         }
     EXPECT_GT(largest, 1e-9);
     EXPECT_LE(largest, 1.5 * min_error(measured().study, 6));  // which is of other directions
@@ -445,7 +447,7 @@ TEST(CostOfFamily, ErrorsAlongAFamilyAreThoseOfItsMembers) {
                                       mu[static_cast<std::size_t>(j)], azimuth};
                     const double expected = solution.reflection(i, j, azimuth).total;
                     errors.push_back(std::abs(reflection(view, 0.9, 1, at).total() - expected) /
-                                     std::max(expected, reflection_floor(solution)));
+                                     std::max(expected, error_floor(solution, Side::reflection)));
                 }
     }
     // other directions of the same layers

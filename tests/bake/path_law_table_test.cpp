@@ -4,6 +4,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/packed_table.h>
+#include <stratus/transfer/solve.h>
 
 #include "small_recipe.h"
 #include "temporary_folder.h"

@@ -115,10 +115,10 @@ TEST(BackwardPeaks, AgreeWithNodesThatHoldAllMoments) {
                                 many = solved(-0.9, 0.99, tau, 88, Truncate::nothing, boundary);
             for (int in = 0; in < 3; ++in)
                 for (int out = 0; out < 3; ++out) {
-                    const auto R = few.reflection(in, out, azimuths),
-                               T = few.transmission(in, out, azimuths),
-                               true_R = many.reflection(in, out, azimuths),
-                               true_T = many.transmission(in, out, azimuths);
+                    const auto R = few.values(Side::reflection, in, out, azimuths),
+                               T = few.values(Side::transmission, in, out, azimuths),
+                               true_R = many.values(Side::reflection, in, out, azimuths),
+                               true_T = many.values(Side::transmission, in, out, azimuths);
                     for (std::size_t k = 0; k < azimuths.size(); ++k) {
                         // What the law leaves: most where R is least, near forward.
                         EXPECT_NEAR(R[k].total, true_R[k].total, 2e-3 * true_R[k].total);

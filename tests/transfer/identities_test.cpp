@@ -93,8 +93,8 @@ TEST(LayerSolution, GivesTheSameValuesForManyAzimuths) {
     for (const LowerBoundary& boundary : {LowerBoundary{}, LowerBoundary::layer(rayleigh, 0.4)}) {
         const LayerSolution layer =
             solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8), boundary);
-        const std::vector<SolvedValue> R = layer.reflection(1, 3, azimuths);
-        const std::vector<SolvedValue> T = layer.transmission(1, 3, azimuths);
+        const std::vector<SolvedValue> R = layer.values(Side::reflection, 1, 3, azimuths);
+        const std::vector<SolvedValue> T = layer.values(Side::transmission, 1, 3, azimuths);
         ASSERT_EQ(R.size(), azimuths.size());
         ASSERT_EQ(T.size(), azimuths.size());
         for (std::size_t k = 0; k < azimuths.size(); ++k) {
@@ -120,13 +120,15 @@ TEST(LayerSolution, ReportsThePeakCorrections) {
             const SolvedValue T = layer.transmission(in, out, 1.1);
             const double up = cos_scattering_angle_reflected(at);
             const double down = cos_scattering_angle_transmitted(at);
-            EXPECT_NEAR(orders_up + layer.reflection_correction(in, out)(forward(up), up),
-                        R.multiple, 1e-13 * R.total);
-            EXPECT_NEAR(orders_down + layer.transmission_correction(in, out)(forward(down), down),
+            EXPECT_NEAR(
+                orders_up + layer.peak_correction(Side::reflection, in, out)(forward(up), up),
+                R.multiple, 1e-13 * R.total);
+            EXPECT_NEAR(orders_down +
+                            layer.peak_correction(Side::transmission, in, out)(forward(down), down),
                         T.multiple, 1e-13 * T.total);
         }
     const PeakCorrection none =
-        solve_layer(rayleigh, 0.9, 0.7, cosines).reflection_correction(0, 1);
+        solve_layer(rayleigh, 0.9, 0.7, cosines).peak_correction(Side::reflection, 0, 1);
     EXPECT_EQ(none.single, 0);
     EXPECT_TRUE(none.legendre.empty());
 }

@@ -54,4 +54,25 @@ inline double lowest_of_series(const std::vector<double>& moments) {
     return lowest / highest;
 }
 
+/// The most negative R or T between any cosines of a layer, as a share of the largest value (both
+/// times mu + mu0, which cancels their growth at grazing angles); 0 when none is negative.
+inline double most_negative(const LayerSolution& layer) {
+    constexpr double rounding = 1e-15;
+    std::vector<double> azimuths;
+    for (int k = 0; k <= 64; ++k) azimuths.push_back(k * pi / 64);
+    double share = 0;
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        double lowest = 0, highest = 0;
+        for (int i = 0; i < layer.mu.size(); ++i)
+            for (int j = 0; j <= i; ++j)
+                for (const SolvedValue& value : layer.values(side, i, j, azimuths)) {
+                    const double scaled = (layer.mu(i) + layer.mu(j)) * value.total;
+                    if (value.total < -rounding) lowest = std::min(lowest, scaled);
+                    highest = std::max(highest, scaled);
+                }
+        if (lowest < 0) share = std::min(share, lowest / std::max(highest, -lowest));
+    }
+    return share;
+}
+
 }  // namespace stratus::test

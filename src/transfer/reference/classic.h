@@ -1,14 +1,20 @@
-// Textbook doubling of one mode, kept as a reference solver.
+// Textbook doubling of one mode, kept as a reference solver, and the reference solvers' phase kernels.
 //
-// Its start, its doubling and its phase kernels are independent of the solver's on purpose. Nodes,
-// truncation, single scattering and the sum over modes are shared with the solver and not checked.
+// Its start, its doubling and the kernels are independent of the solver's on purpose, so that
+// comparing it or the Markov chain with the solver also checks simd/phase_kernels.cpp. Nodes, truncation, single scattering and the sum over modes are shared with the solver and not checked.
 #pragma once
 
 #include <stratus/transfer/solver_options.h>
 
 #include "../layer.h"
 
+#include <vector>
+
 namespace stratus {
+
+/// Mode kernels by the addition theorem, mode 0 rescaled to conserve energy.
+PhaseKernels reference_phase_kernels(const Directions& directions,
+                                     const std::vector<double>& moments, int mode);
 
 /// A layer doubled by  R' = R + T (I - R R)^-1 R T,  T' = T (I - R R)^-1 T.  [HT74]
 ///

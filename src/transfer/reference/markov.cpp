@@ -4,7 +4,7 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "../layer.h"
-#include "phase_kernels.h"
+#include "classic.h"
 
 #include <Eigen/LU>
 

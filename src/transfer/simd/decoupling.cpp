@@ -61,7 +61,7 @@ void transpose(int rows, int columns, View<Number> from, View<Number> to) {
     fill(columns, rows, to, [&](int i, int j) { return from.at[j * from.stride + i]; });
 }
 
-/// What all steps use, named as above. A name ending in t is transposed: steep x grazing.
+/// Operands of all steps, named as above. A name ending in t is transposed: steep x grazing.
 template <class Number>
 struct Blocks {
     int S, L;    // Gauss nodes of each group,
@@ -175,7 +175,7 @@ void change_basis(const SimdLayer<Number>& whole, SimdGroups<Number>& groups,
     }
     for (int i = 0; i < m.nS; ++i)
         for (int j = 0; j < m.L; ++j) S.absorbed[i] += m.U.at[i * m.U.stride + j] * L.absorbed[j];
-    // Of uniform illumination only what is absorbed is left in grazing directions: B~ s~, solved
+    // In grazing directions only what is absorbed is left of uniform illumination: B~ s~, solved
     // for s~, keeps its relative accuracy.
     const int columns = m.S + 1;
     const long stride = S.elimination_stride;

@@ -24,7 +24,7 @@ constexpr int lane_count = 8;
 constexpr int pack_alignment = 64;
 using Pack = double __attribute__((vector_size(64)));
 
-/// Of a Number, Pack or double.
+/// Lanes of a Number, Pack or double.
 template <class Number>
 constexpr int lanes_of = static_cast<int>(sizeof(Number) / sizeof(double));
 

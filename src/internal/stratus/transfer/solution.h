@@ -66,26 +66,15 @@ class LayerSolution : public ModeSolution {
     // weight of order n in everything here, w^n or 0; empty: all orders
     Eigen::VectorXd order_weights;
 
-    /// R between mu(in) and mu(out) at an azimuth in radians, or at many, for which the corrections
-    /// are computed once.
+    /// R or diffuse T between mu(in) and mu(out) at azimuths in radians. Only a truncated phase series
+    /// that is itself negative makes them negative: more nodes help.
+    std::vector<SolvedValue> values(Side side, int in, int out,
+                                    const std::vector<double>& azimuths) const;
     SolvedValue reflection(int in, int out, double azimuth) const;
-    std::vector<SolvedValue> reflection(int in, int out, const std::vector<double>& azimuths) const;
-    /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
-    std::vector<SolvedValue> transmission(int in, int out,
-                                          const std::vector<double>& azimuths) const;
 
-    /// The most negative R or T between any of mu at any azimuth, as a share of the largest value
-    /// (both times mu + mu0, which cancels their growth at grazing angles); 0 when none is
-    /// negative.
-    ///
-    /// Only a truncated phase series that is itself negative causes this: more nodes help.
-    double most_negative() const;
-
-    // The correction for truncation of R (of T) between mu(in) and mu(out), to be added to the
-    // modes.
-    PeakCorrection reflection_correction(int in, int out) const;
-    PeakCorrection transmission_correction(int in, int out) const;
+    /// The correction for truncation of R or T between mu(in) and mu(out), to be added to the modes.
+    PeakCorrection peak_correction(Side side, int in, int out) const;
 
     /// Returns the factors of the path law's orders, here and in its rest; needs `path`.
     PathWeights path_weights(Side side, int in, int out) const;

@@ -45,14 +45,11 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const SolverOptions& options = {},
                                                      const LowerBoundary& boundary = {});
 
-/// Diffusion exponent k: light deep inside an unbounded medium decays as exp(-k tau). 0 at w = 1.
+/// Diffusion exponents k of some albedos: light deep inside an unbounded medium decays as
+/// exp(-k tau). 0 at w = 1.
 ///
 /// Source   1/k^2 is the largest eigenvalue of (B A)^-1 in mode 0, A and B as in
 ///          simd/thin_layer.cpp.
-double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
-                                  const SolverOptions& options = {});
-
-/// Returns the exponents of several albedos: the phase kernels are computed once.
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options = {});

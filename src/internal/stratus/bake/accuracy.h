@@ -22,10 +22,9 @@ class LayerSolution;  // transfer/solution.h
 class PackedTable;
 class SampleFiles;
 
-/// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
+/// Largest R or T at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
 /// 1e-8. `solution` must have been solved at cosines that include `floor_cosines()`.
-double reflection_floor(const LayerSolution& solution);
-double transmission_floor(const LayerSolution& solution);
+double error_floor(const LayerSolution& solution, Side side);
 const std::vector<double>& floor_cosines();
 
 /// The purpose of a point. Evenly drawn ones are judged together; the others, which would be

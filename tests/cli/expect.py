@@ -82,7 +82,8 @@ def expect(condition, sentence):
     line = next(frame.lineno for frame in reversed(traceback.extract_stack()) if frame.filename != __file__)
     print(f"FAILED, line {line}: {sentence}\n  after: stratus {_last.command}", file=sys.stderr)
     for name, text in (("stdout", _last.out), ("stderr", _last.err)):
-        print(*(f"    {name}: {shown}" for shown in text.splitlines()[:20]), sep="\n", file=sys.stderr)
+        for shown in text.splitlines()[:20]:
+            print(f"    {name}: {shown}", file=sys.stderr)
 
 
 def finish():

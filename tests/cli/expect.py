@@ -224,6 +224,20 @@ def where_permitted(way):
     return way is not None
 
 
+def expect_streamed(command, text):
+    """Devices, pipes and what is open take this answer behind what they hold."""
+    expect_ok(command + " -o /dev/null")
+    with open("kept", "a") as kept:
+        print("before", file=kept, flush=True)
+        expect_ok(command + " -o /dev/stdout", stdout=kept)
+        print("after", file=kept)
+    expect(read("kept") == f"before\n{text}after\n", "an open file must keep what it holds")
+    os.mkfifo("pipe")
+    reader = subprocess.Popen(["timeout", "20", "cat", "pipe"], stdout=subprocess.PIPE, text=True)
+    expect_ok(command + " -o pipe")
+    expect(reader.communicate()[0] == text, "a pipe must take the answer")
+
+
 def expect_full(command, fragments="standard output: No space left"):
     """Standard output on a disk that is full must be an error."""
     if os.access("/dev/full", os.W_OK):

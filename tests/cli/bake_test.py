@@ -191,12 +191,7 @@ bake("chosen.toml -o resumed.h5 --resume", err="no checkpoint to resume from")
 expect_same("resumed.h5", "chosen.h5")
 # in the short time in which a file is written it waits
 for seconds in 0.005, 0.01, 0.015, 0.02, 0.03, 0.05:
-    process = start("convert narrow.exr new.h5")
-    try:
-        process.wait(seconds)
-    except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGINT)
-    process.communicate()
+    interrupt("convert narrow.exr new.h5", seconds, signal.SIGINT)
     expect(not list(Path().glob(".*.*")), "a file of its own is left over after SIGINT")
     if is_there("new.h5"):
         expect_same("new.h5", "narrow.h5")

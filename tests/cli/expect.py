@@ -117,10 +117,10 @@ def snapshot():
     return {path: path.read_bytes() for path in Path().rglob("*") if path.is_file() and not path.is_symlink()}
 
 
-def start(command, through=(), **how):
+def start(command, through=(), program=stratus, **how):
     """Starts the program, through the words of another command if any."""
     how = dict(stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace") | how
-    return subprocess.Popen([*through, stratus, *shlex.split(command)], **how)
+    return subprocess.Popen([*through, program, *shlex.split(command)], **how)
 
 
 def ended(process, command, stdin=""):
@@ -133,6 +133,16 @@ def ended(process, command, stdin=""):
 
 def run(command, stdin="", **how):
     return ended(start(command, stdin=subprocess.PIPE, **how), command, stdin)
+
+
+def interrupt(command, seconds, sent):
+    """Runs a command, which is sent a signal unless it ends in so many seconds."""
+    process = start(command)
+    try:
+        process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        process.send_signal(sent)
+    return ended(process, command)
 
 
 def expect_says(text, fragments, name="the text"):

@@ -84,9 +84,9 @@ expect_ok("verify narrow.stratus --samples 200 --quiet", out="tolerance 0.01: 10
 # both files hold values near those of the solver, and become one another without loss
 write("solved.csv", "mu_in,mu_out,azimuth_deg", "0.5,0.8,60")
 solved = expect_ok("solve --phase '0.75*tabulated:file=recipes/curve.csv + 0.25*isotropic' --albedo 0.85 --optical-depth 1.5 "
-                   "--query solved.csv").rows[0]
+                   "--query solved.csv").row
 for side in "reflection", "transmission":
-    expect_near(getattr(sampled.rows[0], side), getattr(solved, side), getattr(solved, side) / 100)
+    expect_near(getattr(sampled.row, side), getattr(solved, side), getattr(solved, side) / 100)
 expect_ok("convert narrow.exr back.h5")
 expect_ok("convert narrow.h5 back.exr")
 expect_same("narrow.h5", "back.h5")
@@ -203,7 +203,7 @@ Path("folder.h5").mkdir()
 Path("folder.exr").mkdir()
 os.mkfifo("pipe.h5")
 expect_refused(
-    "=> --output | required",
+    " => --output | required",
     "-o table.txt => --output | .h5 | got table.txt",
     "-o table => --output | .h5 | got table",
     "-o '' => --output | .h5 | got nothing",
@@ -233,33 +233,33 @@ def expect_bad(name, old, new, fragments, **how):
     expect_refused("bake recipes/bad.toml -o older.h5 => " + fragments, **how)
 
 
-for old, new, fragments in [
-        ("tolerance", "tolerence", "unknown key 'tolerence' | line 2 | 'tolerance'"),
-        ("nodes", "node", "unknown key 'discretisation.node' | 'discretisation.nodes'"),
-        ("[discretisation]", "[discretization]", "unknown key 'discretization' | 'discretisation'"),
-        ("max = 0.6", "maximum = 0.6", "unknown key 'albedo.maximum' | 'albedo.max'"),
-        ("tolerance = 0.1\n", "", "tolerance | present | got nothing"),
-        ('phase_function = "henyey_greenstein:g=0.3"', "", "phase_function | present | got nothing"),
-        ("tolerance = 0.1", "tolerance = 0.2", "tolerance | [1e-6, 0.1] | 0.2"),
-        ("tolerance = 0.1", "tolerance = 0", "tolerance | [1e-6, 0.1] | got 0"),
-        ("tolerance = 0.1", "tolerance = nan", "tolerance | [1e-6, 0.1] | got nan"),
-        ("tolerance = 0.1", 'tolerance = "small"', "tolerance | line 2 | number"),
-        ("tolerance = 0.1", "tolerance : 0.1", "line 2"),
-        ("max = 0.6", "max = 1.2", "albedo.max | [0, 1] | got 1.2"),
-        ("{ min = 0.5, max = 0.6 }", "{ min = -0.5, max = 0.6 }", "albedo.min | [0, 1] | got -0.5"),
-        ("max = 0.6", "max = 0.25", "albedo.min | at most max | got 0.5"),
-        ("{ min = 0.5, max = 0.6 }", "0.5", "albedo | { min, max }"),
-        ("{ min = 0.5, max = 2.0 }", "{ min = -1, max = 2.0 }", "optical_depth.min | [1e-6, 1e9] or inf | got -1"),
-        ("max = 2.0", "max = nan", "optical_depth.max | [1e-6, 1e9] or inf | got nan"),
-        ('"reflection"', '"up"', "sides | reflection | transmission | got up"),
-        ('"reflection"', "", "sides | reflection | transmission | got an empty list"),
-        ("nodes = 8", "nodes = 0", "discretisation.nodes | [1, 512] | got 0"),
-        ("nodes = 8", "nodes = 8.5", "discretisation.nodes | whole number"),
-        ("mu_samples = 6", "mu_samples = 3", "discretisation.mu_samples | [4, 512] | got 3"),
-        ('"classic"', '"modern"', "discretisation.scheme | harmonic | classic | got modern"),
-        ("g=0.3", "g=1", "g must be in (-1, 1) | got 1"),
-        ("henyey_greenstein:g=0.3", "henyey", "phase_function | got 'henyey'")]:
-    expect_bad("chosen", old, new, fragments)
+for edited, fragments in cases(
+        "tolerance -> tolerence => unknown key 'tolerence' | line 2 | 'tolerance'",
+        "nodes -> node => unknown key 'discretisation.node' | 'discretisation.nodes'",
+        "[discretisation] -> [discretization] => unknown key 'discretization' | 'discretisation'",
+        "max = 0.6 -> maximum = 0.6 => unknown key 'albedo.maximum' | 'albedo.max'",
+        "tolerance = 0.1\n ->  => tolerance | present | got nothing",
+        'phase_function = "henyey_greenstein:g=0.3" ->  => phase_function | present | got nothing',
+        "tolerance = 0.1 -> tolerance = 0.2 => tolerance | [1e-6, 0.1] | 0.2",
+        "tolerance = 0.1 -> tolerance = 0 => tolerance | [1e-6, 0.1] | got 0",
+        "tolerance = 0.1 -> tolerance = nan => tolerance | [1e-6, 0.1] | got nan",
+        'tolerance = 0.1 -> tolerance = "small" => tolerance | line 2 | number',
+        "tolerance = 0.1 -> tolerance : 0.1 => line 2",
+        "max = 0.6 -> max = 1.2 => albedo.max | [0, 1] | got 1.2",
+        "{ min = 0.5, max = 0.6 } -> { min = -0.5, max = 0.6 } => albedo.min | [0, 1] | got -0.5",
+        "max = 0.6 -> max = 0.25 => albedo.min | at most max | got 0.5",
+        "{ min = 0.5, max = 0.6 } -> 0.5 => albedo | { min, max }",
+        "{ min = 0.5, max = 2.0 } -> { min = -1, max = 2.0 } => optical_depth.min | [1e-6, 1e9] or inf | got -1",
+        "max = 2.0 -> max = nan => optical_depth.max | [1e-6, 1e9] or inf | got nan",
+        '"reflection" -> "up" => sides | reflection | transmission | got up',
+        '"reflection" ->  => sides | reflection | transmission | got an empty list',
+        "nodes = 8 -> nodes = 0 => discretisation.nodes | [1, 512] | got 0",
+        "nodes = 8 -> nodes = 8.5 => discretisation.nodes | whole number",
+        "mu_samples = 6 -> mu_samples = 3 => discretisation.mu_samples | [4, 512] | got 3",
+        '"classic" -> "modern" => discretisation.scheme | harmonic | classic | got modern',
+        "g=0.3 -> g=1 => g must be in (-1, 1) | got 1",
+        "henyey_greenstein:g=0.3 -> henyey => phase_function | got 'henyey'"):
+    expect_bad("chosen", *edited.split(" -> "), fragments)
 expect_bad("capped", 'sides = ["reflection"]\n', "", 'sides must be ["reflection"] | got no sides, which bakes both')
 expect_bad("ground", "tolerance", 'sides = ["transmission"]\ntolerance', "sides | [below] | got transmission")
 expect_bad("ground", "lambert_albedo = 0.3", 'phase_function = "isotropic"', "got phase_function alone")

@@ -59,6 +59,10 @@ class Answer:
                 for row in csv.DictReader(io.StringIO(self.out))]
 
     @property
+    def row(self):
+        return self.rows[0]
+
+    @property
     def json(self):
         return json.loads(self.out, object_hook=lambda keys: SimpleNamespace(**keys))
 
@@ -145,15 +149,21 @@ def interrupt(command, seconds, sent):
     return ended(process, command)
 
 
+def cases(*texts):
+    """Splits each "SOMETHING => FRAGMENTS"."""
+    return [text.split(" => ") for text in texts]
+
+
 def expect_says(text, fragments, name="the text"):
     for fragment in fragments.split(" | "):
         expect(fragment in text, f"{name} does not say '{fragment}'")
 
 
-def expect_ok(command, code=0, out=None, err=None, **how):
-    """Runs a command that must exit with this code; out and err are what it must say, "" for nothing."""
+def expect_ok(command, code=0, out=None, err=None, header=None, **how):
+    """Runs a command that must exit with this code; out and err are what it must say, "" for nothing, header its first line."""
     said = run(command, **how)
     expect(said.code == code, f"exit code {said.code}, expected {code}")
+    expect(header in (None, said.header), f"the first line must be {header}")
     for name, text, wanted in (("stdout", said.out, out), ("stderr", said.err, err)):
         if wanted == "":
             expect(not text, f"{name} must be empty")
@@ -166,8 +176,7 @@ def expect_refused(*refusals, prefix="", code=2, **how):
     """Expects of each "ARGUMENTS => FRAGMENT | FRAGMENT" this exit code, nothing on standard output, one line of standard error
     that says the fragments, and no file of the folder made, changed or removed. The prefix precedes all arguments."""
     before = snapshot()
-    for refusal in refusals:
-        arguments, fragments = refusal.split("=> ")
+    for arguments, fragments in cases(*refusals):
         said = expect_ok(prefix + arguments, code, out="", err=fragments, **how)
         expect(said.err.startswith("stratus: ") and said.err.count("\n") == 1, "one line must begin with 'stratus: '")
         expect(snapshot() == before, "files differ after the refusal")
@@ -234,8 +243,15 @@ def where_permitted(way):
     return way is not None
 
 
-def expect_streamed(command, text):
-    """Devices, pipes and what is open take this answer behind what they hold."""
+def expect_every_output(command):
+    """An answer may go to a new file, in place of an older one, and behind what a device, a pipe or an open file holds."""
+    text = expect_ok(command).out
+    for target in "-o -", "-o /dev/stdout":
+        expect(expect_ok(f"{command} {target}").out == text, f"{target} must be standard output")
+    for _ in "new", "older":
+        expect_ok(command + " -o out.csv", out="")
+        expect(read("out.csv") == text, "out.csv must hold the answer")
+        write("out.csv", "older")
     expect_ok(command + " -o /dev/null")
     with open("kept", "a") as kept:
         print("before", file=kept, flush=True)

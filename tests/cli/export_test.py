@@ -90,29 +90,26 @@ expect_refused(
     "--optical-depth 1 --albedo 1 --format fourier -o new.nc => --output | .bsdf | new.nc",
     "--optical-depth 1 --albedo 1 --format slice -o new.stratus => --output | .safetensors | new.stratus",
     "--optical-depth 1 --albedo 1,1,1 --format netcdf -o new.nc => colours of netcdf | 3", prefix="export full.h5 ")
-to_new = " --format fourier -o new.bsdf"
-expect_refused(*(
-    f"{arguments}{to_new} => {fragments}" for arguments, fragments in [
-        ("full.h5 --optical-depth=-1 --albedo 1", "--optical-depth | [0, inf] | -1"),
-        ("full.h5 --optical-depth 1 --albedo 1.5", "--albedo | [0, 1] | 1.5"),
-        ("full.h5 --optical-depth 1", "--albedo | given | nothing"),
-        ("full.h5 --albedo 1", "--optical-depth | given | nothing"),
-        ("full.h5 --optical-depth 1 --albedo 1,0.5", "--albedo | three | 2"),
-        ("full.h5 full.h5 --optical-depth 1 --albedo 1", "TABLE | three | 2"),
-        ("full.h5 free.toml full.h5 --optical-depth 1 --albedo 1", "alone"),
-        ("free.toml --optical-depth 1", "--optical-depth | left out | 1"),
-        (f"{haze} --over 0.5", "--over | on something | 0.5"),
-        ("full.h5 --optical-depth inf --albedo 1 --over 0.5", "--over | infinite | 0.5"),
-        ("full.h5 --optical-depth 1 --albedo 1 --nodes 0", "--nodes | [1, 512] | 0"),
-        ("coloured.toml coloured.toml 0.4.toml", "coloured.toml, line 1 | without lists of three"),
-        ("mixed.h5 --optical-depth 1 --albedo 1", "--at | given | as in mixture=0 | nothing"),
-        ("full.h5 --at g=0.5 --optical-depth 1 --albedo 1", "--at | left out | g=0.5"),
-        ("free.toml --at g=0.5", "--at | left out for a stack | g=0.5"),
-        ("family.h5 --at g=0.5 --at g=0.4 --optical-depth 1 --albedo 1", "--at | three | 2"),
-        *((f"family.h5 --at g={g} --optical-depth 1 --albedo 1", f"--at g | [0.3, 0.6] of the table | {g}")
-          for g in ("0.7", "0.5um")),
-        *((f"family.h5 --at {at} --optical-depth 1 --albedo 1", f"--at | NAME=VALUE | as in g=0.3 | got {at}")
-          for at in ("g", "mixture=0.5", "0.5", "g=0.4,g=0.5", ","))]), prefix="export ")
+expect_refused(
+    "full.h5 --optical-depth=-1 --albedo 1 => --optical-depth | [0, inf] | -1",
+    "full.h5 --optical-depth 1 --albedo 1.5 => --albedo | [0, 1] | 1.5",
+    "full.h5 --optical-depth 1 => --albedo | given | nothing",
+    "full.h5 --albedo 1 => --optical-depth | given | nothing",
+    "full.h5 --optical-depth 1 --albedo 1,0.5 => --albedo | three | 2",
+    "full.h5 full.h5 --optical-depth 1 --albedo 1 => TABLE | three | 2",
+    "full.h5 free.toml full.h5 --optical-depth 1 --albedo 1 => alone",
+    "free.toml --optical-depth 1 => --optical-depth | left out | 1",
+    f"{haze} --over 0.5 => --over | on something | 0.5",
+    "full.h5 --optical-depth inf --albedo 1 --over 0.5 => --over | infinite | 0.5",
+    "full.h5 --optical-depth 1 --albedo 1 --nodes 0 => --nodes | [1, 512] | 0",
+    "coloured.toml coloured.toml 0.4.toml => coloured.toml, line 1 | without lists of three",
+    "mixed.h5 --optical-depth 1 --albedo 1 => --at | given | as in mixture=0 | nothing",
+    "full.h5 --at g=0.5 --optical-depth 1 --albedo 1 => --at | left out | g=0.5",
+    "free.toml --at g=0.5 => --at | left out for a stack | g=0.5",
+    "family.h5 --at g=0.5 --at g=0.4 --optical-depth 1 --albedo 1 => --at | three | 2",
+    *(f"family.h5 --at g={g} --optical-depth 1 --albedo 1 => --at g | [0.3, 0.6] of the table | {g}" for g in ("0.7", "0.5um")),
+    *(f"family.h5 --at {at} --optical-depth 1 --albedo 1 => --at | NAME=VALUE | as in g=0.3 | got {at}"
+      for at in ("g", "mixture=0.5", "0.5", "g=0.4,g=0.5", ",")), prefix="export --format fourier -o new.bsdf ")
 expect_refused("export absent.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf => absent.h5",
                "export full.h5 --optical-depth 1 --albedo 1 --format fourier -o absent/new.bsdf => absent/new.bsdf", code=1)
 Path("new.json").mkdir()

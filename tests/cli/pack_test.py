@@ -18,7 +18,7 @@ expect_ok("eval haze.stratus --query query.csv")
 # back to samples, which say what they are
 expect_ok("convert haze.stratus back.exr")
 expect_ok("info back.exr", out="samples               evaluated")
-back, haze = (expect_ok(f"eval {table} --query query.csv").rows[0] for table in ("back.exr", "haze.h5"))
+back, haze = (expect_ok(f"eval {table} --query query.csv").row for table in ("back.exr", "haze.h5"))
 for part in "reflection", "transmission", "reflection_single":
     expect_near(getattr(back, part), getattr(haze, part), getattr(haze, part) / 200)
 

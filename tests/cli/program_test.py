@@ -8,7 +8,7 @@ expect_ok("--help", out=" | ".join(["Example", *commands]), err="")
 for command in commands:
     expect_ok(command + " --help", out="Example | stratus " + command)
 expect_refused(
-    "=> COMMAND",
+    " => COMMAND",
     "nonsense => COMMAND | got 'nonsense'",
     "rendr scene.toml => got 'rendr'; did you mean 'render'?",
     "--nonsense => --nonsense",

@@ -61,32 +61,31 @@ fluxes(layer + "--scheme harmonic", 1e-7, spherical_albedo=classic)
 
 query("0.5,0.8,60", "0.2,0.2,180")
 layer = "--phase isotropic --albedo 0.9 --optical-depth 1 --query query.csv "
-first = solve(layer).rows[0]
+first = solve(layer).row
 
 
-def expect_agreement(scheme, within):
-    """The first row of this scheme is within so much of the solver's, by number or by the row's own error."""
+def expect_agreement(scheme, within=0, errors=0):
+    """The first row of this scheme is near the solver's: within so much, or so many of the row's own errors."""
     said = solve(layer + scheme)
     expect_rows(said, 2, lambda row: abs(row.reflection - row.reflection_single - row.reflection_multiple) < 1e-15)
-    row = said.rows[0]
-    within = within(row.reflection_error + row.transmission_error) if callable(within) else within
+    row = said.row
+    if errors:
+        expect(row.reflection_error > 0, f"{scheme} must tell its error")
+        within = errors * (row.reflection_error + row.transmission_error)
     expect_near(row.reflection, first.reflection, within)
     expect_near(row.transmission, first.transmission, within)
-    return said
+    return said.out
 
 
 expect_agreement("--scheme h-function", 1e-9)
 expect_agreement("--scheme classic --start single --start-depth 1e-6", 1e-5)
 expect_agreement("--scheme classic --start diamond --start-depth 1e-5", 1e-6)
-expect_agreement("--scheme markov --sublayers 16", lambda error: error)
+expect_agreement("--scheme markov --sublayers 16", errors=1)
 photons = "--scheme photons --photons 20000 "
-drawn = expect_agreement(photons + "--threads 1", lambda error: 4 * error)
-expect(drawn.rows[0].reflection_error > 0, "photons have an error")
-expect(solve(layer + photons + "--threads 2").out == drawn.out, "threads must not change what photons find")
-expect(solve(layer + photons + "--seed 2").out != drawn.out, "another seed must draw other photons")
-back = expect_agreement(photons + "--backward-collisions 4", lambda error: 4 * error)
-expect(back.rows[0].reflection_error > 0, "paths followed back have an error")
-expect(back.out != drawn.out, "paths followed back must draw other photons")
+drawn = expect_agreement(photons + "--threads 1", errors=4)
+expect(solve(layer + photons + "--threads 2").out == drawn, "threads must not change what photons find")
+expect(solve(layer + photons + "--seed 2").out != drawn, "another seed must draw other photons")
+expect(expect_agreement(photons + "--backward-collisions 4", errors=4) != drawn, "paths followed back must draw other photons")
 
 # fluxes of each, too
 layer = "--phase isotropic --albedo 0.9 --optical-depth 1 --mu-in 0.5 "
@@ -103,7 +102,7 @@ said = solve(layer + "--query query.csv --orders 3")
 expect_rows(said, 2, lambda row: abs(row.reflection_order_1 - row.reflection_single) < 1e-14 and abs(
     row.transmission_order_1 + row.transmission_order_2 + row.transmission_order_3 - row.transmission) < 1e-14)
 markov = solve(layer + "--query query.csv --orders 3 --scheme markov")
-expect_near(markov.rows[0].reflection_order_2, said.rows[0].reflection_order_2, 1e-5)
+expect_near(markov.row.reflection_order_2, said.row.reflection_order_2, 1e-5)
 expect(len(fluxes(layer + "--orders 2").spherical_albedo_of_order) == 2, "each order needs its flux")
 
 # options that belong to other schemes, and what a reference solver cannot do
@@ -194,14 +193,14 @@ expect_refused("solve --layers absent.toml => absent.toml", code=1)
 
 query("0.5,0.5,0", "0.5,0.5,180", "0.2,0.9,60")
 layer = "--phase henyey_greenstein:g=-0.95 --albedo 1 --optical-depth 10 --query query.csv "
-fine = solve(layer + "--nodes 200").rows[0].reflection
+fine = solve(layer + "--nodes 200").row.reflection
 for tolerance in "1e-2", "1e-4", "1e-6":
     said = solve(layer + "--tolerance " + tolerance, err="")
     expect_rows(said, 3, lambda row: 0 < row.reflection_error <= float(tolerance) * row.reflection)
-    expect_near(said.rows[0].reflection, fine, 2 * said.rows[0].reflection_error)
+    expect_near(said.row.reflection, fine, 2 * said.row.reflection_error)
 said = solve(layer + "--nodes 12")
 expect_rows(said, 3)
-expect(said.rows[0].reflection_error > 1e-2 * said.rows[0].reflection, "twelve nodes are too few, which the error must tell")
+expect(said.row.reflection_error > 1e-2 * said.row.reflection, "twelve nodes are too few, which the error must tell")
 met = fluxes("--phase henyey_greenstein:g=0.9 --albedo 0.9 --optical-depth 1 --tolerance 1e-9 --mu-in 0.5")
 expect(0 < met.error < 1e-9, "fluxes need their error, within the tolerance")
 
@@ -209,7 +208,7 @@ expect(0 < met.error < 1e-9, "fluxes need their error, within the tolerance")
 query("0.6,0.7,90")
 water, index = (
     solve(f"--phase mie:radius=10um,variance=0.1,wavelength=1.94um,{of} --albedo phase_function --optical-depth 20 "
-          "--query query.csv").rows[0].reflection for of in ("material=water", "index=1.2986+0.001911i"))
+          "--query query.csv").row.reflection for of in ("material=water", "index=1.2986+0.001911i"))
 expect_near(water, index, 2e-4)
 
 # one that is out of reach: the answers are printed all the same
@@ -231,8 +230,8 @@ def adds_up(row):
 
 
 query("1,1,0", "0.5,0.5,0", "0.5,0.5,90", "0.5,0.5,180")
-said = solve("--phase henyey_greenstein:g=0.75 --albedo 0.99 --optical-depth 8 --nodes 64 --query query.csv", err="")
-expect(said.header == f"{columns},{parts}", "another header")
+said = solve("--phase henyey_greenstein:g=0.75 --albedo 0.99 --optical-depth 8 --nodes 64 --query query.csv", err="",
+             header=f"{columns},{parts}")
 expect_rows(said, 4, adds_up)
 for row, published in zip(said.rows, [0.4157451335, 1.06218291, 0.58840936, 0.44184658]):
     expect_near(row.reflection, published, 1e-9 if published < 0.42 else 1e-8)
@@ -243,17 +242,10 @@ layer = "--phase rayleigh --albedo 0.9 --optical-depth 1.5 --nodes 8 "
 query("0.5,0.8,60")
 answer = solve(layer + "--query query.csv").rows
 query("azimuth_deg,mu_out,mu_in", "", "60,0.8,0.5", columns="# in another order")
-said = solve(layer + "--query -", stdin=read("query.csv"))
-expect(said.header == f"azimuth_deg,mu_out,mu_in,{parts}", "the columns must come back in their order")
+said = solve(layer + "--query -", stdin=read("query.csv"), header=f"azimuth_deg,mu_out,mu_in,{parts}")
 expect(said.rows == answer, "the order of the columns must not change the answer")
 
-# to a file, new and in place of an older one
-for before in None, "older":
-    if before:
-        write("out.csv", before)
-    solve(layer + "--query query.csv -o out.csv", out="")
-    expect(read("out.csv") == said.out, "out.csv must hold the answer")
-expect(solve(layer + "--query query.csv -o -").out == said.out, "- must be standard output")
+expect_every_output(f"solve {layer} --query query.csv")
 solve(layer + "-o fluxes.json", out="")
 expect_says(read("fluxes.json"), "spherical_albedo")
 
@@ -262,29 +254,27 @@ expect_says(read("fluxes.json"), "spherical_albedo")
 query("0.5,0.5,180", "0.5,0.5,0")
 answer = solve(layer + "--query query.csv").rows
 query("0,60,60", "180,60,120", columns="phase_deg,incidence_deg,emission_deg")
-said = solve(layer + "--query query.csv")
-expect(said.header == f"phase_deg,incidence_deg,emission_deg,{parts}", "another header")
+said = solve(layer + "--query query.csv", header=f"phase_deg,incidence_deg,emission_deg,{parts}")
 expect_rows(said, 2, lambda row: (row.emission_deg < 90) == isnan(row.transmission_single) != isnan(row.reflection))
-expect_near(said.rows[0].reflection, answer[0].reflection, 1e-14)
+expect_near(said.row.reflection, answer[0].reflection, 1e-14)
 expect_near(said.rows[1].transmission, answer[1].transmission, 1e-14)
 
 # the light inside: at both ends what leaves; energy from level to level; radiance
 inside = "--phase henyey_greenstein:g=0.5 --albedo 1 --optical-depth 2 "
 outside = fluxes(inside + "--mu-in 0.5,1")
-said = solve(inside + "--mu-in 0.5,1 --levels 0,0.7,2")
-expect(said.header == "level,mu_in,direct_flux,diffuse_flux,upward_flux,actinic_flux,heating_rate,error", "another header")
+said = solve(inside + "--mu-in 0.5,1 --levels 0,0.7,2",
+             header="level,mu_in,direct_flux,diffuse_flux,upward_flux,actinic_flux,heating_rate,error")
 expect_rows(said, 6, lambda row: row.heating_rate == 0 and row.error < 1e-4)
-expect_near(said.rows[0].upward_flux, outside.plane_albedo[0], 1e-5)
+expect_near(said.row.upward_flux, outside.plane_albedo[0], 1e-5)
 for mu_in in 0.5, 1:
     net = [row.direct_flux + row.diffuse_flux - row.upward_flux for row in said.rows if row.mu_in == mu_in]
     expect(len(net) == 3 and max(net) - min(net) < 1e-12, "the net flux must be one at all levels")
 expect_rows(solve(inside + "--levels 1"), 1, lambda row: row.mu_in == 1)
 query("0.5,0.8,60")
-answer = solve(inside + "--query query.csv").rows[0]
-said = solve(inside + "--query query.csv --levels 2,0")
-expect(said.header == f"{columns},level,upward,downward,upward_single,downward_single,upward_multiple,downward_multiple,"
-       "upward_error,downward_error", "another header")
-expect_near(said.rows[0].downward, answer.transmission, 1e-4)
+answer = solve(inside + "--query query.csv").row
+said = solve(inside + "--query query.csv --levels 2,0", header=(
+    columns + ",level,upward,downward,upward_single,downward_single,upward_multiple,downward_multiple,upward_error,downward_error"))
+expect_near(said.row.downward, answer.transmission, 1e-4)
 expect_near(said.rows[1].upward, answer.reflection, 1e-4)
 query("60,40,50", "60,140,120", columns="incidence_deg,emission_deg,phase_deg")
 expect_rows(solve(inside + "--query query.csv --levels 1"), 2,
@@ -306,7 +296,7 @@ together = solve(layer + "--query query.csv")
 expect_rows(together, 300, adds_up)
 for i in 0, 31, 32, 148, 299:
     query(rows[i])
-    single, among = solve(layer + "--query query.csv").rows[0], together.rows[i]
+    single, among = solve(layer + "--query query.csv").row, together.rows[i]
     for part in "reflection", "transmission", "reflection_multiple", "transmission_multiple":
         # orders n >= 2 are R less the first
         expect_near(getattr(single, part), getattr(among, part), 1e-14 * (1 + among.reflection))
@@ -393,45 +383,49 @@ expect_refused(*(f"henyey_greenstein:g={g} => g must be in (-1, 1) | got {g}" fo
                "'-1*isotropic + 2*rayleigh' => weight | at least 0 | got -1",
                "'0*isotropic' => weight | above 0 | got 0",
                "'isotropic +' => got ''", prefix=layer)
-for kind, rows, fragments in [
-        ("tabulated", "phase_angle_deg,value 0,1 180,1", "at least 3 rows | got 2"),
-        ("tabulated", "phase_angle_deg,value 0,1 90,-0.5 180,1", "value | table.csv, line 3 | at least 0 | got -0.5"),
-        ("tabulated", "phase_angle_deg,value 0,1 90,1 60,1 180,1", "phase_angle_deg | table.csv, line 4 | got 60"),
-        ("tabulated", "phase_angle_deg,value 0,1 90,1 190,1", "phase_angle_deg | table.csv, line 4 | got 190"),
-        ("tabulated", "phase_angle_deg,value 0,0 90,0 180,0", "value | got 0"),
-        ("tabulated", "phase_angle_deg,value 0,1 90,one 180,1", "value | line 3 | got 'one'"),
-        ("tabulated", "angle,value 0,1 180,1", "table.csv | phase_angle_deg | got angle"),
-        ("moments", "l,chi 0,1 2,0.5", "table.csv, line 3 | must be 1 | got 2"),
-        ("moments", "l,chi 0,1 1,1.5", "chi | got 1.5")]:
+for rows, fragments in cases(
+        "phase_angle_deg,value 0,1 180,1 => at least 3 rows | got 2",
+        "phase_angle_deg,value 0,1 90,-0.5 180,1 => value | table.csv, line 3 | at least 0 | got -0.5",
+        "phase_angle_deg,value 0,1 90,1 60,1 180,1 => phase_angle_deg | table.csv, line 4 | got 60",
+        "phase_angle_deg,value 0,1 90,1 190,1 => phase_angle_deg | table.csv, line 4 | got 190",
+        "phase_angle_deg,value 0,0 90,0 180,0 => value | got 0",
+        "phase_angle_deg,value 0,1 90,one 180,1 => value | line 3 | got 'one'",
+        "angle,value 0,1 180,1 => table.csv | phase_angle_deg | got angle",
+        "l,chi 0,1 2,0.5 => table.csv, line 3 | must be 1 | got 2",
+        "l,chi 0,1 1,1.5 => chi | got 1.5"):
     write("table.csv", *rows.split())
+    kind = "moments" if "chi" in rows else "tabulated"
     expect_refused(f"{layer}{kind}:file=table.csv => {fragments}")
 expect_refused("tabulated:file=absent.csv => absent.csv", "moments:file=phases => phases", prefix=layer, code=1)
 
 layer = "solve --phase rayleigh --albedo 0.9 --optical-depth 1.5 --nodes 8 "
-angles = "incidence_deg,emission_deg,phase_deg"
-for header, row, fragments in [
-        (columns, "0,0.5,0", "line 3 | mu_in | (0, 1] | got 0"),
-        (columns, "1.0001,0.5,0", "line 3 | mu_in | (0, 1] | got 1.0001"),
-        (columns, "0.5,-0.5,0", "line 3 | mu_out | (0, 1] | got -0.5"),
-        (columns, "0.5,nan,0", "line 3 | mu_out | nan"),
-        (columns, "0.5,0.5,inf", "line 3 | azimuth_deg | finite | got inf"),
-        (columns, "0.5,0.5", "line 3 | 3 values | got 2"),
-        (angles, "90,30,60", "line 3 | incidence_deg | [0, 90) | got 90"),
-        (angles, "30,90,60", "line 3 | emission_deg | beyond 90 is the unlit side | got 90"),
-        (angles, "30,50,81", "line 3 | phase_deg | [20, 80] at incidence_deg 30 and emission_deg 50 | got 81"),
-        ("incidence_deg,emission_deg", "30,30", "phase_deg"),
-        ("mu_in,azimuth_deg", "0.5,0", "mu_out"),
-        (columns + ",albedo", "0.5,0.5,0,0.9", "mu_in, mu_out | got albedo")]:
-    query({columns: "0.5,0.5,0", angles: "30,30,0"}.get(header, "# none before"), row, columns=header)
+for header, first, *rows in [
+        (columns, "0.5,0.5,0",
+         "0,0.5,0 => mu_in | (0, 1] | got 0",
+         "1.0001,0.5,0 => mu_in | (0, 1] | got 1.0001",
+         "0.5,-0.5,0 => mu_out | (0, 1] | got -0.5",
+         "0.5,nan,0 => mu_out | nan",
+         "0.5,0.5,inf => azimuth_deg | finite | got inf",
+         "0.5,0.5 => 3 values | got 2"),
+        ("incidence_deg,emission_deg,phase_deg", "30,30,0",
+         "90,30,60 => incidence_deg | [0, 90) | got 90",
+         "30,90,60 => emission_deg | beyond 90 is the unlit side | got 90",
+         "30,50,81 => phase_deg | [20, 80] at incidence_deg 30 and emission_deg 50 | got 81")]:
+    for row, fragments in cases(*rows):
+        query(first, row, columns=header)
+        expect_refused(f"{layer} --query query.csv => query.csv, line 3 | {fragments}")
+for header, fragments in cases(
+        "incidence_deg,emission_deg => phase_deg",
+        "mu_in,azimuth_deg => mu_out",
+        f"{columns},albedo => mu_in, mu_out | got albedo",
+        "# nothing => header"):
+    query(columns=header)
     expect_refused(f"{layer} --query query.csv => query.csv | {fragments}")
-Path("query.csv").write_text("")
-expect_refused(layer + "--query query.csv => query.csv | header")
 expect_refused("absent.csv => absent.csv", "phases => phases", prefix=layer + "--query ", code=1)
 
 # files that cannot be written; an older one comes to no harm
 expect_refused("absent/out.json => absent/out.json | No such file", "phases => phases | directory", prefix=layer + "-o ",
                code=1)
-expect_ok(layer + "-o /dev/null")
 write("older.csv", "older")
 query("0.5,0.5,0", "0.5,0.5,2x")
 expect_refused("./query.csv => query.csv | another", "older.csv => got '2x'", prefix=layer + "--query query.csv -o ")

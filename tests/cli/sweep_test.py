@@ -36,8 +36,7 @@ def expect_tables(folder):
 
 # --- answers
 
-said = sweep("base.toml --sweep sweep.csv -o whole", err="")
-expect(said.header == "name,asked,met,worst,seconds,bytes,remark", "another header")
+said = sweep("base.toml --sweep sweep.csv -o whole", err="", header="name,asked,met,worst,seconds,bytes,remark")
 expect_rows(said, 4, lambda row: row.met == "yes" and 0 < row.worst < 0.1 == row.asked and row.bytes > 1000)
 expect(said.out == read("whole/summary.csv"), "the summary must be what was printed")
 expect(sorted(os.listdir("whole")) == sorted(["summary.csv", "again.stratus", *(name + ".stratus" for name in names)]),
@@ -145,21 +144,21 @@ def expect_no_folder():
     expect(not Path("new").exists(), "no folder may be made")
 
 
-for lines, fragments in [
-        ("tolerance 0.01 2", "bad.csv, line 3: tolerance must be a number in [1e-6, 0.1], got 2"),
-        ("tolerance fine", "bad.csv, line 2: tolerance must be a number | fine"),
-        ("discretisation.nodes 1.5", "bad.csv, line 2: discretisation.nodes must be a whole number in [1, 512]"),
-        ("phase_function henyey_greenstein:g=1", "bad.csv, line 2: phase_function"),
-        ("optical_depth.min 3", "bad.csv, line 2: optical_depth.min must be at most max"),
-        ("mu_in.min,mu_in.max 0.5,1 0.5,", "bad.csv, line 3 | mu_in.max"),
-        ("tolerence 0.01", "no key of the recipe is 'tolerence'; did you mean 'tolerance'?"),
-        ("layers.1.albedo 0.5", "no key of the recipe is 'layers.1.albedo'"),
-        ("name a a", "bad.csv, line 3: name must be a new one | 'a' again"),
-        ("name a/b", "bad.csv, line 2: name must be a file's name | got 'a/b'"),
-        ("name,tolerance ,0.1", "bad.csv, line 2: name must be | got ''"),
-        ("tolerance", "at least one row"),
-        ("", "a header naming the columns"),
-        ("tolerance,albedo.min 0.1", "line 2: a row must have 2 values, got 1")]:
+for lines, fragments in cases(
+        "tolerance 0.01 2 => bad.csv, line 3: tolerance must be a number in [1e-6, 0.1], got 2",
+        "tolerance fine => bad.csv, line 2: tolerance must be a number | fine",
+        "discretisation.nodes 1.5 => bad.csv, line 2: discretisation.nodes must be a whole number in [1, 512]",
+        "phase_function henyey_greenstein:g=1 => bad.csv, line 2: phase_function",
+        "optical_depth.min 3 => bad.csv, line 2: optical_depth.min must be at most max",
+        "mu_in.min,mu_in.max 0.5,1 0.5, => bad.csv, line 3 | mu_in.max",
+        "tolerence 0.01 => no key of the recipe is 'tolerence'; did you mean 'tolerance'?",
+        "layers.1.albedo 0.5 => no key of the recipe is 'layers.1.albedo'",
+        "name a a => bad.csv, line 3: name must be a new one | 'a' again",
+        "name a/b => bad.csv, line 2: name must be a file's name | got 'a/b'",
+        "name,tolerance ,0.1 => bad.csv, line 2: name must be | got ''",
+        "tolerance => at least one row",
+        " => a header naming the columns",
+        "tolerance,albedo.min 0.1 => line 2: a row must have 2 values, got 1"):
     write("bad.csv", *lines.split())
     expect_refused("bake base.toml --sweep bad.csv -o new => " + fragments)
     expect_no_folder()

@@ -72,7 +72,7 @@ for option, allowed, values in [
         ("--threads", "in [0, 1024]", ["-1", "1025", "x", ""])]:
     expect_refused(*(f"{option} '{value}' => {option} | {allowed} | got {value or 'nothing'}" for value in values),
                    prefix="verify kept.h5 ")
-expect_refused("=> TABLE | required", "kept.h5 extra => extra", "kept.txt => kept.txt | .h5 | .exr", "'' => .h5 | .exr",
+expect_refused(" => TABLE | required", "kept.h5 extra => extra", "kept.txt => kept.txt | .h5 | .exr", "'' => .h5 | .exr",
                prefix="verify ")
 
 # what is no table is refused by every command that reads one, and harms nothing

@@ -1,13 +1,14 @@
 // Reports for people on what each effect of a scene changes and costs.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/clock.h>
+#include <stratus/bake/forecast.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
-
-#include "forecast.h"
 
 #include <algorithm>
 #include <array>
@@ -394,11 +395,11 @@ ForecastTable forecast_table(const SharedRecipe& shared, const BakeOptions& opti
     table.resolved = resolution.recipe;
     table.cost.choose_seconds = processor_seconds() - started;
     const Forecast ahead = forecast_of(resolution, table_options(options));
-    const auto& units = ahead.work.unit_seconds;
+    const auto& units = ahead.unit_seconds;
     const double all_layers = std::accumulate(units.begin(), units.end(), 0.0);
     table.cost.solve_seconds = packing_solves(size_of(table.resolved).layers) * all_layers;
     table.cost.pack_seconds = packing_seconds_per_byte * ahead.bytes;
-    table.cost.check_seconds = ahead.work.ladder_seconds * ahead.work.ladders;
+    table.cost.check_seconds = ahead.check_seconds * thread_count(options.threads);
     table.cost.bytes = ahead.bytes;
     return table;
 }

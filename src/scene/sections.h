@@ -1,10 +1,9 @@
 // The sections of a scene file: each TOML table is read into a part of the scene.
 #pragma once
 
+#include <stratus/bake/toml_section.h>
 #include <stratus/scene/scene.h>
 #include <stratus/scene/scene_keys.h>
-
-#include "toml_section.h"
 
 #include <array>
 #include <cstddef>

@@ -5,11 +5,11 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/cost_plot.h>
 
-#include "allowed.h"
 #include "commands.h"
+#include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals_held.h"
+#include "signals.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,12 +6,11 @@
 #include <stratus/material/material.h>
 #include <stratus/table/table.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "family_option.h"
+#include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals_held.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <algorithm>

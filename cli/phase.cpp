@@ -5,11 +5,11 @@
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/line_plot.h>
 
-#include "allowed.h"
 #include "commands.h"
+#include "options.h"
+#include "progress.h"
 #include "query.h"
-#include "say.h"
-#include "signals_held.h"
+#include "signals.h"
 
 #include <algorithm>
 #include <cmath>

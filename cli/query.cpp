@@ -5,7 +5,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 
-#include "signals_held.h"
+#include "signals.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -9,12 +9,12 @@
 #include <stratus/scene/plan.h>
 #include <stratus/scene/scene_keys.h>
 
-#include "allowed.h"
 #include "commands.h"
+#include "options.h"
 #include "progress.h"
 #include "query.h"
 #include "scene_options.h"
-#include "signals_held.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <algorithm>

@@ -7,11 +7,10 @@
 #include <stratus/shader/shader.h>
 #include <stratus/table/packed_table.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "family_option.h"
+#include "options.h"
 #include "query.h"
-#include "signals_held.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <algorithm>

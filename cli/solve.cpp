@@ -7,12 +7,11 @@
 #include <stratus/table/ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "levels.h"
 #include "methods.h"
+#include "options.h"
+#include "progress.h"
 #include "query.h"
-#include "say.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "family_option.h"
+#include "table_option.h"
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>

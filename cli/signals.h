@@ -1,4 +1,4 @@
-// Ctrl-C stops long work in order: pieces in progress are finished and kept.
+// Ctrl-C stops long work in order, whose pieces in progress are finished and kept, and leaves no partial files.
 #pragma once
 
 #include <atomic>
@@ -44,6 +44,26 @@ class StopOnSignal {
     }
 
     struct sigaction before_[count];
+};
+
+/// Blocks SIGINT, SIGTERM and SIGHUP during its scope, which must be short; one received meanwhile
+/// ends the program at the end of the scope.
+///
+/// Threads  constructed while no other thread runs; threads started in its scope inherit it.
+class SignalsHeld {
+  public:
+    SignalsHeld() {
+        sigset_t blocked;
+        sigemptyset(&blocked);
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&blocked, signal);
+        pthread_sigmask(SIG_BLOCK, &blocked, &before_);
+    }
+    ~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+    SignalsHeld(const SignalsHeld&) = delete;
+    SignalsHeld& operator=(const SignalsHeld&) = delete;
+
+  private:
+    sigset_t before_;
 };
 
 /// Ends the program with the exit code of a signal, 128 + signal.

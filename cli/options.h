@@ -1,9 +1,11 @@
-// Validators of options, which refuse in the house form: option, allowed range, value met.
+// Options that several commands have, and validators, which refuse in the house form: option, allowed
+// range, value met.
 //
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
 #include <stratus/bake/keys.h>
+#include <stratus/layer/effects.h>
 
 #include <CLI/CLI.hpp>
 
@@ -29,5 +31,19 @@ void add_accuracy(CLI::App& command, int& nodes, double& tolerance, bool& accept
 
 /// Adds the option --keys, which prints a file's keys and ends the program.
 void add_keys(CLI::App& command, const std::string& files, Keys keys);
+
+/// Adds the options --density and --opposition of commands that look at layers.
+void add_density_and_opposition(CLI::App& command, std::string& density, std::string& opposition);
+
+/// A share of the volume, or `number=N,radius=R` of the particles that fill it.
+///
+/// Errors   std::invalid_argument naming the command.
+double parse_density(const std::string& command, const std::string& text);
+
+/// `blinn`, or `hapke` and what it is given of `width=H` and `amplitude=A`; the rest follows from
+/// the density.
+///
+/// Errors   std::invalid_argument naming the command.
+Opposition parse_opposition(const std::string& command, const std::string& text, double density);
 
 }  // namespace stratus

@@ -38,6 +38,10 @@ namespace {
 
 // ---- Rows of observations, as text and as a figure
 
+std::size_t place_of(const CsvTable& table, const std::string& column) {
+    return static_cast<std::size_t>(table.column(column));
+}
+
 /// Returns the light that a row observes.
 Light light_of(const RowDirection& direction) {
     if (!direction.side) return Light::beam;
@@ -58,7 +62,7 @@ bool all_are_beams(const Query& rows) {
 /// Writes the rows with columns model and residual; `model` has a value for each row.
 void write_rows(std::ostream& out, const Query& query, const std::vector<double>& model) {
     const CsvTable& table = query.table;
-    const auto brightness = static_cast<std::size_t>(table.column("brightness"));
+    const std::size_t brightness = place_of(table, "brightness");
     const std::vector<std::string> columns{"model", "residual"};
     write_answer_header(out, query, columns);
     for (std::size_t r = 0; r < model.size(); ++r)
@@ -86,43 +90,39 @@ std::size_t count_distinct(const std::vector<double>& angles_deg) {
     return rounded.size();
 }
 
-struct PlotPlaces {
-    std::string title;
-    std::vector<double> of_rows;
-};
-
-PlotPlaces plot_places(const Query& query) {
+/// Returns the title of a figure's axis, and where its rows are along it: over the wavelength if that is a
+/// column, else over the phase angle, or over the emission angle if that takes more values.
+std::pair<std::string, std::vector<double>> plot_places(const Query& query) {
     const CsvTable& table = query.table;
-    PlotPlaces wavelength{"wavelength (um)", {}}, phase{"phase angle (degrees)", {}},
-        emission{"emission angle (degrees)", {}};
-    for (const RowDirection& direction : query.directions) {
-        phase.of_rows.push_back(phase_angle_deg(direction));
-        emission.of_rows.push_back(emission_angle_deg(direction));
+    std::vector<double> wavelengths, phases, emissions;
+    if (table.has_column("wavelength")) {
+        for (const std::vector<double>& row : table.rows)
+            wavelengths.push_back(row[place_of(table, "wavelength")]);
+        return {"wavelength (um)", wavelengths};
     }
-    if (!table.has_column("wavelength"))
-        return count_distinct(emission.of_rows) > count_distinct(phase.of_rows) ? emission : phase;
-    const auto column = static_cast<std::size_t>(table.column("wavelength"));
-    for (const std::vector<double>& row : table.rows) wavelength.of_rows.push_back(row[column]);
-    return wavelength;
+    for (const RowDirection& direction : query.directions) {
+        phases.push_back(phase_angle_deg(direction));
+        emissions.push_back(emission_angle_deg(direction));
+    }
+    if (count_distinct(emissions) > count_distinct(phases))
+        return {"emission angle (degrees)", emissions};
+    return {"phase angle (degrees)", phases};
 }
 
-/// Returns a figure of the rows, over the wavelength if that is a column, else over the phase angle, or over
-/// the emission angle if that takes more values.
 ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) {
     const CsvTable& table = query.table;
-    const auto brightness = static_cast<std::size_t>(table.column("brightness"));
-    const auto sigma = static_cast<std::size_t>(table.column("sigma"));
-    const PlotPlaces places = plot_places(query);
+    const std::size_t brightness = place_of(table, "brightness"), sigma = place_of(table, "sigma");
     ResidualPlot plot;
     plot.title = "Fit of " + std::filesystem::path(table.name).filename().string();
-    plot.x_title = places.title;
+    const auto [x_title, places] = plot_places(query);
+    plot.x_title = x_title;
     plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";
     for (const Light light : {Light::reflected, Light::transmitted, Light::beam}) {
         ResidualSeries series{name_of(light), {}};
         for (std::size_t r = 0; r < model.size(); ++r)
             if (light_of(query.directions[r]) == light)
                 series.points.push_back(
-                    {places.of_rows[r], table.rows[r][brightness], table.rows[r][sigma], model[r]});
+                    {places[r], table.rows[r][brightness], table.rows[r][sigma], model[r]});
         if (!series.points.empty()) plot.series.push_back(std::move(series));
     }
     return plot;
@@ -194,10 +194,7 @@ std::vector<Bin> bins_of(const Query& query, const LayerModel& model) {
     const std::vector<FamilyAxis> family = model.family();
     const std::vector<int> of_family = family_columns(rows, family);
     const std::string place_column = column_of_bins(rows, family);
-    const auto column = [&](const char* name) {
-        return static_cast<std::size_t>(rows.column(name));
-    };
-    const std::size_t brightness = column("brightness"), sigma = column("sigma");
+    const std::size_t brightness = place_of(rows, "brightness"), sigma = place_of(rows, "sigma");
     std::vector<Bin> bins;
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         const std::vector<double>& row = rows.rows[r];
@@ -206,7 +203,7 @@ std::vector<Bin> bins_of(const Query& query, const LayerModel& model) {
             throw std::invalid_argument(rows.name + ", line " + std::to_string(rows.lines[r]) +
                                         ": side must be one that the table holds, got " +
                                         name_of(light));
-        const double place = place_column.empty() ? 0 : row[column(place_column.c_str())];
+        const double place = place_column.empty() ? 0 : row[place_of(rows, place_column)];
         auto bin = std::ranges::find(bins, place, &Bin::place);
         if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
         bin->observations.push_back({query.directions[r].geometry, light, row[brightness],

@@ -10,6 +10,7 @@ shell. What a text must say is written as "one fragment | another".
 import csv
 import io
 import json
+import math
 import os
 import resource
 import shlex
@@ -195,12 +196,12 @@ def expect_near(met, expected, tolerance):
     expect(abs(met - expected) <= tolerance, f"{met} must be {expected} within {tolerance}")
 
 
-def expect_rows(said, count, condition=lambda row: True):
-    """The answer has so many rows, and the condition holds for each."""
+def expect_rows(said, count, condition="True"):
+    """The answer has so many rows, and the condition, an expression of its columns, holds for each."""
     rows = said.rows
     expect(len(rows) == count, f"{len(rows)} rows, expected {count}")
     for row in rows:
-        expect(condition(row), f"the condition does not hold for {row}")
+        expect(eval(condition, vars(math) | vars(row)), f"'{condition}' does not hold for {row}")
 
 
 def expect_svg(name):

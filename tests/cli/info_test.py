@@ -8,7 +8,8 @@ expect_ok("info full.h5", err="", out=(
     "logarithmic | 0 to 180 degrees | reflection, transmission | tolerance | 0.001 | 0.00081 | in memory | MB as float | "
     "MB as half | 0.0.0-synthetic | made up for tests"))
 expect_ok("info endless.h5", out="isotropic | 1 sample at 0.9 | 1 sample at inf")
-expect_ok("info mixed.h5", out="second phase function isotropic | 2 samples at 0 to 1, identity, the share of the first phase function")
+expect_ok("info mixed.h5", out=
+          "second phase function isotropic | 2 samples at 0 to 1, identity, the share of the first phase function")
 
 write("full.png", "older")
 for table in "full", "endless", "mixed":

@@ -13,7 +13,8 @@ def expect_page(page, said):
     expect(told == shown, f"docs/{page} must show the keys that the program prints: {[row for row in told if row not in shown]}")
 
 
-expect_page("scenes.md", expect_ok("render --keys", err="", out="camera.field_of_view_deg | degrees | [1e-3, 170] | layer.opposition.law"))
+expect_page("scenes.md", expect_ok("render --keys", err="", out=
+                                   "camera.field_of_view_deg | degrees | [1e-3, 170] | layer.opposition.law"))
 expect_page("recipes.md", expect_ok("bake --keys", out="discretisation.mu_samples | [4, 512] | optical_depth.max | or inf"))
 
 write("rings.csv", "radius,optical_depth,w1,w2", "1.2,1,0.6,0.2", "1.1,1,0.6,0.2")

@@ -1,5 +1,5 @@
 """stratus plan, bake, render --table: the recipes that a plan writes make the tables that its scene is rendered with, for every
-picture of the gallery that needs one. At a coarse tolerance and one ray a pixel of few, so that plans, bakes and pictures take little."""
+picture of the gallery that needs one. A coarse tolerance and one ray a pixel of few keep plans, bakes and pictures quick."""
 
 import re
 

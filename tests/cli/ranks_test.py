@@ -2,7 +2,8 @@
 
 from expect import *
 
-mixture = ['phase_function = "henyey_greenstein:g=0.5"', 'second_phase_function = "isotropic"', "mixture = { min = 0.0, max = 1.0 }"]
+mixture = ['phase_function = "henyey_greenstein:g=0.5"',
+           'second_phase_function = "isotropic"', "mixture = { min = 0.0, max = 1.0 }"]
 others = ["tolerance = 0.1", "optical_depth = { min = 0.5, max = inf }", "albedo = { min = 0.8, max = 0.9 }",
           "[discretisation]", "mu_samples = 6"]
 write("small.toml", *mixture, *others)

@@ -18,7 +18,8 @@ for ending in "h5", "exr":
 expect_refused(
     "info changed.h5 => changed.h5 | checksum",
     "seal changed.h5 => changed.h5 | checksum",
-    "info changed.exr => changed.exr: the metadata was changed or damaged since it was sealed | if on purpose, `stratus seal changed.exr`",
+    "info changed.exr => changed.exr: the metadata was changed or damaged since it was sealed | "
+    "if on purpose, `stratus seal changed.exr`",
     code=1)
 expect_ok("seal changed.exr")
 expect_ok("info changed.exr", out=changed)

@@ -65,9 +65,9 @@ expect_table_compiled("glsl")
 shader("full.stratus --language osl -o osl", err="note: this text was compiled by oslc 1.12, but never run")
 expect_says(read("osl/stratus_textures.h"), 'STRATUS_NUMBERS "stratus_numbers.exr" | STRATUS_FUNCTIONS_HEIGHT')
 code = re.sub("//.*", "", read("osl/stratus.osl.h"))
-reserved = ("case char class const default double enum extern false friend inline long private protected short signed sizeof static "
-            "switch template this true typedef uniform union unsigned varying virtual break closure color continue matrix normal "
-            "output point public illuminate illuminance")
+reserved = ("case char class const default double enum extern false friend inline long private protected short signed sizeof "
+            "static switch template this true typedef uniform union unsigned varying virtual break closure color continue "
+            "matrix normal output point public illuminate illuminance")
 for pattern, text, why in [(r"[0-9]f\b", code, "OSL knows no suffix f"),
                            (r"\)\.[a-z]", code, "OSL selects components of variables alone"),
                            (rf"\b({reserved.replace(' ', '|')})\b",
@@ -110,6 +110,7 @@ expect_refused(
     "full.stratus --language cpp --optical-depth 1 --albedo 0.9 => left out for cpp",
     "full.stratus --language glsl --albedo 0.9 => --optical-depth | --albedo",
     "full.stratus --language glsl --optical-depth 1 --albedo 0.9,0.8 => --albedo | three",
-    "full.stratus --language osl --optical-depth 1 --albedo 0.9 --filtered => --filtered | glsl or hlsl | osl", prefix="shader -o new ")
+    "full.stratus --language osl --optical-depth 1 --albedo 0.9 --filtered => --filtered | glsl or hlsl | osl",
+    prefix="shader -o new ")
 expect_refused("shader absent.stratus --language glsl -o new => absent.stratus", code=1)
 finish()

@@ -37,7 +37,7 @@ def expect_tables(folder):
 # --- answers
 
 said = sweep("base.toml --sweep sweep.csv -o whole", err="", header="name,asked,met,worst,seconds,bytes,remark")
-expect_rows(said, 4, lambda row: row.met == "yes" and 0 < row.worst < 0.1 == row.asked and row.bytes > 1000)
+expect_rows(said, 4, "met == 'yes' and 0 < worst < 0.1 == asked and bytes > 1000")
 expect(said.out == read("whole/summary.csv"), "the summary must be what was printed")
 expect(sorted(os.listdir("whole")) == sorted(["summary.csv", "again.stratus", *(name + ".stratus" for name in names)]),
        "another list of tables")

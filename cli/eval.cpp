@@ -17,7 +17,6 @@
 #include "query.h"
 #include "table_option.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iostream>

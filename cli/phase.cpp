@@ -1,5 +1,6 @@
 // `stratus phase`: phase functions as numbers and as a figure.
 #include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/phase_file.h>

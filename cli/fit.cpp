@@ -7,7 +7,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/fit/layer_model.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/residual_plot.h>
 
@@ -15,7 +14,6 @@
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals.h"
 #include "table_option.h"
 
 #include <algorithm>
@@ -410,8 +408,7 @@ void run_fit(const FitCommand& command) {
     if (!command.rows.empty())
         write_answer(command.rows, [&](std::ostream& out) { write_rows(out, query, by_model); });
     if (command.svg.empty()) return;
-    const SignalsHeld held;
-    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
+    write_file(command.svg, [&](const std::filesystem::path& temporary) {
         draw_residual_plot(plot_of_rows(query, by_model), temporary);
     });
 }

@@ -25,6 +25,14 @@ CLI::Validator number(const std::string& allowed, bool (*holds)(double value)) {
     return {check, ""};
 }
 
+CLI::Validator number_in_0_1() {
+    return number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; });
+}
+
+CLI::Validator optical_depth() {
+    return number("in [0, inf]", [](double depth) { return depth >= 0; });
+}
+
 CLI::Validator whole_number(long long min, long long max) {
     const std::string allowed =
         "a whole number in [" + std::to_string(min) + ", " + std::to_string(max) + "]";

@@ -2,7 +2,6 @@
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/line_plot.h>
 
@@ -10,7 +9,6 @@
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals.h"
 
 #include <algorithm>
 #include <cmath>
@@ -130,10 +128,8 @@ void run_phase(const PhaseCommand& command) {
     });
     if (command.svg.empty()) return;
     const LinePlot plot = plot_of(functions);
-    const SignalsHeld held;
-    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
-        draw_line_plot(plot, temporary);
-    });
+    write_file(command.svg,
+               [&](const std::filesystem::path& temporary) { draw_line_plot(plot, temporary); });
 }
 
 }  // namespace

@@ -141,8 +141,7 @@ void write_change_picture(const SceneFile& file, const std::vector<PlanReport>& 
     for (std::size_t k = 0; k < reports.size(); ++k)
         draw_scene(reports[k], panel_name(file, k), file.panels[k].white, tops[k], page);
     draw_scale(tops.back(), page);
-    const SignalsHeld held;
-    write_atomically(path, [&](const std::filesystem::path& temporary) {
+    write_file(path, [&](const std::filesystem::path& temporary) {
         write_png(page.image, 1, page.labels, temporary);
     });
 }

@@ -230,6 +230,12 @@ void write_answer(const std::filesystem::path& path,
     write_content_atomically(path, answer.view());
 }
 
+void write_file(const std::filesystem::path& path,
+                const std::function<void(const std::filesystem::path& temporary)>& write) {
+    const SignalsHeld held;
+    write_atomically(path, write);
+}
+
 void require_different_files(const std::string& command, const std::filesystem::path& input,
                              const std::filesystem::path& output) {
     std::error_code absent;

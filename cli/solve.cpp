@@ -262,7 +262,7 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--optical-depth", command.question.optical_depth,
                     "Vertical optical depth, [0, inf]")
-        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+        ->check(optical_depth());
     solve
         .add_option("--over", command.over,
                     "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +

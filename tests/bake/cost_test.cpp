@@ -2,6 +2,7 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
+#include <stratus/transfer/solve.h>
 
 #include "refusal.h"
 #include "small_recipe.h"

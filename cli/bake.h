@@ -1,4 +1,4 @@
-// What `stratus bake` is made of: finished work in a checkpoint, the ranks that mpirun or srun started, sweeps.
+// Parts of `stratus bake`: finished work in a checkpoint, the ranks that mpirun or srun started, and sweeps.
 #pragma once
 
 #include <stratus/bake/rank_transport.h>

@@ -169,7 +169,7 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
     app.add_option("--optical-depth", command.optical_depth,
                    "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(optical_depth());
+        ->check(number_in_0_inf());
     app.add_option("--albedo", command.albedo,
                    "Its single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')

@@ -29,7 +29,7 @@ CLI::Validator number_in_0_1() {
     return number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; });
 }
 
-CLI::Validator optical_depth() {
+CLI::Validator number_in_0_inf() {
     return number("in [0, inf]", [](double depth) { return depth >= 0; });
 }
 

@@ -16,8 +16,9 @@ namespace stratus {
 /// A number for which `holds` is true; never nan. `allowed` names its range: "in [0, 1]".
 CLI::Validator number(const std::string& allowed, bool (*holds)(double value));
 
+/// Numbers in [0, 1] and in [0, inf].
 CLI::Validator number_in_0_1();
-CLI::Validator optical_depth();  // in [0, inf]
+CLI::Validator number_in_0_inf();
 
 /// A decimal whole number in [min, max].
 CLI::Validator whole_number(long long min, long long max);

@@ -1,5 +1,5 @@
-// What is said on stderr: refusals, notes and warnings; the progress of long work, as a bar with rate and
-// time left on a terminal, plain lines otherwise, nothing when quiet.
+// Lines on stderr: refusals, notes and warnings, and the progress of long work, which is a bar with rate and
+// time left on a terminal, plain lines otherwise, and nothing when quiet.
 #pragma once
 
 #include <chrono>

@@ -204,7 +204,7 @@ void add_shader(CLI::App& app) {
         ->add_option("--optical-depth", options->optical_depth,
                      "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(optical_depth());
+        ->check(number_in_0_inf());
     command
         ->add_option("--albedo", options->albedo,
                      "The layer's single-scattering albedo, [0, 1]; one, or three with commas")

@@ -262,7 +262,7 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--optical-depth", command.question.optical_depth,
                     "Vertical optical depth, [0, inf]")
-        ->check(optical_depth());
+        ->check(number_in_0_inf());
     solve
         .add_option("--over", command.over,
                     "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +

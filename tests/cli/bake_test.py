@@ -149,7 +149,7 @@ checkpoint = Path("older.h5.checkpoint")
 
 
 def start_long_bake(*flags):
-    """A bake that has made a choice, and what it has said."""
+    """Returns a bake that has made a choice, and what it has said."""
     process = start(" ".join(["bake recipes/long.toml -o older.h5 --exr new.exr", *flags]))
     said = ""
     while not re.search("^  modes |_samples [0-9]", said, re.M) and (line := process.stderr.readline()):

@@ -16,7 +16,7 @@ def query(*rows, columns=every):
 
 
 def evaluate(table, flags="", header=None, **how):
-    """The answer to query.csv, with the columns of the query and these."""
+    """Returns the answer to query.csv, with the columns of the query and these."""
     header = header and read("query.csv").split("\n")[0] + "," + header
     return expect_ok(f"eval {table}.h5 --query query.csv {flags}", header=header, **how)
 

@@ -1,4 +1,4 @@
-"""What every test of the command line stands on: `from expect import *` first, `finish()` last.
+"""Tests of the command line stand on this file: they begin with `from expect import *` and end with `finish()`.
 
     NAME_test.py STRATUS MAKE_FIXTURE_TABLE
 
@@ -47,7 +47,7 @@ _failures = 0
 
 
 class Answer:
-    """What a command said: its exit code, both texts, and standard output as CSV or as JSON."""
+    """Holds what a command said: its exit code, both texts, and standard output as CSV or as JSON."""
 
     def __init__(self, command="", code=0, out="", err=""):
         self.command, self.code, self.out, self.err = command, code, out, err
@@ -118,7 +118,7 @@ def fixtures(*kinds):
 
 
 def snapshot():
-    """The bytes of every file of the folder."""
+    """Returns the bytes of every file of the folder."""
     return {path: path.read_bytes() for path in Path().rglob("*") if path.is_file() and not path.is_symlink()}
 
 
@@ -129,7 +129,7 @@ def start(command, through=(), program=stratus, **how):
 
 
 def ended(process, command, stdin=""):
-    """What a process said, once it has ended."""
+    """Returns what a process said, once it has ended."""
     global _last
     out, err = process.communicate(stdin)
     _last = Answer(command, process.returncode, out or "", err or "")
@@ -216,7 +216,7 @@ def size_limited(bytes=4096):
 
 
 def _permitted(*command):
-    return subprocess.run(command, capture_output=True).returncode == 0
+    return bool(shutil.which(command[0])) and subprocess.run(command, capture_output=True).returncode == 0
 
 
 _root = os.getuid() == 0

@@ -10,7 +10,7 @@ columns = "mu_in,mu_out,azimuth_deg,brightness,sigma"
 
 
 def observe(w1, w2, depth, *more):
-    """Rows of a ring's brightness from the table, of both sides, each with a standard deviation of 1 %."""
+    """Yields rows of a ring's brightness from the table, of both sides, each with a standard deviation of 1 %."""
     views = product((0.2, 0.6), (0.15, 0.5, 0.9), (10, 90, 170), (depth,), (w1 + w2,), (w1 / (w1 + w2),))
     write("query.csv", "mu_in,mu_out,azimuth_deg,optical_depth,albedo,mixture", *(",".join(map(str, view)) for view in views))
     for row in expect_ok("eval mixed.h5 --query query.csv").rows:
@@ -31,7 +31,7 @@ def columns_of(*parameters):
 
 
 def fit(arguments, header=None, within=1e-3, **expected):
-    """The one row of a fit, some of whose figures are expected."""
+    """Returns the one row of a fit, some of whose figures are expected."""
     said = expect_ok("fit " + arguments, header=header)
     expect_rows(said, 1)
     for name, value in expected.items():

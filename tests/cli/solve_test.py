@@ -16,7 +16,7 @@ def solve(arguments, **how):
 
 
 def fluxes(arguments, within=0, **expected):
-    """The fluxes of a layer, of which some are expected."""
+    """Returns the fluxes of a layer, some of which are expected."""
     met = solve(arguments).json
     for name, values in expected.items():
         found = getattr(met, name)

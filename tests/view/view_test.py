@@ -14,7 +14,7 @@ if not shutil.which("chromium"):
 
 
 def browse(page, *flags):
-    """What a driven page reports, by name, and its document. Chromium that has not started after a minute is started again."""
+    """Returns what a driven page reports, by name, and its document. Chromium is started again if it has not within a minute."""
     for attempt in range(3):
         command = ["timeout", "60", "chromium", "--headless", "--no-sandbox", "--disable-gpu-sandbox", "--no-first-run",
                    "--disable-dev-shm-usage", f"--user-data-dir={logs}/browser{attempt}", "--force-device-scale-factor=1",
@@ -61,7 +61,7 @@ for scene in "sphere", "slab", "rings":
 
 
 def drive(name, settings, **pictures):
-    """What the page NAME.html reports with the driver, which compares its scenes in these settings with pictures."""
+    """Returns what the page NAME.html reports with the driver, which compares its scenes in these settings with pictures."""
     watch = ("<script>const pageErrors = []; addEventListener('error', (event) => pageErrors.push(event.message));"
              "console.error = console.warn = (text) => pageErrors.push(String(text));"
              "requestAnimationFrame = (draw) => setTimeout(draw, 0);</script>")

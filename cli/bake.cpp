@@ -14,15 +14,12 @@
 #include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>
 
-#include "allowed.h"
+#include "bake.h"
 #include "commands.h"
-#include "kept_work.h"
+#include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals_held.h"
-#include "started_ranks.h"
-#include "stop_on_signal.h"
-#include "sweep.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <algorithm>

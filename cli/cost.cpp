@@ -2,14 +2,12 @@
 #include <stratus/bake/cost.h>
 
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/picture/cost_plot.h>
 
-#include "allowed.h"
 #include "commands.h"
+#include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals_held.h"
 
 #include <algorithm>
 #include <cmath>
@@ -126,9 +124,8 @@ void run_cost(const CostCommand& command) {
     const CostStudy study = measure_cost(recipe, options);
     write_answer(command.output, [&](std::ostream& out) { write_cost(out, study.points); });
     if (command.svg.empty()) return;
-    const SignalsHeld held;
-    write_atomically(command.svg,
-                     [&](const std::filesystem::path& temporary) { draw_study(study, temporary); });
+    write_file(command.svg,
+               [&](const std::filesystem::path& temporary) { draw_study(study, temporary); });
 }
 
 }  // namespace

@@ -11,14 +11,12 @@
 #include <stratus/table/packed_table.h>
 #include <stratus/table/table.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "opposition_option.h"
+#include "options.h"
+#include "progress.h"
 #include "query.h"
-#include "say.h"
 #include "table_option.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iostream>

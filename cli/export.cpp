@@ -6,12 +6,11 @@
 #include <stratus/material/material.h>
 #include <stratus/table/table.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "family_option.h"
+#include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals_held.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <algorithm>
@@ -160,8 +159,6 @@ void run_export(ExportCommand command) {
 }
 
 void add_layer_options(CLI::App& app, ExportCommand& command) {
-    const CLI::Validator share =
-        number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; });
     app.add_option(
            "TABLE|STACK.toml", command.inputs,
            "Table (.h5, .exr, .stratus), of which phase function and ground are taken, or a stack "
@@ -172,17 +169,17 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
     app.add_option("--optical-depth", command.optical_depth,
                    "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+        ->check(number_in_0_inf());
     app.add_option("--albedo", command.albedo,
                    "Its single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
-        ->check(share);
+        ->check(number_in_0_1());
     app.add_option("--at", command.at, at_help(". Given three times, it is of red, green and blue"))
         ->allow_extra_args(false);  // or it would take TABLE too
     app.add_option("--over", command.over,
                    "Put it on a Lambert ground of this albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
-        ->check(share);
+        ->check(number_in_0_1());
 }
 
 }  // namespace

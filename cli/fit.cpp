@@ -3,36 +3,129 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
+#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
+#include <stratus/fit/layer_model.h>
 #include <stratus/io/phase_file.h>
+#include <stratus/picture/residual_plot.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "family_option.h"
-#include "fit_rows.h"
-#include "opposition_option.h"
+#include "options.h"
+#include "progress.h"
 #include "query.h"
-#include "say.h"
-#include "signals_held.h"
 #include "table_option.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <ostream>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
 namespace {
+
+// ---- Rows of observations, as text and as a figure
+
+std::size_t place_of(const CsvTable& table, const std::string& column) {
+    return static_cast<std::size_t>(table.column(column));
+}
+
+/// Returns the light that a row observes.
+Light light_of(const RowDirection& direction) {
+    if (!direction.side) return Light::beam;
+    return *direction.side == Side::reflection ? Light::reflected : Light::transmitted;
+}
+
+/// Returns the word for it in the column side.
+const char* name_of(Light light) {
+    constexpr const char* names[] = {"lit", "unlit", "beam"};
+    return names[static_cast<int>(light)];
+}
+
+bool all_are_beams(const Query& rows) {
+    return std::ranges::all_of(rows.directions,
+                               [](const RowDirection& direction) { return !direction.side; });
+}
+
+/// Writes the rows with columns model and residual; `model` has a value for each row.
+void write_rows(std::ostream& out, const Query& query, const std::vector<double>& model) {
+    const CsvTable& table = query.table;
+    const std::size_t brightness = place_of(table, "brightness");
+    const std::vector<std::string> columns{"model", "residual"};
+    write_answer_header(out, query, columns);
+    for (std::size_t r = 0; r < model.size(); ++r)
+        write_answer_row(out, query, r, columns, {model[r], table.rows[r][brightness] - model[r]});
+}
+
+/// Beams come from behind: their phase angle is 180 degrees.
+double phase_angle_deg(const RowDirection& at) {
+    if (!at.side) return 180;
+    const bool is_lit = at.side == Side::reflection;
+    return 180 - degrees(std::acos(is_lit ? cos_scattering_angle_reflected(at.geometry)
+                                          : cos_scattering_angle_transmitted(at.geometry)));
+}
+
+/// The angle is beyond 90 degrees on the unlit side.
+double emission_angle_deg(const RowDirection& at) {
+    const double angle = degrees(std::acos(at.geometry.mu_out));
+    return at.side == Side::transmission ? 180 - angle : angle;
+}
+
+std::size_t count_distinct(const std::vector<double>& angles_deg) {
+    constexpr double per_degree = 100;
+    std::set<double> rounded;
+    for (const double angle : angles_deg) rounded.insert(std::round(angle * per_degree));
+    return rounded.size();
+}
+
+/// Returns the title of a figure's axis, and where its rows are along it: over the wavelength if that is a
+/// column, else over the phase angle, or over the emission angle if that takes more values.
+std::pair<std::string, std::vector<double>> plot_places(const Query& query) {
+    const CsvTable& table = query.table;
+    std::vector<double> wavelengths, phases, emissions;
+    if (table.has_column("wavelength")) {
+        for (const std::vector<double>& row : table.rows)
+            wavelengths.push_back(row[place_of(table, "wavelength")]);
+        return {"wavelength (um)", wavelengths};
+    }
+    for (const RowDirection& direction : query.directions) {
+        phases.push_back(phase_angle_deg(direction));
+        emissions.push_back(emission_angle_deg(direction));
+    }
+    if (count_distinct(emissions) > count_distinct(phases))
+        return {"emission angle (degrees)", emissions};
+    return {"phase angle (degrees)", phases};
+}
+
+ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) {
+    const CsvTable& table = query.table;
+    const std::size_t brightness = place_of(table, "brightness"), sigma = place_of(table, "sigma");
+    ResidualPlot plot;
+    plot.title = "Fit of " + std::filesystem::path(table.name).filename().string();
+    const auto [x_title, places] = plot_places(query);
+    plot.x_title = x_title;
+    plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";
+    for (const Light light : {Light::reflected, Light::transmitted, Light::beam}) {
+        ResidualSeries series{name_of(light), {}};
+        for (std::size_t r = 0; r < model.size(); ++r)
+            if (light_of(query.directions[r]) == light)
+                series.points.push_back(
+                    {places[r], table.rows[r][brightness], table.rows[r][sigma], model[r]});
+        if (!series.points.empty()) plot.series.push_back(std::move(series));
+    }
+    return plot;
+}
+
+// ---- The fit
 
 struct FitCommand {
     std::string observations, table, phase, second_phase, output, rows, svg;
@@ -98,10 +191,7 @@ std::vector<Bin> bins_of(const Query& query, const LayerModel& model) {
     const std::vector<FamilyAxis> family = model.family();
     const std::vector<int> of_family = family_columns(rows, family);
     const std::string place_column = column_of_bins(rows, family);
-    const auto column = [&](const char* name) {
-        return static_cast<std::size_t>(rows.column(name));
-    };
-    const std::size_t brightness = column("brightness"), sigma = column("sigma");
+    const std::size_t brightness = place_of(rows, "brightness"), sigma = place_of(rows, "sigma");
     std::vector<Bin> bins;
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         const std::vector<double>& row = rows.rows[r];
@@ -110,7 +200,7 @@ std::vector<Bin> bins_of(const Query& query, const LayerModel& model) {
             throw std::invalid_argument(rows.name + ", line " + std::to_string(rows.lines[r]) +
                                         ": side must be one that the table holds, got " +
                                         name_of(light));
-        const double place = place_column.empty() ? 0 : row[column(place_column.c_str())];
+        const double place = place_column.empty() ? 0 : row[place_of(rows, place_column)];
         auto bin = std::ranges::find(bins, place, &Bin::place);
         if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
         bin->observations.push_back({query.directions[r].geometry, light, row[brightness],
@@ -318,8 +408,7 @@ void run_fit(const FitCommand& command) {
     if (!command.rows.empty())
         write_answer(command.rows, [&](std::ostream& out) { write_rows(out, query, by_model); });
     if (command.svg.empty()) return;
-    const SignalsHeld held;
-    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
+    write_file(command.svg, [&](const std::filesystem::path& temporary) {
         draw_residual_plot(plot_of_rows(query, by_model), temporary);
     });
 }

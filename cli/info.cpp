@@ -2,13 +2,11 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/half.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/scene/table_portrait.h>
 #include <stratus/table/table.h>
 
 #include "commands.h"
 #include "query.h"
-#include "signals_held.h"
 #include "table_option.h"
 
 #include <algorithm>
@@ -180,10 +178,8 @@ void print_attributes(const Table& table) {
 
 void draw_picture(const AnyTable& table, const InfoOptions& options) {
     const Portrait portrait = make_portrait(table.table(), table.view());
-    const SignalsHeld held;
-    write_atomically(options.picture, [&](const std::filesystem::path& temporary) {
-        draw_portrait(portrait, temporary);
-    });
+    write_file(options.picture,
+               [&](const std::filesystem::path& temporary) { draw_portrait(portrait, temporary); });
 }
 
 void run_info(const InfoOptions& options) {

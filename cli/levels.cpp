@@ -1,4 +1,4 @@
-#include "levels.h"
+#include "methods.h"
 
 #include <stratus/base/number_text.h>
 #include <stratus/transfer/solve_to_tolerance.h>

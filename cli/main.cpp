@@ -7,8 +7,8 @@
 #include <stratus/base/argument.h>
 
 #include "commands.h"
-#include "say.h"
-#include "stop_on_signal.h"
+#include "progress.h"
+#include "signals.h"
 
 #include <CLI/CLI.hpp>
 

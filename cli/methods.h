@@ -1,4 +1,5 @@
-// The ways in which `stratus solve` can solve: the solver itself and the reference solvers.
+// The ways in which `stratus solve` can solve: the solver itself and the reference solvers; with --levels
+// the light inside a layer or a stack, as CSV.
 #pragma once
 
 #include <stratus/bake/stack_file.h>
@@ -59,5 +60,19 @@ SolverOptions options_of(const LayerQuestion& question);
 /// Errors   std::invalid_argument for what a scheme cannot solve.
 Method method_of(const LayerQuestion& question);
 Method method_of(const Stack& stack, const LayerQuestion& how);  // by the solver
+
+struct LevelsCommand {
+    Stack stack;
+    std::vector<double> levels, mu_in;
+    std::string query, output;
+    SolverOptions options;
+};
+
+/// Writes fluxes at every level for every mu_in. Returns what misses the tolerance, in words; "" where
+/// nothing does.
+std::string answer_fluxes_inside(const LevelsCommand& command);
+
+/// Writes radiance at every level for every row of the query, and returns what misses likewise.
+std::string answer_query_inside(const LevelsCommand& command);
 
 }  // namespace stratus

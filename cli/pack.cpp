@@ -5,7 +5,7 @@
 
 #include "commands.h"
 #include "query.h"
-#include "signals_held.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <cstdio>

@@ -1,15 +1,14 @@
 // `stratus phase`: phase functions as numbers and as a figure.
 #include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/line_plot.h>
 
-#include "allowed.h"
 #include "commands.h"
+#include "options.h"
+#include "progress.h"
 #include "query.h"
-#include "say.h"
-#include "signals_held.h"
 
 #include <algorithm>
 #include <cmath>
@@ -129,10 +128,8 @@ void run_phase(const PhaseCommand& command) {
     });
     if (command.svg.empty()) return;
     const LinePlot plot = plot_of(functions);
-    const SignalsHeld held;
-    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
-        draw_line_plot(plot, temporary);
-    });
+    write_file(command.svg,
+               [&](const std::filesystem::path& temporary) { draw_line_plot(plot, temporary); });
 }
 
 }  // namespace

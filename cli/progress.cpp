@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iostream>
+#include <string>
 #include <unistd.h>
 
 namespace stratus {
@@ -18,6 +20,11 @@ double seconds(std::chrono::steady_clock::duration time) {
 }
 
 }  // namespace
+
+void say(std::string message) {
+    std::replace(message.begin(), message.end(), '\n', ' ');
+    std::cerr << "stratus: " + shown(message, max_message) + '\n';
+}
 
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 

@@ -1,11 +1,14 @@
-// Progress of long work on stderr: a bar with rate and time left on a terminal, plain lines
-// otherwise, nothing when quiet.
+// Lines on stderr: refusals, notes and warnings, and the progress of long work, which is a bar with rate and
+// time left on a terminal, plain lines otherwise, and nothing when quiet.
 #pragma once
 
 #include <chrono>
 #include <string>
 
 namespace stratus {
+
+/// Writes the line "stratus: MESSAGE", made fit for a terminal as shown() does, at most `max_message` bytes.
+void say(std::string message);
 
 class Progress {
   public:

@@ -5,7 +5,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 
-#include "signals_held.h"
+#include "signals.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -228,6 +228,12 @@ void write_answer(const std::filesystem::path& path,
     if (takes_what_comes(path)) return append(path, answer.str());
     const SignalsHeld held;
     write_content_atomically(path, answer.view());
+}
+
+void write_file(const std::filesystem::path& path,
+                const std::function<void(const std::filesystem::path& temporary)>& write) {
+    const SignalsHeld held;
+    write_atomically(path, write);
 }
 
 void require_different_files(const std::string& command, const std::filesystem::path& input,

@@ -68,6 +68,10 @@ void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
 void write_answer(const std::filesystem::path& path,
                   const std::function<void(std::ostream&)>& write);
 
+/// Writes a file atomically while Ctrl-C is held back (atomic_file.h, signals.h).
+void write_file(const std::filesystem::path& path,
+                const std::function<void(const std::filesystem::path& temporary)>& write);
+
 /// Throws std::invalid_argument when writing to `output` would overwrite `input`.
 void require_different_files(const std::string& command, const std::filesystem::path& input,
                              const std::filesystem::path& output);

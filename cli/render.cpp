@@ -4,17 +4,15 @@
 #include <stratus/bake/clock.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/scene_keys.h>
 
-#include "allowed.h"
 #include "commands.h"
+#include "options.h"
 #include "progress.h"
 #include "query.h"
 #include "scene_options.h"
-#include "signals_held.h"
 #include "table_option.h"
 
 #include <algorithm>
@@ -145,8 +143,7 @@ std::string effects_text(const SceneFile& file) {
 
 void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
     const bool png = std::filesystem::path(output).extension() == ".png";
-    const SignalsHeld held;
-    write_atomically(output, [&](const std::filesystem::path& temporary) {
+    write_file(output, [&](const std::filesystem::path& temporary) {
         if (png)
             write_png(image, file.panels[0].white, labels_of(file), temporary);
         else
@@ -241,10 +238,7 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
                                         " must not be given for figures, got one");
     const auto started = Clock::now();
     auto write = [&](const auto& draw) {
-        for (const std::string& output : command.outputs) {
-            const SignalsHeld held;
-            write_atomically(output, draw);
-        }
+        for (const std::string& output : command.outputs) write_file(output, draw);
     };
     double error = 0;
     if (const auto* const lobes = std::get_if<LobeFigure>(&*file.figure)) {

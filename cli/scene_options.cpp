@@ -2,7 +2,7 @@
 
 #include <stratus/base/argument.h>
 
-#include "allowed.h"
+#include "options.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "commands.h"
 #include "query.h"
-#include "signals_held.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <memory>

@@ -7,11 +7,9 @@
 #include <stratus/shader/shader.h>
 #include <stratus/table/packed_table.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "family_option.h"
+#include "options.h"
 #include "query.h"
-#include "signals_held.h"
 #include "table_option.h"
 
 #include <algorithm>
@@ -170,8 +168,7 @@ void run_shader(const ShaderOptions& options) {
     double bytes = 0;
     for (const OutputFile& file : files) {
         const std::filesystem::path path = std::filesystem::path(options.folder) / file.name;
-        const SignalsHeld held;
-        write_atomically(path, file.write);
+        write_file(path, file.write);
         bytes += static_cast<double>(std::filesystem::file_size(path));
     }
     if (options.quiet) return;
@@ -207,12 +204,12 @@ void add_shader(CLI::App& app) {
         ->add_option("--optical-depth", options->optical_depth,
                      "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+        ->check(number_in_0_inf());
     command
         ->add_option("--albedo", options->albedo,
                      "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
-        ->check(number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; }));
+        ->check(number_in_0_1());
     command->add_flag("--filtered", options->filtered,
                       "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
                       "of the bound layer, 27 of layers that are not bound; glsl and hlsl");

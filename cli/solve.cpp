@@ -7,16 +7,14 @@
 #include <stratus/table/ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include "allowed.h"
 #include "commands.h"
-#include "levels.h"
 #include "methods.h"
+#include "options.h"
+#include "progress.h"
 #include "query.h"
-#include "say.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -264,7 +262,7 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--optical-depth", command.question.optical_depth,
                     "Vertical optical depth, [0, inf]")
-        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+        ->check(number_in_0_inf());
     solve
         .add_option("--over", command.over,
                     "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +

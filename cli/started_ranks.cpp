@@ -1,4 +1,4 @@
-#include "started_ranks.h"
+#include "bake.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-#include "sweep.h"
+#include "bake.h"
 
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
@@ -11,10 +11,9 @@
 #include <stratus/io/checkpoint.h>
 #include <stratus/table/packed_table.h>
 
-#include "kept_work.h"
 #include "progress.h"
 #include "query.h"
-#include "stop_on_signal.h"
+#include "signals.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,8 +2,8 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/base/angle.h>
 
-#include "allowed.h"
 #include "commands.h"
+#include "options.h"
 #include "progress.h"
 #include "table_option.h"
 

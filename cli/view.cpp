@@ -5,9 +5,8 @@
 #include <stratus/io/atomic_file.h>
 
 #include "commands.h"
-#include "family_option.h"
 #include "query.h"
-#include "signals_held.h"
+#include "signals.h"
 #include "table_option.h"
 
 #include <filesystem>

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <numeric>
 #include <ostream>
 #include <span>
 #include <utility>
@@ -22,18 +21,6 @@ namespace stratus {
 namespace {
 
 using Kind = CostPoint::Kind;
-
-void judge(std::span<CostPoint> points) {
-    std::vector<Trade> trades;
-    for (const CostPoint& point : points) trades.push_back({point.cost(), point.error_99_9});
-    for (const std::size_t at : find_frontier(trades)) points[at].on_frontier = true;
-    for (CostPoint& point : points) {
-        double cheapest = point.cost();
-        for (const Trade& other : trades)
-            if (other.error <= point.error_99_9) cheapest = std::min(cheapest, other.cost);
-        point.times_frontier = point.cost() / cheapest;
-    }
-}
 
 /// Says what a tolerance chose: its error and its cost beside those of the other points of its kind.
 std::string sentence_of(const CostPoint& point, std::span<const CostPoint> others) {
@@ -60,73 +47,70 @@ std::string sentence_of(const CostPoint& point, std::span<const CostPoint> other
 
 // ---- CSV
 
-enum class Holders { all, solvers, tables };
-
 struct Column {
     std::string name, meaning;
-    Holders holders;  // kinds of points that have it; empty for others
-    std::function<std::string(const CostPoint& point)> text;
+    std::function<std::string(const CostPoint& point)> text;  // empty where the point has none
 };
 
 std::string field(const std::string& words) { return words; }
 std::string field(double number) { return short_number(number, 6); }
 std::string field(int count) { return count > 0 ? std::to_string(count) : ""; }
 
-template <class Value>
-Column column(std::string name, std::string meaning, Holders holders, Value value) {
-    return {std::move(name), std::move(meaning), holders,
-            [value](const CostPoint& p) { return field(std::invoke(value, p)); }};
-}
-
 std::vector<Column> columns() {
     using P = CostPoint;
     using D = Discretisation;
-    using enum Holders;
-    const auto sampled = [](int D::*samples) {
-        return [samples](const P& p) { return p.discretisation.*samples; };
+    const auto all = [](auto value) {
+        return [value](const P& p) { return field(std::invoke(value, p)); };
     };
-    const auto kind = [](const P& p) -> std::string {
-        return p.kind == Kind::solver ? "solver" : p.kind == Kind::table ? "table" : "packed";
+    const auto solvers = [](auto value) {
+        return [value](const P& p) { return p.kind == Kind::solver ? field(p.*value) : ""; };
     };
-    const auto tolerance = [](const P& p) { return p.tolerance > 0 ? field(p.tolerance) : ""; };
+    const auto tables = [](auto value) {
+        return [value](const P& p) {
+            return p.kind == Kind::solver ? "" : field(std::invoke(value, p));
+        };
+    };
+    const auto sampled = [&](int D::*samples) {
+        return tables([samples](const P& p) { return p.discretisation.*samples; });
+    };
     std::vector<Column> list{
-        column("kind", "solver, table or packed", all, kind),
-        column("varied", "tolerance: it chose the point; else what the sweep changed", all,
-               &P::varied),
-        column("tolerance", "that chose the point; empty where none did", all, tolerance),
-        column("nodes", "Gauss nodes of the solver", all,
-               [](const P& p) { return p.solver.nodes; }),
-        column("modes", "azimuthal modes of the solver", all,
-               [](const P& p) { return p.solver.modes; }),
-        column("mu_samples", "of mu_in and mu_out alike", tables, sampled(&D::mu_samples)),
-        column("azimuth_samples", "over 0 to 180 degrees", tables, sampled(&D::azimuth_samples)),
-        column("optical_depth_samples_per_octave", "samples in which the depth doubles", tables,
-               sampled(&D::optical_depth_samples_per_octave)),
-        column("albedo_samples", "over the recipe's range", tables, sampled(&D::albedo_samples))};
+        {"kind", "solver, table or packed", all([](const P& p) {
+             constexpr const char* names[] = {"solver", "table", "packed"};
+             return std::string(names[static_cast<int>(p.kind)]);
+         })},
+        {"varied", "tolerance: it chose the point; else what the sweep changed", all(&P::varied)},
+        {"tolerance", "that chose the point; empty where none did",
+         [](const P& p) { return p.tolerance > 0 ? field(p.tolerance) : ""; }},
+        {"nodes", "Gauss nodes of the solver", all([](const P& p) { return p.solver.nodes; })},
+        {"modes", "azimuthal modes of the solver", all([](const P& p) { return p.solver.modes; })},
+        {"mu_samples", "of mu_in and mu_out alike", sampled(&D::mu_samples)},
+        {"azimuth_samples", "over 0 to 180 degrees", sampled(&D::azimuth_samples)},
+        {"optical_depth_samples_per_octave", "samples in which the depth doubles",
+         sampled(&D::optical_depth_samples_per_octave)},
+        {"albedo_samples", "over the recipe's range", sampled(&D::albedo_samples)}};
     for (const PhaseParameter parameter : all_parameters)
-        list.push_back(column(
-            samples_key(parameter), "members along that axis of a family", tables,
-            [at = static_cast<std::size_t>(parameter)](const P& p) { return p.members[at]; }));
-    for (const Column& measured :
-         {column("error_median", "relative error of half of the values", all, &P::error_median),
-          column("error_99_9", "relative error of 99.9 % of the values; the frontier's", all,
-                 &P::error_99_9),
-          column("error_largest", "largest relative error", all, &P::error_largest),
-          column("solve_seconds", "one layer, deepest and brightest, 14 cosines, one thread",
-                 solvers, &P::solve_seconds),
-          column("bake_seconds",
-                 "all threads; where tolerance chose, with choosing and checking; packed: of "
-                 "packing",
-                 tables, &P::bake_seconds),
-          column("bytes", "of the samples of both sides in memory; packed: of the file", tables,
-                 &P::bytes),
-          column("lookup_ns", "nanoseconds of a lookup at a random point, one thread", tables,
-                 &P::lookup_ns),
-          column("on_frontier", "1: no other point undercuts it in error and in cost", all,
-                 [](const P& p) { return p.on_frontier ? 1.0 : 0.0; }),
-          column("times_frontier", "solve_seconds or bytes over those of the cheapest as accurate",
-                 all, &P::times_frontier)})
-        list.push_back(measured);
+        list.push_back({samples_key(parameter), "members along that axis of a family",
+                        tables([at = static_cast<std::size_t>(parameter)](const P& p) {
+                            return p.members[at];
+                        })});
+    const std::vector<Column> measured{
+        {"error_median", "relative error of half of the values", all(&P::error_median)},
+        {"error_99_9", "relative error of 99.9 % of the values; the frontier's",
+         all(&P::error_99_9)},
+        {"error_largest", "largest relative error", all(&P::error_largest)},
+        {"solve_seconds", "one layer, deepest and brightest, 14 cosines, one thread",
+         solvers(&P::solve_seconds)},
+        {"bake_seconds",
+         "all threads; where tolerance chose, with choosing and checking; packed: of packing",
+         tables(&P::bake_seconds)},
+        {"bytes", "of the samples of both sides in memory; packed: of the file", tables(&P::bytes)},
+        {"lookup_ns", "nanoseconds of a lookup at a random point, one thread",
+         tables(&P::lookup_ns)},
+        {"on_frontier", "1: no other point undercuts it in error and in cost",
+         all([](const P& p) { return p.on_frontier ? 1.0 : 0.0; })},
+        {"times_frontier", "solve_seconds or bytes over those of the cheapest as accurate",
+         all(&P::times_frontier)}};
+    list.insert(list.end(), measured.begin(), measured.end());
     return list;
 }
 
@@ -145,7 +129,7 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
         const std::span<CostPoint> points(
             std::ranges::lower_bound(study.points, kind, {}, &CostPoint::kind),
             std::ranges::upper_bound(study.points, kind, {}, &CostPoint::kind));
-        judge(points);
+        compare_with_frontier(points);
         std::vector<CostPoint> chosen;
         std::ranges::copy_if(points, std::back_inserter(chosen),
                              [](const CostPoint& point) { return point.tolerance > 0; });
@@ -155,32 +139,31 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     return study;
 }
 
-std::vector<std::size_t> find_frontier(const std::vector<Trade>& trades) {
-    std::vector<std::size_t> order(trades.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return std::pair(trades[a].cost, trades[a].error) <
-               std::pair(trades[b].cost, trades[b].error);
-    });
-    std::vector<std::size_t> frontier;
-    for (const std::size_t at : order)
-        if (frontier.empty() || trades[at].error < trades[frontier.back()].error)
-            frontier.push_back(at);
-    return frontier;
+void compare_with_frontier(std::span<CostPoint> points) {
+    for (CostPoint& point : points) {
+        double cheapest = point.cost();
+        point.on_frontier = true;
+        for (const CostPoint& other : points) {
+            if (other.error_99_9 > point.error_99_9) continue;
+            cheapest = std::min(cheapest, other.cost());
+            if (other.cost() < point.cost() ||
+                (other.cost() == point.cost() &&
+                 (other.error_99_9 < point.error_99_9 || &other < &point)))
+                point.on_frontier = false;
+        }
+        point.times_frontier = point.cost() / cheapest;
+    }
 }
 
 void write_cost(std::ostream& out, const std::vector<CostPoint>& points) {
     const std::vector<Column> all = columns();
-    for (const Column& column : all) out << (&column == &all.front() ? "" : ",") << column.name;
-    out << '\n';
-    for (const CostPoint& point : points) {
-        for (const Column& column : all) {
-            out << (&column == &all.front() ? "" : ",");
-            const auto others = point.kind == Kind::solver ? Holders::tables : Holders::solvers;
-            if (column.holders != others) out << column.text(point);
-        }
-        out << '\n';
-    }
+    const auto write_row = [&](const auto& cell) {
+        for (const Column& column : all)
+            out << cell(column) << (&column == &all.back() ? '\n' : ',');
+    };
+    write_row([](const Column& column) { return column.name; });
+    for (const CostPoint& point : points)
+        write_row([&](const Column& column) { return column.text(point); });
 }
 
 std::vector<std::pair<std::string, std::string>> cost_columns() {

@@ -23,6 +23,26 @@ namespace {
 using Kind = CostPoint::Kind;
 using Indices = std::vector<std::size_t>;
 
+struct Trade {
+    double cost, error;
+};
+
+/// Returns which tables of these bytes and errors are on the frontier, ascending in cost.
+Indices find_frontier(const std::vector<Trade>& trades) {
+    std::vector<CostPoint> points(trades.size());
+    for (std::size_t n = 0; n < trades.size(); ++n) {
+        points[n].kind = Kind::table;
+        points[n].bytes = trades[n].cost;
+        points[n].error_99_9 = trades[n].error;
+    }
+    compare_with_frontier(points);
+    Indices frontier;
+    for (std::size_t n = 0; n < points.size(); ++n)
+        if (points[n].on_frontier) frontier.push_back(n);
+    std::ranges::sort(frontier, {}, [&](std::size_t n) { return trades[n].cost; });
+    return frontier;
+}
+
 TEST(Frontier, LeavesOutDominatedTrades) {
     EXPECT_EQ(find_frontier({{1, 0.5}, {2, 0.6}, {3, 0.1}, {4, 0.2}}), (Indices{0, 2}));
     EXPECT_EQ(find_frontier({{4, 0.2}, {3, 0.1}, {1, 0.5}}), (Indices{2, 1})) << "in any order";

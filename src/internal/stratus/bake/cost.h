@@ -18,9 +18,9 @@
 #include <stratus/bake/recipe.h>
 
 #include <array>
-#include <cstddef>
 #include <functional>
 #include <iosfwd>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,15 +71,9 @@ struct CostOptions {
 /// Errors   std::invalid_argument for seconds that are not above 0 and for stacks.
 CostStudy measure_cost(const Recipe& recipe, const CostOptions& options = {});
 
-/// A point of a trade of cost against error.
-struct Trade {
-    double cost;
-    double error;
-};
-
-/// Indices of the trades that no other undercuts (as cheap and as accurate, one of them strictly),
-/// ascending in cost and so descending in error; the first of equals.
-std::vector<std::size_t> find_frontier(const std::vector<Trade>& trades);
+/// Sets on_frontier and times_frontier of points of one kind. On the frontier are those that no other
+/// undercuts (as cheap and as accurate, one of them strictly); the first of equals.
+void compare_with_frontier(std::span<CostPoint> points);
 
 /// Writes a CSV with a row for each point; what does not belong to a point's kind is left empty.
 void write_cost(std::ostream& out, const std::vector<CostPoint>& points);

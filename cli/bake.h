@@ -1,0 +1,53 @@
+// Parts of `stratus bake`: finished work in a checkpoint, the ranks that mpirun or srun started, and sweeps.
+#pragma once
+
+#include <stratus/bake/rank_transport.h>
+#include <stratus/bake/work_log.h>
+#include <stratus/io/checkpoint.h>
+
+#include <memory>
+#include <span>
+#include <string>
+
+namespace stratus {
+
+/// Finds finished pieces in the checkpoint, which must outlive the log, and adds to it.
+inline void keep_in(Checkpoint& checkpoint, WorkLog& log) {
+    log.find = [&](const std::string& piece) { return checkpoint.find(piece); };
+    log.keep = [&](const std::string& piece, std::span<const char> result) {
+        checkpoint.keep(piece, result);
+    };
+}
+
+inline std::string sentence_of_kept(const std::string& path) {
+    return "finished work is kept in " + path + ": repeat the command with --resume";
+}
+
+/// Null where the program was started by itself.
+///
+/// Errors   std::runtime_error where it is one of several ranks and cannot reach the others.
+std::unique_ptr<RankTransport> started_ranks();
+
+/// One thread for each processor, which the ranks of a machine share.
+int threads_of_rank(const RankTransport& ranks);
+
+class Ranks;
+
+struct SweepCommand {
+    std::string recipe;
+    std::string csv;  // empty: the rows of the recipe
+    std::string folder;
+    int threads = 0;
+    bool quiet = false;
+    bool resume = false;  // bakes only what the folder lacks
+    bool accept = false;  // exit code 0 even where tables miss their tolerances
+};
+
+/// Bakes all rows, several at once, and tells how each came out. On ranks each row is baked by one of them,
+/// which rank 0 gives it to, and rank 0 writes its table.
+///
+/// Errors   std::invalid_argument for the rows, before anything is baked; std::runtime_error where a
+///          table failed or missed its tolerance, once all are done; EndedBySignal where one came.
+void run_sweep(const SweepCommand& command, Ranks* ranks = nullptr);
+
+}  // namespace stratus

@@ -1,0 +1,144 @@
+#include "options.h"
+
+#include <stratus/base/number_text.h>
+
+#include <charconv>
+#include <cstddef>
+#include <cstdio>
+#include <stdexcept>
+
+namespace stratus {
+namespace {
+
+std::string refusal(const std::string& allowed, const std::string& met) {
+    return "must be " + allowed + ", got " + (met.empty() ? "nothing" : met);
+}
+
+}  // namespace
+
+CLI::Validator number(const std::string& allowed, bool (*holds)(double value)) {
+    const auto check = [=](std::string& text) {
+        double value = 0;
+        const bool is_number = !text.empty() && read_number(text, value) == text.size();
+        return is_number && holds(value) ? std::string() : refusal(allowed, text);
+    };
+    return {check, ""};
+}
+
+CLI::Validator number_in_0_1() {
+    return number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; });
+}
+
+CLI::Validator number_in_0_inf() {
+    return number("in [0, inf]", [](double depth) { return depth >= 0; });
+}
+
+CLI::Validator whole_number(long long min, long long max) {
+    const std::string allowed =
+        "a whole number in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
+    const auto check = [=](std::string& text) {
+        long long value = 0;
+        const char* const end = text.data() + text.size();
+        const auto read = std::from_chars(text.data(), end, value);
+        if (read.ec != std::errc() || read.ptr != end || value < min || value > max)
+            return refusal(allowed, text);
+        text = std::to_string(value);  // CLI11 reads a leading zero as octal
+        return std::string();
+    };
+    return {check, ""};
+}
+
+CLI::Validator file_name() {
+    const auto check = [](std::string& text) {
+        return text.empty() ? refusal("the name of a file", text) : std::string();
+    };
+    return {check, ""};
+}
+
+void add_threads(CLI::App& command, int& threads, const std::string& more) {
+    command.add_option("--threads", threads, "Threads; 0: one for each processor" + more)
+        ->capture_default_str()
+        ->check(whole_number(0, 1024));
+}
+
+void add_accuracy(CLI::App& command, int& nodes, double& tolerance, bool& accept,
+                  const std::string& more) {
+    CLI::Option* const fixed =
+        command
+            .add_option("--nodes", nodes,
+                        "Gauss nodes of the solver, [1, 512], in place of --tolerance" + more)
+            ->check(whole_number(1, 512));
+    command
+        .add_option("--tolerance", tolerance,
+                    "Relative error of R and T, or of fluxes, [1e-12, 1]: the solver chooses nodes "
+                    "to meet it, and gives estimated errors")
+        ->capture_default_str()
+        ->check(number("in [1e-12, 1]", [](double t) { return t >= 1e-12 && t <= 1; }))
+        ->excludes(fixed);
+    command.add_flag("--accept", accept, "Go on even if 512 nodes do not meet the tolerance");
+}
+
+void add_keys(CLI::App& command, const std::string& files, Keys keys) {
+    std::string text = key_columns(keys);
+    text.pop_back();  // CLI11 ends the line
+    command.set_version_flag("--keys", text,
+                             "Print every key of " + files +
+                                 " with its form, unit, range, default and meaning, and exit");
+}
+
+namespace {
+
+/// True when `format`, which ends in %n, reads all of `text`.
+template <class... Values>
+bool reads(const std::string& text, const char* format, Values*... values) {
+    int read = -1;
+    std::sscanf(text.c_str(), format, values..., &read);
+    return read >= 0 && static_cast<std::size_t>(read) == text.size();
+}
+
+}  // namespace
+
+void add_density_and_opposition(CLI::App& command, std::string& density, std::string& opposition) {
+    command
+        .add_option("--density", density,
+                    "Share of the volume that particles fill, [0, 1), or number=N,radius=R of the "
+                    "particles, N per cubed unit of R: every order sees the depth "
+                    "tau / (1 - density)")
+        ->capture_default_str();
+    command.add_option(
+        "--opposition", opposition,
+        "How single scattering brightens towards the light: blinn or hapke, as wide as the density "
+        "makes it, or hapke:width=0.05,amplitude=0.8 or one of these two. Default: not at all");
+}
+
+double parse_density(const std::string& command, const std::string& text) {
+    double density = 0, number = 0, radius = 0;
+    if (reads(text, "number=%lf,radius=%lf%n", &number, &radius))
+        return volume_fraction(number, radius);
+    if (!reads(text, "%lf%n", &density) || !(density >= 0 && density < 1))
+        throw std::invalid_argument(
+            command + ": --density must be in [0, 1) or number=N,radius=R, got " + text);
+    return density;
+}
+
+Opposition parse_opposition(const std::string& command, const std::string& text, double density) {
+    if (text.empty()) return {};
+    double width = 0, amplitude = 1;
+    const bool without_width =
+        text == "blinn" || text == "hapke" || reads(text, "hapke:amplitude=%lf%n", &amplitude);
+    if (without_width && density == 0)
+        throw std::invalid_argument(command + ": --opposition " + text +
+                                    " must come with a --density above 0, got 0");
+    if (text == "blinn") return Opposition::blinn();
+    if (without_width) return Opposition::hapke(amplitude);
+    if (!reads(text, "hapke:width=%lf%n", &width) &&
+        !reads(text, "hapke:width=%lf,amplitude=%lf%n", &width, &amplitude))
+        throw std::invalid_argument(
+            command +
+            ": --opposition must be blinn or hapke or hapke:width=H,amplitude=A or one of "
+            "these two, got " +
+            text);
+    return Opposition::hapke(amplitude, width);
+}
+
+}  // namespace stratus

@@ -203,7 +203,8 @@ auto with_notes(const std::string& directory, std::vector<std::string>* notes,
                 const std::string& name, const Read& read) {
     std::vector<std::string> all;
     std::map<std::string, std::shared_ptr<const Image>> images;
-    auto result = read(TomlFile{caller, name}, Source{directory, &all, &images});
+    std::map<std::string, Texture> oceans;
+    auto result = read(TomlFile{caller, name}, Source{directory, &all, &images, &oceans});
     for (const std::string& note : all)
         if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
     return result;

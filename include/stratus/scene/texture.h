@@ -49,7 +49,8 @@ struct Texture {
     double scale = 1;  // squares or bands per half turn (or unit of length); detail per unit
     unsigned seed = 1;
     std::shared_ptr<const Image> image;
-    // The law of an ocean that mirrors; `colour` then includes the spherical albedo of the mirror.
+    // The law of an ocean that mirrors, with its brightest colour as its Lambert part, and the
+    // spherical albedo of both; `colour` then includes that of the mirror.
     std::shared_ptr<const GroundLaw> mirror;
     double mirror_albedo = 0;
 

@@ -2,7 +2,6 @@
 
 #include <stratus/base/argument.h>
 
-#include "label_placement.h"
 #include "plot_axes.h"
 
 #include <algorithm>
@@ -57,15 +56,7 @@ struct Decades {
     double share(double value) const { return (std::log10(value) - first) / count(); }
 };
 
-/// A panel's plot on the page, and its axes.
-struct Frame {
-    Box box;
-    Decades x, y;
-
-    double across(double value) const { return box.x0 + x.share(value) * box.width(); }
-    double down(double value) const { return box.y1 - y.share(value) * box.height(); }
-    Point at(const PlotPoint& point) const { return {across(point.x), down(point.y)}; }
-};
+using Frame = PlotFrame<Decades>;
 
 void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
     const Box& box = frame.box;
@@ -111,7 +102,7 @@ void draw_chosen_mark(const Page& page, Point at) {
 void draw_steps(const Page& page, const Frame& frame, const PlotSeries& series) {
     std::vector<Point> steps;
     for (const PlotPoint& point : series.points) {
-        const Point at = frame.at(point);
+        const Point at = frame.at(point.x, point.y);
         if (!steps.empty()) steps.push_back({at.x, steps.back().y});
         steps.push_back(at);
     }
@@ -124,11 +115,79 @@ void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
             if (series.role != role) continue;
             if (role == Role::frontier) draw_steps(page, frame, series);
             for (const PlotPoint& point : series.points) {
-                if (role == Role::chosen) draw_chosen_mark(page, frame.at(point));
+                if (role == Role::chosen) draw_chosen_mark(page, frame.at(point.x, point.y));
                 if (role == Role::measured)
-                    draw_measured_mark(page, frame.at(point), style_of(panel, series));
+                    draw_measured_mark(page, frame.at(point.x, point.y), style_of(panel, series));
             }
         }
+}
+
+// ---- Labels: each is placed near its point where it covers least
+
+struct PointLabel {
+    Point point;
+    std::string text;
+    bool is_required;  // drawn where it covers other things too, if need be
+};
+
+/// Areas that labels should not cover.
+struct Obstacles {
+    std::vector<Box> marks, lines;
+};
+
+constexpr double label_size = 7, padding = 0.8, descent = 1.2, ascent = 5.4;
+constexpr double near = 8, far = 32;  // from the point
+
+bool overlap(const Box& a, const Box& b) {
+    return a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1;
+}
+
+bool contains(const Box& outer, const Box& inner) {
+    return outer.x0 <= inner.x0 && inner.x1 <= outer.x1 && outer.y0 <= inner.y0 &&
+           inner.y1 <= outer.y1;
+}
+
+double penalty(const Box& label, const Box& plot, const Obstacles& obstacles,
+               const std::vector<Box>& placed) {
+    constexpr double mark = 2, line = 1, other_label = 100, outside = 1000;
+    double sum = contains(plot, label) ? 0 : outside;
+    const auto add = [&](const std::vector<Box>& boxes, double each) {
+        for (const Box& box : boxes) sum += overlap(label, box) ? each : 0;
+    };
+    add(obstacles.marks, mark);
+    add(obstacles.lines, line);
+    add(placed, other_label);
+    return sum;
+}
+
+/// Places labels in their order; those without room are left out unless required.
+void draw_labels(const Page& page, const Box& plot, const Obstacles& obstacles,
+                 const std::vector<PointLabel>& labels) {
+    constexpr double max_optional_penalty = 2;  // from here on a label is left out
+    std::vector<Box> placed;
+    for (const PointLabel& label : labels) {
+        const double width = page.text_width(label.text, label_size) + 2 * padding;
+        const double height = ascent + descent + 2 * padding;
+        Box best{};
+        double best_penalty = infinity;
+        for (int distance = 5; distance <= (label.is_required ? far : near); distance += 3)
+            for (const double angle : {-0.25, 0.0, 0.25, 0.75, 1.0, -0.75, 0.5, -0.5}) {
+                const double across = std::cos(pi * angle), down = -std::sin(pi * angle);
+                const double x = label.point.x + distance * across + across * width / 2;
+                const double y = label.point.y + distance * down + down * height / 2;
+                const Box box{x - width / 2, y - height / 2, x + width / 2, y + height / 2};
+                const double met = penalty(box, plot, obstacles, placed) + 0.02 * distance;
+                if (met >= best_penalty) continue;
+                best_penalty = met;
+                best = box;
+            }
+        if (!label.is_required && penalty(best, plot, obstacles, placed) >= max_optional_penalty)
+            continue;
+        placed.push_back(best);
+        page.fill(best, white);
+        page.text({best.x0 + padding, best.y1 - padding - descent}, label.text, label_size,
+                  label.is_required ? black : grey);
+    }
 }
 
 Obstacles obstacles_of(const Frame& frame, const PlotPanel& panel) {
@@ -136,11 +195,12 @@ Obstacles obstacles_of(const Frame& frame, const PlotPanel& panel) {
     for (const PlotSeries& series : panel.series) {
         const double r = series.role == Role::chosen ? 1.25 * chosen_radius : mark_radius;
         for (std::size_t n = 0; n < series.points.size(); ++n) {
-            const auto [x, y] = frame.at(series.points[n]);
+            const auto [x, y] = frame.at(series.points[n].x, series.points[n].y);
             if (series.role != Role::frontier) {
                 obstacles.marks.push_back({x - r, y - r, x + r, y + r});
             } else if (n > 0) {
-                const auto [from_x, from_y] = frame.at(series.points[n - 1]);
+                const auto [from_x, from_y] =
+                    frame.at(series.points[n - 1].x, series.points[n - 1].y);
                 obstacles.lines.push_back({from_x, from_y - 0.5, x, from_y + 0.5});
                 obstacles.lines.push_back({x - 0.5, from_y, x + 0.5, y});
             }
@@ -156,7 +216,8 @@ std::vector<PointLabel> labels_of(const Frame& frame, const PlotPanel& panel) {
             if (series.role == role)
                 for (const PlotPoint& point : series.points)
                     if (!point.label.empty())
-                        labels.push_back({frame.at(point), point.label, role == Role::chosen});
+                        labels.push_back(
+                            {frame.at(point.x, point.y), point.label, role == Role::chosen});
     return labels;
 }
 

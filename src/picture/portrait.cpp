@@ -5,7 +5,6 @@
 #include <stratus/picture/png.h>
 #include <stratus/picture/round_number.h>
 
-#include "lobe_outline.h"
 #include "page.h"
 
 #include <algorithm>

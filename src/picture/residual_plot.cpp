@@ -43,15 +43,7 @@ struct AxisRange {
     double share(double value) const { return (value - low) / (high - low); }
 };
 
-/// A panel and where numbers are in it.
-struct Panel {
-    Box box;
-    AxisRange x, y;
-
-    double across(double value) const { return box.x0 + x.share(value) * box.width(); }
-    double down(double value) const { return box.y1 - y.share(value) * box.height(); }
-    Point at(double of_x, double of_y) const { return {across(of_x), down(of_y)}; }
-};
+using Panel = PlotFrame<AxisRange>;
 
 void draw_axes(const Page& page, const Panel& panel, const std::string& x_title,
                const std::string& y_title) {

@@ -285,12 +285,7 @@ void run_plan(const PlanCommand& command) {
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
-    for (SceneFile& frame : film)
-        for (Scene& scene : frame.panels) {
-            if (command.tolerance > 0) scene.tolerance = command.tolerance;
-            drop_effects(command.drop, scene);
-            set_width(command.width, scene);
-        }
+    change({{}, split(command.drop), command.width, command.tolerance}, film);
     const std::vector<Scene> later = scenes_of({film.begin() + 1, film.end()});
     BakeOptions options;
     options.threads = command.threads;

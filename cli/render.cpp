@@ -7,7 +7,6 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
-#include <stratus/scene/scene_keys.h>
 
 #include "allowed.h"
 #include "commands.h"
@@ -197,13 +196,7 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
 /// others are rendered.
 void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
                   const FrameRange& frames, Progress& progress) {
-    for (SceneFile& file : film)
-        for (Scene& scene : file.panels) {
-            if (!command.effects.empty())
-                scene.effects = parse_scene_effects(split(command.effects));
-            drop_effects(command.drop, scene);
-            set_width(command.width, scene);
-        }
+    change({split(command.effects), split(command.drop), command.width}, film);
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
     if (command.effects.empty() && command.tables.empty()) leave_out_by_plans(film, progress);

@@ -6,9 +6,7 @@
 #include <stratus/scene/contents.h>
 
 #include "layer_fluxes.h"
-#include "planet_shine.h"
-#include "ring_orders.h"
-#include "ring_shine.h"
+#include "ring_light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +14,6 @@
 
 namespace stratus {
 namespace {
-
-Rgb3 widened(const Rgb& value) { return {double{value.r}, double{value.g}, double{value.b}}; }
 
 Opposition opposition_of(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
@@ -67,9 +63,15 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
                     "one without diffuse_transmittance");
     if (!scene.layer.channels.empty()) {
         channel_scenes_ = channel_scenes(scene);
-        for (std::size_t c = 0; c < channel_scenes_.size(); ++c)
-            channels_.emplace_back(channel_scenes_[c],
-                                   tables_ ? tables_->channels[c].get() : nullptr, threads, detail);
+        for (std::size_t c = 0; c < channel_scenes_.size(); ++c) {
+            const LayerTables* const own = tables_ ? tables_->channels[c].get() : nullptr;
+            const bool as_before =
+                c > 0 && channels_[c - 1]->tables_ == own &&
+                are_alike(channel_scenes_[c - 1].layer, channel_scenes_[c].layer);
+            channels_.push_back(as_before ? channels_[c - 1]
+                                          : std::make_shared<const LayerLight>(
+                                                channel_scenes_[c], own, threads, detail));
+        }
         return;
     }
     const bool background_scatters = scene.effects.background && scene.effects.transmission &&
@@ -107,7 +109,10 @@ void LayerLight::shine(int threads, LightDetail detail) {
 }
 
 Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
-    return ring_shine_ ? ring_shine_->irradiance(point) : Rgb3{};
+    Rgb3 sum{};
+    if (ring_shine_)
+        for (const LightSource& source : ring_shine_->sources(point)) sum = sum + source.irradiance;
+    return sum;
 }
 
 void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail) {
@@ -148,7 +153,7 @@ auto LayerLight::each_channel(const Matter& matter, const Function& of) const no
     const auto& extinction = scene_.layer.extinction;
     std::array<std::invoke_result_t<Function, const Channel&>, 3> value{};
     for (std::size_t c = 0; c < value.size(); ++c) {
-        const LayerLight& own = channels_.empty() ? *this : channels_[c];
+        const LayerLight& own = channels_.empty() ? *this : *channels_[c];
         const bool as_before = channels_.empty() && c > 0 &&
                                matter.albedo[c] == matter.albedo[c - 1] &&
                                extinction[c] == extinction[c - 1];
@@ -159,9 +164,19 @@ auto LayerLight::each_channel(const Matter& matter, const Function& of) const no
 }
 
 template <class Function>
+Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const noexcept {
+    const auto& extinction = scene_.layer.extinction;
+    Rgb3 all;
+    for (std::size_t c = 0; c < all.size(); ++c)
+        all[c] = c > 0 && extinction[c] == extinction[c - 1] ? all[c - 1]
+                                                             : value(seen_depth_of(matter, c));
+    return all;
+}
+
+template <class Function>
 Rgb3 LayerLight::of_channels(const Function& of) const noexcept {
     Rgb3 value;
-    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(channels_[c], c)[c];
+    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(*channels_[c], c)[c];
     return value;
 }
 
@@ -212,17 +227,9 @@ Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
 
 Rgb3 LayerLight::once(const Matter& matter, const Scattering& scattering) const noexcept {
     if (!scene_.effects.single || !is_wanted(scattering.side) || seen_shell(scene_) > 0) return {};
-    const auto& extinction = scene_.layer.extinction;
-    Rgb3 value{};
-    double light = 0;
-    for (std::size_t c = 0; c < value.size(); ++c) {
-        if (c == 0 || extinction[c] != extinction[c - 1]) {
-            const double depth = seen_depth_of(matter, c);
-            light = depth == 0 ? 0 : single(matter.mixture, depth, scattering);
-        }
-        value[c] = matter.albedo[c] * light;
-    }
-    return value;
+    return matter.albedo * each_depth(matter, [&](double depth) {
+               return depth == 0 ? 0 : single(matter.mixture, depth, scattering);
+           });
 }
 
 Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const noexcept {
@@ -259,11 +266,11 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
 bool LayerLight::has_sums() const noexcept {
     if (recorded_) return false;
     if (channels_.empty()) return !std::holds_alternative<std::monostate>(slice_);
-    return std::ranges::all_of(channels_, &LayerLight::has_sums);
+    return std::ranges::all_of(channels_, [](const auto& each) { return each->has_sums(); });
 }
 
 void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexcept {
-    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    OfSide& all = of(side);
     const std::size_t k = all.count++;
     all.mu_in[k] = static_cast<float>(geometry.mu_in);
     all.mu_out[k] = static_cast<float>(geometry.mu_out);
@@ -273,35 +280,33 @@ void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexc
     if (all.count == most) look_up(side);
 }
 
-template <int channels>
-void LightSum::add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
-                          std::size_t end) noexcept {
-    const OfSide& all = side == Side::reflection ? reflection_ : transmission_;
-    std::array<float, channels * most> value;  // channel after channel
-    if (side == Side::reflection)
-        slice.reflection(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
-                         value.data());
-    else
-        slice.transmission(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
-                           value.data());
-    for (std::size_t c = begin; c < end; ++c)
-        for (std::size_t k = 0; k < all.count; ++k)
-            (*all.sum[k])[c] +=
-                all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
-}
-
 void LightSum::look_up(Side side) noexcept {
-    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    OfSide& all = of(side);
     if (all.count == 0) return;
+    // Values of a layer's slice, into channels [begin, end) of the sums.
+    const auto add_values = [&]<int channels>(const SliceOf<channels>& slice, std::size_t begin,
+                                              std::size_t end) {
+        std::array<float, channels * most> value;  // channel after channel
+        if (side == Side::reflection)
+            slice.reflection(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                             value.data());
+        else
+            slice.transmission(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                               value.data());
+        for (std::size_t c = begin; c < end; ++c)
+            for (std::size_t k = 0; k < all.count; ++k)
+                (*all.sum[k])[c] +=
+                    all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
+    };
     const auto add_light = [&](const LayerLight& light, std::size_t begin, std::size_t end) {
         if (const Slice* const grey = std::get_if<Slice>(&light.slice_))
-            add_values(*grey, side, begin, end);
+            add_values(*grey, begin, end);
         else
-            add_values(std::get<RgbSlice>(light.slice_), side, begin, end);
+            add_values(std::get<RgbSlice>(light.slice_), begin, end);
     };
     if (light_.channels_.empty()) add_light(light_, 0, 3);
     for (std::size_t c = 0; c < light_.channels_.size(); ++c)
-        add_light(light_.channels_[c], c, c + 1);
+        add_light(*light_.channels_[c], c, c + 1);
     all.count = 0;
 }
 
@@ -311,13 +316,7 @@ void LightSum::finish() noexcept {
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
-    const auto& extinction = scene_.layer.extinction;
-    Rgb3 value;
-    for (std::size_t c = 0; c < value.size(); ++c)
-        value[c] = c > 0 && extinction[c] == extinction[c - 1]
-                       ? value[c - 1]
-                       : direct_transmittance(seen_depth_of(matter, c), mu);
-    return value;
+    return each_depth(matter, [&](double depth) { return direct_transmittance(depth, mu); });
 }
 
 /// Where channels find their fluxes at a cosine, one after another: what they share is found once.
@@ -418,8 +417,7 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albed
         return Passed{channel.light.transmittance(channel, fluxes),
                       channel.light.spherical_albedo(channel, fluxes)};
     });
-    const double ground[] = {double{ground_albedo.r}, double{ground_albedo.g},
-                             double{ground_albedo.b}};
+    const Rgb3 ground = widened(ground_albedo);
     Rgb3 value{};
     for (std::size_t c = 0; c < 3; ++c)
         value[c] = ground[c] * passed[c].transmitted / (1 - ground[c] * passed[c].returned);

@@ -3,8 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/table/family_member.h>
 
-#include "needed_recipes.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <map>
@@ -98,12 +96,12 @@ FamilyPoint point_of(const Table& table, const PhaseFunction& phase_function) {
     std::vector<double> values;
     for (const FamilyAxis& axis : table.family) {
         const std::optional<double> value = parameter_of(phase_function, axis.parameter);
-        require(value.has_value(), table_caller, "table.family",
+        require(value.has_value(), "scene", "table.family",
                 "one of parameters of the scene's phase function, " +
                     phase_function.text().substr(0, 80),
                 axis.name());
-        require(holds(axis, *value), table_caller,
-                axis.name() + std::string(" of the phase function"), allowed_text(axis), *value);
+        require(holds(axis, *value), "scene", axis.name() + std::string(" of the phase function"),
+                allowed_text(axis), *value);
         values.push_back(*value);
     }
     return FamilyPoint(values);
@@ -124,7 +122,7 @@ class GivenTable {
         const Recipe& recipe = needed.recipe;
         std::shared_ptr<const LayerTable>& made = made_[family_ ? recipe.phase_text : ""];
         if (!made) {
-            require(mixture_of(recipe) == nullptr, table_caller, "table",
+            require(mixture_of(recipe) == nullptr, "scene", "table",
                     "one with a mixture axis alone where there are rings of two components",
                     "another family");
             made = make_layer_table(
@@ -180,7 +178,7 @@ std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<S
         }
     }
     for (std::size_t k = 0; k < given.size(); ++k)
-        require(given[k].has_served() || !needs_any, table_caller, "--table",
+        require(given[k].has_served() || !needs_any, "scene", "--table",
                 "a table of something that the scene needs", "number " + std::to_string(k + 1));
     return tables_of_all(scenes, adopted);
 }

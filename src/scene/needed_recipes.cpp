@@ -1,4 +1,4 @@
-#include "needed_recipes.h"
+#include <stratus/scene/layer_tables.h>
 
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
@@ -183,36 +183,35 @@ bool have_same_layers(const Recipe& one, const Recipe& other) {
 
 void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable& packed) {
     const Table& table = packed.header();
-    require(!table.lower_boundary.is_present(), table_caller, "table.below", "absent", "one");
+    require(!table.lower_boundary.is_present(), "scene", "table.below", "absent", "one");
     const Recipe* const needed = &need.recipe;
     const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
-        require(met.text() == own.text(), table_caller, name, own.text(), met.text());
+        require(met.text() == own.text(), "scene", name, own.text(), met.text());
     };
     same("table.phase_function", needed->phase_function, table.phase_function);
     Recipe of_table;
     of_table.layers = table.layers;
-    require(have_same_layers(*needed, of_table), table_caller, "table.layers",
+    require(have_same_layers(*needed, of_table), "scene", "table.layers",
             needed->layers.empty() ? "absent" : "those of the scene's stack",
             table.is_stack() ? "another stack" : "none");
     const Range* const mixture = mixture_of(*needed);
-    require(table.has_family() == (mixture != nullptr), table_caller, "table",
+    require(table.has_family() == (mixture != nullptr), "scene", "table",
             mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
     if (mixture)
         same("table.second_phase_function", needed->second_phase_function,
              table.second_phase_function);
     const auto covers = [&](const std::string& name, const AxisView& axis, const Range& range,
                             double slack = 0) {
-        require(axis.lowest <= range.min + slack, table_caller, name + ".min",
+        require(axis.lowest <= range.min + slack, "scene", name + ".min",
                 "at most the scene's, " + shortest_text(range.min), axis.lowest);
-        require(axis.highest >= range.max - slack || axis.ends_at_infinity, table_caller,
-                name + ".max", "at least the scene's, " + shortest_text(range.max), axis.highest);
+        require(axis.highest >= range.max - slack || axis.ends_at_infinity, "scene", name + ".max",
+                "at least the scene's, " + shortest_text(range.max), axis.highest);
     };
     covers("table.albedo", table.albedo.view(), needed->albedo);
     if (mixture) covers("table.mixture", table.family[0].axis.view(), *mixture);
     const AxisView depths = table.optical_depth.view();
     if (std::isinf(needed->optical_depth.max))
-        require(depths.ends_at_infinity, table_caller, "table.optical_depth.max", "inf",
-                depths.highest);
+        require(depths.ends_at_infinity, "scene", "table.optical_depth.max", "inf", depths.highest);
     if (!std::isinf(needed->optical_depth.min))
         covers("table.optical_depth", depths, needed->optical_depth);
     const Asked asked_for = asked_by(need.path, scene);
@@ -226,10 +225,10 @@ void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable
         if (azimuth.count > 1 || azimuth.highest > 0)  // else nothing depends on it
             covers("table.azimuth", azimuth,
                    {radians(asked.azimuth.min), radians(asked.azimuth.max)}, rounding);
-        require(!needed->reflection || packed.has_reflection(), table_caller, "table",
+        require(!needed->reflection || packed.has_reflection(), "scene", "table",
                 "one with reflection", "none");
     }
-    require(!needed->transmission || packed.has_transmission(), table_caller, "table",
+    require(!needed->transmission || packed.has_transmission(), "scene", "table",
             "one with transmission", "none");
 }
 

@@ -1,4 +1,4 @@
-#include "planet_shine.h"
+#include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
@@ -14,7 +14,7 @@
 namespace stratus {
 namespace {
 
-constexpr std::size_t nodes = 16;  // of chi and psi, on either half of the globe
+constexpr std::size_t globe_nodes = 16;  // of chi and psi, on either half of the globe
 
 /// Cells of either half, along chi and psi.
 struct Cells {
@@ -72,16 +72,16 @@ constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cell
 /// Returns the globe as a point of the rings sees it. Directions of cells are sums weighted by light.
 Sources<small_cells> sources_at(const Rings& rings, const View& view,
                                 const Vector3& point) noexcept {
-    static const GaussLegendre gauss(nodes);
+    static const GaussLegendre gauss(globe_nodes);
     const double pole = 1 - rings.flattening, radius = std::hypot(point.x, point.y);
     const Vector3 inward{-point.x / radius, -point.y / radius, 0}, along = cross({0, 0, 1}, inward);
     Sources<small_cells> sources;
-    for (std::size_t i = 0; i < nodes; ++i) {
+    for (std::size_t i = 0; i < globe_nodes; ++i) {
         const double chi = pi / 4 * (1 + gauss.x[i]), sine = std::sin(chi) / radius,
                      cosine = std::sqrt(1 - sine * sine);
         const double distance = radius * cosine - std::cos(chi);
         const double ring = gauss.weight[i] * pi / 4 * sine * std::cos(chi) / (radius * cosine);
-        for (std::size_t k = 0; k < nodes; ++k) {
+        for (std::size_t k = 0; k < globe_nodes; ++k) {
             const double psi = pi / 2 * (1 + gauss.x[k]);
             for (const std::size_t half : {0u, 1u}) {
                 Vector3 direction = cosine * inward + sine * std::cos(psi) * along +
@@ -97,8 +97,8 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
                 const Rgb3 light =
                     solid_angle * std::abs(direction.z) / pi *
                     globe_light(rings, {view.scene, view.light, to_globe, view.to_sun}, on_globe);
-                LightSource& cell =
-                    sources[cell_of((half * nodes + i) * nodes + k, {nodes, nodes}, small_cells)];
+                LightSource& cell = sources[cell_of((half * globe_nodes + i) * globe_nodes + k,
+                                                    {globe_nodes, globe_nodes}, small_cells)];
                 cell = cell + LightSource{brightness(light) * direction, light};
             }
         }
@@ -114,24 +114,6 @@ Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
         cell = cell + sources[s];
     }
     return few;
-}
-
-/// Light of it that the rings scatter towards the eye.
-template <class SomeSources>
-Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter& matter,
-               const Vector3& to_eye) noexcept {
-    Rgb3 sum{};
-    for (const LightSource& source : sources) {
-        if (source.irradiance == Rgb3{}) continue;
-        const Vector3 direction = normalised(source.direction);
-        const Side side =
-            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
-        const Scattering way =
-            light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye));
-        sum = sum + source.irradiance *
-                        (light.once(matter, way) + light.multiple(matter, way, LightPath::shine));
-    }
-    return sum;
 }
 
 /// A source, and its light's way to the eye.
@@ -227,7 +209,9 @@ Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vecto
                                double radius, const Matter& matter) noexcept {
     const View alone{view.scene, view.light, view.ray, view.to_sun};
     const Vector3 at = radius / std::hypot(point.x, point.y) * point;
-    return scattered(sources_at(rings, alone, at), view.light, matter, -view.ray.direction);
+    const std::vector<Lamp> lamps =
+        lamps_of(sources_at(rings, alone, at), view.light, -view.ray.direction);
+    return scattered(GlobeLamps{lamps, lamps}, view.scene, view.light, matter);
 }
 
 }  // namespace stratus

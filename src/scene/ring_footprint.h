@@ -3,7 +3,6 @@
 #pragma once
 
 #include <stratus/base/constants.h>
-#include <stratus/scene/camera.h>
 #include <stratus/scene/scene.h>
 
 #include <algorithm>

@@ -1,9 +1,7 @@
 #include <stratus/base/constants.h>
 
-#include "planet_shine.h"
 #include "ring_footprint.h"
-#include "ring_orders.h"
-#include "ring_shine.h"
+#include "ring_light.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -54,7 +52,7 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
                            })
             : RingFootprint(radius_over(point));
     if (!meets_rings(rings, footprint)) return {1, 1, 1};
-    const double mu = std::max(std::abs(view.to_sun.z), 1e-6);
+    const double mu = std::max(std::abs(view.to_sun.z), least_cosine);
     Rgb3 share{};
     footprint.visit(rings.profile, view.scene.layer.albedo, seen_depth(view.scene, 1) / mu,
                     [&](const Matter& matter, double, double part) {
@@ -64,6 +62,34 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
 }
 
 }  // namespace
+
+std::array<Ray, 4> Cell::sides() const noexcept {
+    const double x = (left + right) / 2, y = (top + bottom) / 2;
+    return {rays.through(left, y), rays.through(right, y), rays.through(x, top),
+            rays.through(x, bottom)};
+}
+
+RingFootprint::RingFootprint(double radius, const std::array<double, 4>& sides) noexcept
+    : centre_(radius) {
+    const double sum = sides[0] + sides[1] + sides[2] + sides[3];
+    if (!std::isfinite(sum)) return;
+    const double by_columns = std::abs(sides[1] - sides[0]),
+                 by_rows = std::abs(sides[3] - sides[2]);
+    centre_ = sum / 4;
+    wide_ = std::max(by_columns, by_rows);
+    narrow_ = std::min(by_columns, by_rows);
+}
+
+double RingFootprint::within(double radius) const noexcept {
+    const double beyond = std::abs(radius - centre_), flat = (wide_ - narrow_) / 2,
+                 edge = (wide_ + narrow_) / 2;
+    double outside = 0.5 - beyond / wide_;  // share farther out on the same side
+    if (beyond >= edge)
+        outside = 0;
+    else if (beyond > flat)
+        outside = (edge - beyond) * (edge - beyond) / (2 * wide_ * narrow_);
+    return radius < centre_ ? outside : 1 - outside;
+}
 
 Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
@@ -100,14 +126,13 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noe
             for (const LightSource& source : shine->sources(point)) {
                 if (source.irradiance == Rgb3{}) continue;
                 const Vector3 direction = normalised(source.direction);
-                light = light + 1 / std::max(std::abs(dot(normal, direction)), 1e-6) *
+                light = light + 1 / std::max(std::abs(dot(normal, direction)), least_cosine) *
                                     (source.irradiance * lit_from(direction));
             }
         return light;
     }
     const Rgb3 share = view.light.ringshine(point) + mu_in * sunlit;
-    const Rgb albedo = rings.surface.at(sphere_point(normal));
-    return irradiance(view, 1) * share * Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}};
+    return view.scene.sun_colour * share * widened(rings.surface.at(sphere_point(normal)));
 }
 
 /// Rings count by area (ring_footprint.h).

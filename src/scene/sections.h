@@ -2,7 +2,6 @@
 #pragma once
 
 #include <stratus/scene/scene.h>
-#include <stratus/scene/scene_keys.h>
 
 #include "toml_section.h"
 

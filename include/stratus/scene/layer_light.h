@@ -52,6 +52,10 @@ enum class LightDetail { fine, sketch };
 /// About how many times as long the former takes where rings and their planet light one another.
 constexpr double fine_over_sketch = 11;
 
+inline Rgb3 widened(const Rgb& light) noexcept {
+    return {double{light.r}, double{light.g}, double{light.b}};
+}
+
 inline double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
 
 /// A part of what lights a surface.
@@ -167,6 +171,9 @@ class LayerLight {
     /// `of(channel)` of each, evaluated once where neighbours are alike.
     template <class Function>
     auto each_channel(const Matter& matter, const Function& of) const noexcept;
+    /// `value(depth)` of each channel, evaluated once where neighbours are as deep.
+    template <class Function>
+    Rgb3 each_depth(const Matter& matter, const Function& value) const noexcept;
     /// `of(light, c)` of each channel's own light.
     template <class Function>
     Rgb3 of_channels(const Function& of) const noexcept;
@@ -192,7 +199,7 @@ class LayerLight {
     const Scene& scene_;
     const LayerTables* tables_;
     std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
-    std::vector<LayerLight> channels_;
+    std::vector<std::shared_ptr<const LayerLight>> channels_;  // alike: the same
     std::variant<std::monostate, Slice, RgbSlice> slice_;  // of a uniform layer; grey or coloured
     std::shared_ptr<const LayerFluxes> fluxes_;            // null without tables
     Opposition opposition_;                                // as it is seen
@@ -229,12 +236,12 @@ class LightSum {
         std::array<Rgb3*, most> sum;
     };
     void look_up(Side side) noexcept;
-    /// Values of a layer's slice, into channels [begin, end) of the sums.
-    template <int channels>
-    void add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
-                    std::size_t end) noexcept;
 
     const LayerLight& light_;
+    OfSide& of(Side side) noexcept {
+        return side == Side::reflection ? reflection_ : transmission_;
+    }
+
     OfSide reflection_, transmission_;
     Rgb3* sum_ = nullptr;
 };

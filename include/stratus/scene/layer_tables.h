@@ -49,6 +49,9 @@ struct NeededRecipe {
 /// are such that the picture keeps the scene's (tests/scene/picture_test.cpp).
 std::vector<NeededRecipe> needed_recipes(const Scene& scene);
 
+/// Refuses a table that does not serve a light path of a scene, for which it needs a recipe.
+void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable& packed);
+
 /// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table
 /// cannot serve both.
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);

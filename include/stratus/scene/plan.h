@@ -72,6 +72,12 @@ struct TableCost {
     double bytes = 0;
 
     double seconds() const { return choose_seconds + solve_seconds + check_seconds + pack_seconds; }
+    void add(double share, const TableCost& more) {
+        for (const auto part :
+             {&TableCost::choose_seconds, &TableCost::solve_seconds, &TableCost::check_seconds,
+              &TableCost::pack_seconds, &TableCost::bytes})
+            this->*part += share * (more.*part);
+    }
 };
 
 /// Shares of the orders of scattering in the light that is seen of one side of the layer.

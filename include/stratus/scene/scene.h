@@ -15,17 +15,17 @@
 //     [planet]
 //     surface = 0.3
 //
-// docs/scenes.md and `stratus render --keys` have every key (scene_keys.h).
+// docs/scenes.md and `stratus render --keys` have every key.
 //
 // Radiance is relative to that of a white Lambert surface which faces the sun: I = mu0 R.
 // Lengths are in equatorial radii of the planet, or in any unit over a slab; angles in degrees.
 #pragma once
 
+#include <stratus/bake/keys.h>
 #include <stratus/bake/recipe.h>
 #include <stratus/layer/effects.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/phase/phase_function.h>
-#include <stratus/scene/camera.h>
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>
 
@@ -164,6 +164,11 @@ struct SceneFile {
     std::optional<Figure> figure;
 };
 
+/// Keys of scene files, with units, ranges and defaults; docs/scenes.md shows them. Tables that may stand
+/// under several keys have rows of their own: "surface" is that of planet.surface, rings.surface and
+/// slab.surface.
+Keys scene_keys();
+
 /// Reads a scene from TOML text, at the first frame of its [animation]; paths in it are relative to `directory`. Notes for the user are
 /// appended to `notes`. `name`: of its file, in refusals.
 ///
@@ -187,8 +192,16 @@ std::vector<SceneFile> read_film(const std::filesystem::path& path,
 /// The panels of all frames, frame after frame: the scenes that a film's tables serve.
 std::vector<Scene> scenes_of(const std::vector<SceneFile>& film);
 
-/// Makes a picture so many pixels wide, in the same shape; 0: as it is.
-void set_width(int width, Scene& scene);
+/// What a user changes in all pictures of a film; what is empty or 0 stays as it is.
+struct SceneChanges {
+    std::vector<std::string> effects;  // in place of the scenes' own
+    std::vector<std::string> drop;     // switched off, whether or not a scene names them
+    int width = 0;                     // pixels, in the same shape
+    double tolerance = 0;
+};
+
+/// Errors   std::invalid_argument for an unknown effect.
+void change(const SceneChanges& changes, std::vector<SceneFile>& film);
 
 /// The planet of rings as a scene of its own, where it has a layer: for the layer's light and tables.
 std::optional<Scene> planet_scene(const Scene& scene);
@@ -199,6 +212,9 @@ std::vector<Scene> channel_scenes(const Scene& scene);
 
 /// The channel scenes of several scenes, one after the other.
 std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
+
+/// Whether two layers scatter alike at every depth that both have.
+bool are_alike(const SceneLayer& one, const SceneLayer& other);
 
 /// The height of the layer as a spherical shell, with its effect; 0: plane, or nothing scatters.
 double seen_shell(const Scene& scene) noexcept;

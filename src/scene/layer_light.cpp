@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <type_traits>
 
 namespace stratus {
@@ -146,21 +147,6 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
 
 double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noexcept {
     return seen_depth(scene_, matter.optical_depth) * scene_.layer.extinction[c];
-}
-
-template <class Function>
-auto LayerLight::each_channel(const Matter& matter, const Function& of) const noexcept {
-    const auto& extinction = scene_.layer.extinction;
-    std::array<std::invoke_result_t<Function, const Channel&>, 3> value{};
-    for (std::size_t c = 0; c < value.size(); ++c) {
-        const LayerLight& own = channels_.empty() ? *this : *channels_[c];
-        const bool as_before = channels_.empty() && c > 0 &&
-                               matter.albedo[c] == matter.albedo[c - 1] &&
-                               extinction[c] == extinction[c - 1];
-        value[c] = as_before ? value[c - 1]
-                             : of(Channel{own, c, matter.albedo[c], seen_depth_of(matter, c)});
-    }
-    return value;
 }
 
 template <class Function>
@@ -322,14 +308,10 @@ Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
 /// Where channels find their fluxes at a cosine, one after another: what they share is found once.
 class LayerLight::FluxLookup {
   public:
-    explicit FluxLookup(double mu) noexcept : mu_(mu) {}
-
-    double mu() const noexcept { return mu_; }
-
     const LayerFluxes::Place& place(const Channel& channel) noexcept {
         const LayerFluxes* const fluxes = channel.light.fluxes_.get();
         const bool other = fluxes != fluxes_;
-        if (other) fluxes->set_cosine(place_, mu_);
+        if (other) fluxes->set_cosine(place_, channel.mu);
         if (other || channel.optical_depth != optical_depth_)
             fluxes->set_optical_depth(place_, channel.optical_depth);
         fluxes->set_albedo(place_, channel.index, channel.albedo);
@@ -339,40 +321,57 @@ class LayerLight::FluxLookup {
     }
 
   private:
-    double mu_;
     const LayerFluxes* fluxes_ = nullptr;  // of the last channel
     double optical_depth_ = 0;
     LayerFluxes::Place place_;
 };
 
-double LayerLight::transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept {
-    if (channel.optical_depth == 0) return 1;
-    const double beam = direct_transmittance(channel.optical_depth, fluxes.mu());
-    if (!fluxes_ || !scene_.effects.transmission) return beam;
-    return beam + fluxes_->at(fluxes.place(channel), LayerFluxes::diffuse_transmittance);
+template <class Function>
+auto LayerLight::each_channel(const Matter& matter, double mu,
+                              const Function& value) const noexcept {
+    const auto& extinction = scene_.layer.extinction;
+    std::array<std::invoke_result_t<Function, const LayerLight&, const Channel&>, 3> all{};
+    FluxLookup fluxes;
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        const LayerLight& own = channels_.empty() ? *this : *channels_[c];
+        const bool as_before = channels_.empty() && c > 0 &&
+                               matter.albedo[c] == matter.albedo[c - 1] &&
+                               extinction[c] == extinction[c - 1];
+        all[c] = as_before ? all[c - 1]
+                           : std::invoke(value, own,
+                                         Channel{own, c, matter.albedo[c], seen_depth_of(matter, c),
+                                                 matter.mixture, mu, fluxes});
+    }
+    return all;
 }
 
-double LayerLight::spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+double LayerLight::transmittance(const Channel& channel) const noexcept {
+    if (channel.optical_depth == 0) return 1;
+    const double beam = direct_transmittance(channel.optical_depth, channel.mu);
+    if (!fluxes_ || !scene_.effects.transmission) return beam;
+    return beam + fluxes_->at(channel.fluxes.place(channel), LayerFluxes::diffuse_transmittance);
+}
+
+double LayerLight::spherical_albedo(const Channel& channel) const noexcept {
     if (!fluxes_ || channel.optical_depth == 0) return 0;
     if (is_stack()) return table(LightPath::fluxes)->headers[0].spherical_albedo_below;
-    return fluxes_->at(fluxes.place(channel), LayerFluxes::spherical_albedo);
+    return fluxes_->at(channel.fluxes.place(channel), LayerFluxes::spherical_albedo);
 }
 
-double LayerLight::diffuse_transmittance(const Matter& matter, const Channel& channel,
-                                         FluxLookup& fluxes) const noexcept {
+double LayerLight::diffuse_transmittance(const Channel& channel) const noexcept {
     double once = 0;
     if (!scattered_once_.empty()) {
-        once = scattered_once_[0](channel.optical_depth, fluxes.mu());
+        once = scattered_once_[0](channel.optical_depth, channel.mu);
         if (scattered_once_.size() > 1)
-            once = matter.mixture * once +
-                   (1 - matter.mixture) * scattered_once_[1](channel.optical_depth, fluxes.mu());
+            once = channel.mixture * once +
+                   (1 - channel.mixture) * scattered_once_[1](channel.optical_depth, channel.mu);
         once *= channel.albedo;
     }
     if (!fluxes_) return scene_.effects.single ? once : 0;
     Stencil mixture{0, {1, 0, 0, 0}};
     const Axis& mixtures = table(LightPath::fluxes)->mixture;
-    if (!mixtures.values.empty()) mixture = mixtures.view().stencil(matter.mixture);
-    const LayerFluxes::Place& place = fluxes.place(channel);
+    if (!mixtures.values.empty()) mixture = mixtures.view().stencil(channel.mixture);
+    const LayerFluxes::Place& place = channel.fluxes.place(channel);
     double all = 0;
     for (int k = 0; k < stencil_size; ++k)
         if (mixture.weight[k] != 0)
@@ -382,9 +381,16 @@ double LayerLight::diffuse_transmittance(const Matter& matter, const Channel& ch
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 
-double LayerLight::plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+double LayerLight::reflected_share(const Channel& channel) const noexcept {
     if (!fluxes_ || !scene_.effects.reflection || channel.optical_depth == 0) return 0;
-    return fluxes_->at(fluxes.place(channel), LayerFluxes::plane_albedo);
+    return fluxes_->at(channel.fluxes.place(channel), LayerFluxes::plane_albedo);
+}
+
+double LayerLight::passing_share(const Channel& channel) const noexcept {
+    const double depth = channel.optical_depth, direct = direct_transmittance(depth, channel.mu);
+    return background_scatters_ && depth > 0 && depth < infinity
+               ? std::min(1.0, direct + diffuse_transmittance(channel))
+               : direct;
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
@@ -397,14 +403,7 @@ Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
             const double share = double{stack->background(static_cast<float>(mu))};
             return {share, share, share};
         }
-    FluxLookup fluxes(mu);
-    return each_channel(matter, [&](const Channel& channel) {
-        const LayerLight& light = channel.light;
-        const double depth = channel.optical_depth, direct = direct_transmittance(depth, mu);
-        return light.background_scatters_ && depth > 0 && depth < infinity
-                   ? std::min(1.0, direct + light.diffuse_transmittance(matter, channel, fluxes))
-                   : direct;
-    });
+    return each_channel(matter, mu, &LayerLight::passing_share);
 }
 
 Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept {
@@ -412,11 +411,10 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albed
     struct Passed {
         double transmitted, returned;
     };
-    FluxLookup fluxes(mu_in);
-    const std::array<Passed, 3> passed = each_channel(lit, [&](const Channel& channel) {
-        return Passed{channel.light.transmittance(channel, fluxes),
-                      channel.light.spherical_albedo(channel, fluxes)};
-    });
+    const auto passed =
+        each_channel(lit, mu_in, [](const LayerLight& light, const Channel& channel) {
+            return Passed{light.transmittance(channel), light.spherical_albedo(channel)};
+        });
     const Rgb3 ground = widened(ground_albedo);
     Rgb3 value{};
     for (std::size_t c = 0; c < 3; ++c)
@@ -425,17 +423,11 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albed
 }
 
 Rgb3 LayerLight::total_transmittance(const Matter& matter, double mu) const noexcept {
-    FluxLookup fluxes(mu);
-    return each_channel(matter, [&](const Channel& channel) {
-        return channel.light.transmittance(channel, fluxes);
-    });
+    return each_channel(matter, mu, &LayerLight::transmittance);
 }
 
 Rgb3 LayerLight::plane_albedo(const Matter& matter, double mu) const noexcept {
-    FluxLookup fluxes(mu);
-    return each_channel(matter, [&](const Channel& channel) {
-        return channel.light.plane_albedo(channel, fluxes);
-    });
+    return each_channel(matter, mu, &LayerLight::reflected_share);
 }
 
 }  // namespace stratus

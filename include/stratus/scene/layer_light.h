@@ -162,15 +162,18 @@ class LayerLight {
 
     /// The depth that one channel sees.
     double seen_depth_of(const Matter& matter, std::size_t c) const noexcept;
-    /// One channel of the layer where it is looked up.
+    class FluxLookup;
+    /// One channel of the layer where it is looked up, at a cosine.
     struct Channel {
         const LayerLight& light;  // with its tables
         std::size_t index;
-        double albedo, optical_depth;  // as seen
+        double albedo, optical_depth, mixture;  // as seen
+        double mu;
+        FluxLookup& fluxes;
     };
-    /// `of(channel)` of each, evaluated once where neighbours are alike.
+    /// `value(light, channel)` of each, evaluated once where neighbours are alike.
     template <class Function>
-    auto each_channel(const Matter& matter, const Function& of) const noexcept;
+    auto each_channel(const Matter& matter, double mu, const Function& value) const noexcept;
     /// `value(depth)` of each channel, evaluated once where neighbours are as deep.
     template <class Function>
     Rgb3 each_depth(const Matter& matter, const Function& value) const noexcept;
@@ -189,12 +192,11 @@ class LayerLight {
     bool is_wanted(Side side) const noexcept {
         return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
     }
-    class FluxLookup;
-    double transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept;
-    double spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
-    double plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
-    double diffuse_transmittance(const Matter& matter, const Channel& channel,
-                                 FluxLookup& fluxes) const noexcept;
+    double transmittance(const Channel& channel) const noexcept;
+    double spherical_albedo(const Channel& channel) const noexcept;
+    double reflected_share(const Channel& channel) const noexcept;
+    double diffuse_transmittance(const Channel& channel) const noexcept;
+    double passing_share(const Channel& channel) const noexcept;
 
     const Scene& scene_;
     const LayerTables* tables_;

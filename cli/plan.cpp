@@ -225,7 +225,7 @@ std::vector<std::string> channel_endings(const Scene& scene) {
 std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
                                            const std::vector<PlanReport>& reports) {
     std::map<std::pair<std::size_t, LightPath>, PlannedRecipe> all;
-    const std::vector<Scene> scenes = scenes_of(film);
+    const std::vector<Scene> scenes = all_panels(film);
     for (std::size_t k = 0; k < scenes.size(); ++k) {
         Scene scene = scenes[k];
         leave_out(reports[k % reports.size()].plan, scene);
@@ -286,7 +286,7 @@ void run_plan(const PlanCommand& command) {
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
     change({{}, split(command.drop), command.width, command.tolerance}, film);
-    const std::vector<Scene> later = scenes_of({film.begin() + 1, film.end()});
+    const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };

@@ -200,7 +200,7 @@ void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
     if (command.effects.empty() && command.tables.empty()) leave_out_by_plans(film, progress);
-    const auto tables = tables_for(command, scenes_of(film), progress);
+    const auto tables = tables_for(command, all_panels(film), progress);
     const double baked = seconds_since(started);
     const int count = frames.last - frames.first + 1;
     for (int k = frames.first; k <= frames.last; ++k) {

@@ -79,7 +79,7 @@ void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
 // ---- Series
 
 /// Returns the style of a measured series, by its place among them.
-const Style& style_of(const PlotPanel& panel, const PlotSeries& series) {
+const Style& series_style(const PlotPanel& panel, const PlotSeries& series) {
     const auto before = std::count_if(panel.series.data(), &series, [](const PlotSeries& other) {
         return other.role == Role::measured;
     });
@@ -117,7 +117,8 @@ void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
             for (const PlotPoint& point : series.points) {
                 if (role == Role::chosen) draw_chosen_mark(page, frame.at(point.x, point.y));
                 if (role == Role::measured)
-                    draw_measured_mark(page, frame.at(point.x, point.y), style_of(panel, series));
+                    draw_measured_mark(page, frame.at(point.x, point.y),
+                                       series_style(panel, series));
             }
         }
 }
@@ -190,7 +191,7 @@ void draw_labels(const Page& page, const Box& plot, const Obstacles& obstacles,
     }
 }
 
-Obstacles obstacles_of(const Frame& frame, const PlotPanel& panel) {
+Obstacles series_obstacles(const Frame& frame, const PlotPanel& panel) {
     Obstacles obstacles;
     for (const PlotSeries& series : panel.series) {
         const double r = series.role == Role::chosen ? 1.25 * chosen_radius : mark_radius;
@@ -209,7 +210,7 @@ Obstacles obstacles_of(const Frame& frame, const PlotPanel& panel) {
     return obstacles;
 }
 
-std::vector<PointLabel> labels_of(const Frame& frame, const PlotPanel& panel) {
+std::vector<PointLabel> point_labels(const Frame& frame, const PlotPanel& panel) {
     std::vector<PointLabel> labels;
     for (const Role role : {Role::chosen, Role::frontier, Role::measured})
         for (const PlotSeries& series : panel.series)
@@ -245,7 +246,9 @@ void draw_legend(const Page& page, const PlotPanel& panel, double top) {
         const double y = top + legend_row * static_cast<double>(n / legend_columns) + 6;
         const Point key{x + key_width / 2 - 2, y};
         switch (shown[n]->role) {
-            case Role::measured: draw_measured_mark(page, key, style_of(panel, *shown[n])); break;
+            case Role::measured:
+                draw_measured_mark(page, key, series_style(panel, *shown[n]));
+                break;
             case Role::chosen: draw_chosen_mark(page, key); break;
             case Role::frontier: page.line({x, y}, {x + key_width - 4, y}, {0.9, black}); break;
         }
@@ -283,7 +286,7 @@ void draw_panel(const Page& page, const PlotPanel& panel, double top) {
     draw_legend(page, panel, top + title_height);
     draw_axes(page, frame, panel);
     draw_series(page, frame, panel);
-    draw_labels(page, frame.box, obstacles_of(frame, panel), labels_of(frame, panel));
+    draw_labels(page, frame.box, series_obstacles(frame, panel), point_labels(frame, panel));
 }
 
 }  // namespace

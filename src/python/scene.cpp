@@ -120,7 +120,7 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
         std::optional<TableCache> cache;
         if (cached && !default_cache_folder().empty())
             cache.emplace(default_cache_folder(), default_cache_limit);
-        const std::vector<Scene> scenes = scenes_of(film);
+        const std::vector<Scene> scenes = all_panels(film);
         const auto tables = given.empty() ? bake_for(scenes, options, cache ? &*cache : nullptr)
                                           : adopt_tables(scenes, std::move(given));
         RenderOptions rendering;

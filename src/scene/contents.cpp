@@ -19,7 +19,7 @@ double sun_elevation(const Scene& scene) noexcept {
 }
 
 /// The ground of a planet or slab; null where it is black or there is none.
-const Texture* ground_of(const Scene& scene) noexcept {
+const Texture* reflecting_ground(const Scene& scene) noexcept {
     const Texture* ground = nullptr;
     if (const Planet* const planet = std::get_if<Planet>(&scene.subject)) ground = &planet->surface;
     if (const Slab* const slab = std::get_if<Slab>(&scene.subject))
@@ -48,7 +48,7 @@ SeenLight seen_light_of_plane(const Scene& scene) noexcept {
     const bool shines_through =
         !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
     if (has_ground(scene)) {
-        const bool lit_ground = sun_above && ground_of(scene) != nullptr;
+        const bool lit_ground = sun_above && reflecting_ground(scene) != nullptr;
         seen.fluxes = lit_ground || (from_below && shines_through);
         seen.underside = lit_ground && from_below;
     } else {
@@ -229,18 +229,18 @@ SeenDirections directions_on_globe(const Scene& scene, const Planet& planet) noe
 }
 
 /// Over a box of directions, degrees.
-Range scattering_angles_of(const SeenDirections& seen, Side side) noexcept {
+Range scattering_angles_over(const SeenDirections& seen, Side side) noexcept {
     Range angles{180, 0};
     // Over cosines the angle may turn between the corners; so many steps miss little of it, and the
     // range is widened by as much.
     constexpr int steps = 64;
-    const auto step_of = [](const Range& range, int k) {
+    const auto at_step = [](const Range& range, int k) {
         return std::min(1.0, range.min + (range.max - range.min) * k / steps);
     };
     for (int i = 0; i <= steps; ++i)
         for (int j = 0; j <= steps; ++j)
             for (const double azimuth : {seen.azimuth.min, seen.azimuth.max}) {
-                const Geometry geometry{step_of(seen.mu_in, i), step_of(seen.mu_out, j),
+                const Geometry geometry{at_step(seen.mu_in, i), at_step(seen.mu_out, j),
                                         radians(azimuth)};
                 const double cosine = side == Side::reflection
                                           ? cos_scattering_angle_reflected(geometry)
@@ -262,7 +262,7 @@ SeenLight seen_light(const Scene& scene) noexcept {
     SeenLight seen;
     if (std::holds_alternative<Planet>(scene.subject)) {
         seen.reflection = true;
-        seen.fluxes = ground_of(scene) != nullptr;
+        seen.fluxes = reflecting_ground(scene) != nullptr;
     } else {
         seen = seen_light_of_plane(scene);
     }
@@ -288,7 +288,7 @@ Range seen_scattering_angles(const Scene& scene, Side side) noexcept {
         const Range phase = phase_angles(scene);
         return {180 - degrees(phase.max), 180 - degrees(phase.min)};
     }
-    return scattering_angles_of(seen_directions(scene), side);
+    return scattering_angles_over(seen_directions(scene), side);
 }
 
 std::vector<MatterSpan> matter_spans(const Scene& scene) {
@@ -309,7 +309,7 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
     }
     const RingProfile& profile = rings->profile;
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
-        MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}, profile.radius[k]};
+        MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}};
         for (const std::size_t knot : {k - 1, k}) {
             const Matter matter = profile.at(profile.radius[knot], scene.layer.albedo);
             for (const double factor : {channels.min, channels.max})
@@ -323,7 +323,7 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
 }
 
 double brightest_ground(const Scene& scene) noexcept {
-    const Texture* const ground = scene.effects.background ? ground_of(scene) : nullptr;
+    const Texture* const ground = scene.effects.background ? reflecting_ground(scene) : nullptr;
     if (!ground) return 0;
     const auto brightest = [](const Rgb& colour) {
         return double{std::max({colour.r, colour.g, colour.b})};

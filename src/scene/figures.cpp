@@ -23,7 +23,7 @@ std::vector<double> cosines(const LobeFigure& figure) {
     return mu;
 }
 
-LobeCurve lobe_of(const LayerSolution& layer, int incident_node, bool from_above, bool single) {
+LobeCurve lobe_curve(const LayerSolution& layer, int incident_node, bool from_above, bool single) {
     LobeCurve curve{std::vector<double>(angles), std::vector<double>(angles)};
     for (int k = 1; k < angles - 1; ++k) {
         const int out = k - 1;
@@ -84,8 +84,8 @@ LobePlot plot_lobes(const LobeFigure& figure) {
             for (std::size_t i = 0; i < figure.incident.size(); ++i) {
                 row.push_back({figure.incident[i], {}});
                 for (const LayerSolution& layer : layers)
-                    row.back().curves.push_back(lobe_of(layer, angles - 2 + static_cast<int>(i),
-                                                        figure.incident[i] < pi / 2, single));
+                    row.back().curves.push_back(lobe_curve(layer, angles - 2 + static_cast<int>(i),
+                                                           figure.incident[i] < pi / 2, single));
             }
             plot.blocks[single ? 0 : 1].rows.push_back(std::move(row));
         }

@@ -16,7 +16,7 @@
 namespace stratus {
 namespace {
 
-Opposition opposition_of(const Scene& scene) {
+Opposition scene_opposition(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
     if (!on) return {};
     return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
@@ -44,7 +44,7 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
 
 LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads,
                        LightDetail detail)
-    : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
+    : scene_(scene), tables_(tables), opposition_(scene_opposition(scene)) {
     if (std::optional<Scene> planet = planet_scene(scene)) {
         planet_scene_ = std::make_shared<const Scene>(std::move(*planet));
         planet_ = std::make_shared<const LayerLight>(
@@ -91,7 +91,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
 }
 
 LayerLight::LayerLight(const Scene& scene, const TableView& table)
-    : scene_(scene), tables_(nullptr), opposition_(opposition_of(scene)) {
+    : scene_(scene), tables_(nullptr), opposition_(scene_opposition(scene)) {
     bind(&table, scene.effects.multiple);
 }
 
@@ -122,7 +122,7 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
     if (detail == LightDetail::sketch && !is_stack()) matter.reset();
     if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
-    const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
+    const auto depth = [&](std::size_t c) { return channel_depth(*matter, c); };
     Effects effects;
     effects.single = scene_.effects.single && seen_shell(scene_) == 0;  // else by shell.cpp
     effects.multiple = multiple;
@@ -145,7 +145,7 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
             bound(Medium<3>{{depth(0), depth(1), depth(2)}, {albedo[0], albedo[1], albedo[2]}});
 }
 
-double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noexcept {
+double LayerLight::channel_depth(const Matter& matter, std::size_t c) const noexcept {
     return seen_depth(scene_, matter.optical_depth) * scene_.layer.extinction[c];
 }
 
@@ -155,12 +155,12 @@ Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const n
     Rgb3 all;
     for (std::size_t c = 0; c < all.size(); ++c)
         all[c] = c > 0 && extinction[c] == extinction[c - 1] ? all[c - 1]
-                                                             : value(seen_depth_of(matter, c));
+                                                             : value(channel_depth(matter, c));
     return all;
 }
 
 template <class Function>
-Rgb3 LayerLight::of_channels(const Function& of) const noexcept {
+Rgb3 LayerLight::own_channels(const Function& of) const noexcept {
     Rgb3 value;
     for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(*channels_[c], c)[c];
     return value;
@@ -204,7 +204,7 @@ Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
     PackedLayers layers;
     for (std::size_t c = 0; c < 3; ++c) {
         layers.albedo[c] = matter.albedo[c];
-        layers.optical_depth[c] = seen_depth_of(matter, c);
+        layers.optical_depth[c] = channel_depth(matter, c);
     }
     double value[3] = {};
     own->packed.multiple(scattering.side, layers, scattering.geometry, matter.mixture, value);
@@ -229,7 +229,7 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     if (!is_wanted(side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
     if (!channels_.empty())
-        return of_channels([&](const LayerLight& light, std::size_t c) {
+        return own_channels([&](const LayerLight& light, std::size_t c) {
             return light.light(channel_matter(matter, c), geometry, side);
         });
     const auto mu_in = static_cast<float>(geometry.mu_in),
@@ -256,7 +256,7 @@ bool LayerLight::has_sums() const noexcept {
 }
 
 void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexcept {
-    OfSide& all = of(side);
+    Batch& all = batch(side);
     const std::size_t k = all.count++;
     all.mu_in[k] = static_cast<float>(geometry.mu_in);
     all.mu_out[k] = static_cast<float>(geometry.mu_out);
@@ -267,7 +267,7 @@ void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexc
 }
 
 void LightSum::look_up(Side side) noexcept {
-    OfSide& all = of(side);
+    Batch& all = batch(side);
     if (all.count == 0) return;
     // Values of a layer's slice, into channels [begin, end) of the sums.
     const auto add_values = [&]<int channels>(const SliceOf<channels>& slice, std::size_t begin,
@@ -291,8 +291,11 @@ void LightSum::look_up(Side side) noexcept {
             add_values(std::get<RgbSlice>(light.slice_), begin, end);
     };
     if (light_.channels_.empty()) add_light(light_, 0, 3);
-    for (std::size_t c = 0; c < light_.channels_.size(); ++c)
-        add_light(*light_.channels_[c], c, c + 1);
+    const auto& channels = light_.channels_;
+    for (std::size_t c = 0, end = 1; c < channels.size(); c = end++) {
+        while (end < channels.size() && channels[end] == channels[c]) ++end;
+        add_light(*channels[c], c, end);
+    }
     all.count = 0;
 }
 
@@ -339,7 +342,7 @@ auto LayerLight::each_channel(const Matter& matter, double mu,
                                extinction[c] == extinction[c - 1];
         all[c] = as_before ? all[c - 1]
                            : std::invoke(value, own,
-                                         Channel{own, c, matter.albedo[c], seen_depth_of(matter, c),
+                                         Channel{own, c, matter.albedo[c], channel_depth(matter, c),
                                                  matter.mixture, mu, fluxes});
     }
     return all;
@@ -395,7 +398,7 @@ double LayerLight::passing_share(const Channel& channel) const noexcept {
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
     if (is_stack() && !channels_.empty())
-        return of_channels([&](const LayerLight& light, std::size_t c) {
+        return own_channels([&](const LayerLight& light, std::size_t c) {
             return light.background(channel_matter(matter, c), mu);
         });
     if (is_stack() && background_scatters_ && matter.optical_depth > 0)

@@ -84,15 +84,15 @@ std::shared_ptr<const LayerTables> take_tables(const Scene& scene,
 }
 
 /// The tables of each of several scenes, from those of all their channel_scenes.
-std::vector<std::shared_ptr<const LayerTables>> tables_of_all(const std::vector<Scene>& scenes,
-                                                              std::span<const LayerTables> own) {
+std::vector<std::shared_ptr<const LayerTables>> scene_tables(const std::vector<Scene>& scenes,
+                                                             std::span<const LayerTables> own) {
     std::vector<std::shared_ptr<const LayerTables>> tables;
     for (const Scene& scene : scenes) tables.push_back(take_tables(scene, own));
     return tables;
 }
 
 /// The point of a table's family where it has a scene's phase function.
-FamilyPoint point_of(const Table& table, const PhaseFunction& phase_function) {
+FamilyPoint family_point(const Table& table, const PhaseFunction& phase_function) {
     std::vector<double> values;
     for (const FamilyAxis& axis : table.family) {
         const std::optional<double> value = parameter_of(phase_function, axis.parameter);
@@ -125,8 +125,8 @@ class GivenTable {
             require(mixture_of(recipe) == nullptr, "scene", "table",
                     "one with a mixture axis alone where there are rings of two components",
                     "another family");
-            made = make_layer_table(
-                PackedTable(pack(table_at(*family_, point_of(*family_, recipe.phase_function)))));
+            made = make_layer_table(PackedTable(
+                pack(table_at(*family_, family_point(*family_, recipe.phase_function)))));
         }
         check_table(scene, needed, made->packed);
         served_ = true;
@@ -180,7 +180,7 @@ std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<S
     for (std::size_t k = 0; k < given.size(); ++k)
         require(given[k].has_served() || !needs_any, "scene", "--table",
                 "a table of something that the scene needs", "number " + std::to_string(k + 1));
-    return tables_of_all(scenes, adopted);
+    return scene_tables(scenes, adopted);
 }
 
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
@@ -199,7 +199,7 @@ std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Sc
         for (const std::size_t s : shared.scenes)
             made[s].paths[static_cast<std::size_t>(shared.path)] = table;
     }
-    return tables_of_all(scenes, made);
+    return scene_tables(scenes, made);
 }
 
 }  // namespace stratus

@@ -118,7 +118,7 @@ Asked asked_by(LightPath path, const Scene& scene) {
 /// (bench/picture_bench.cpp). Light that rings and their planet exchange is a small part of most
 /// pixels, and a sum over many directions, whose errors cancel. Fluxes are judged by what they are
 /// sums of, along one cosine, which varies less with the depth than at grazing ones.
-double tolerance_of(LightPath path, const Scene& scene) {
+double path_tolerance(LightPath path, const Scene& scene) {
     constexpr double coarser = 10, coarsest = 0.1, finer = 3;
     switch (path) {
         case LightPath::shine:
@@ -138,7 +138,7 @@ constexpr double azimuth_step = 5;  // degrees
 constexpr double rounding = 1e-6;  // of ranges against lookups
 
 /// Pairs of cosines that a table solves: where both axes are the same, of two ways round one.
-std::size_t pairs_of(const Range& mu_in, const Range& mu_out) {
+std::size_t solved_pairs(const Range& mu_in, const Range& mu_out) {
     constexpr int samples = 32;  // of all cosines, about as many as are chosen
     const std::size_t in = mu_axis(mu_in, samples).values.size(),
                       out = mu_axis(mu_out, samples).values.size();
@@ -151,8 +151,8 @@ Range tabulated_cosines(const Range& mu_in, const Range& asked) {
     const Range some{*(std::ranges::upper_bound(mu_marks, std::max(0.0, asked.min - rounding)) - 1),
                      *std::ranges::lower_bound(mu_marks, std::min(1.0, asked.max + rounding))};
     const std::size_t all =
-        std::min(pairs_of(mu_in, all_cosines), pairs_of(all_cosines, all_cosines));
-    return 2 * pairs_of(mu_in, some) <= all ? some : all_cosines;
+        std::min(solved_pairs(mu_in, all_cosines), solved_pairs(all_cosines, all_cosines));
+    return 2 * solved_pairs(mu_in, some) <= all ? some : all_cosines;
 }
 
 /// Azimuths to be tabulated for those that are asked for.
@@ -167,7 +167,7 @@ Range tabulated_azimuths(const Range& asked) {
 void take_fewer_pairs(Recipe& recipe) {
     const Range both{std::min(recipe.mu_in.min, recipe.mu_out.min),
                      std::max(recipe.mu_in.max, recipe.mu_out.max)};
-    if (pairs_of(both, both) <= pairs_of(recipe.mu_in, recipe.mu_out))
+    if (solved_pairs(both, both) <= solved_pairs(recipe.mu_in, recipe.mu_out))
         recipe.mu_in = recipe.mu_out = both;
 }
 
@@ -260,7 +260,7 @@ std::vector<LightPath> needed_paths(const Scene& scene) {
 namespace {
 
 /// The recipe for the matter of a scene's layer.
-Recipe recipe_of_matter(const Scene& scene, const MatterRange& range) {
+Recipe matter_recipe(const Scene& scene, const MatterRange& range) {
     Recipe recipe;
     if (!scene.layer.stacks.empty()) {
         recipe = recipe_of_stack(scene.layer.stacks[0], {});
@@ -297,9 +297,9 @@ std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
     std::vector<NeededRecipe> needed;
     const MatterRange range = matter_range(scene);
     for (const LightPath path : needed_paths(scene)) {
-        Recipe recipe = recipe_of_matter(scene, range);
+        Recipe recipe = matter_recipe(scene, range);
         const Asked asked = asked_by(path, scene);
-        recipe.tolerance = tolerance_of(path, scene);
+        recipe.tolerance = path_tolerance(path, scene);
         recipe.mu_in = asked.directions.mu_in;
         recipe.mu_out = asked.directions.mu_out;
         const bool has_azimuth = scene.effects.azimuth && path != LightPath::fluxes;

@@ -6,7 +6,7 @@ namespace stratus {
 namespace {
 
 /// Joins the estimates of all channels of a scene; ends at the first that needs both.
-OrderEstimates estimates_of(const Scene& scene, double enough) {
+OrderEstimates channel_estimates(const Scene& scene, double enough) {
     OrderEstimates all;
     for (const Scene& channel : channel_scenes(scene)) {
         const OrderEstimates one = estimate_orders(channel, enough);
@@ -31,7 +31,7 @@ Plan plan_scene(const Scene& scene) {
                azimuth = may_go(&SceneEffects::azimuth);
     if (!multiple && !azimuth) return plan;
     const double enough = share_left_out * scene.tolerance;
-    const OrderEstimates estimates = estimates_of(scene, enough);
+    const OrderEstimates estimates = channel_estimates(scene, enough);
     if (multiple && estimates.multiple.change <= enough) {
         plan.effects.multiple = false;
         plan.left_out.push_back({"multiple", estimates.multiple});

@@ -194,7 +194,7 @@ SceneEffects plain_effects(SceneEffects effects) {
 }
 
 /// Pictures with and without an effect.
-PictureChange change_of(bool SceneEffects::*effect, SparsePictures& pictures) {
+PictureChange effect_change(bool SceneEffects::*effect, SparsePictures& pictures) {
     SceneEffects effects = plain_effects(pictures.scene().effects);
     const Image& plain = pictures.with(effects);
     for (const auto extra :
@@ -211,7 +211,7 @@ PictureChange change_of(bool SceneEffects::*effect, SparsePictures& pictures) {
     return change_between(pictures.with(effects), pictures.with(without(effects, effect)));
 }
 
-std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
+std::vector<EffectShare> effect_shares(SparsePictures& pictures, const Plan& plan) {
     const Scene& scene = pictures.scene();
     std::vector<EffectShare> shares;
     for (const auto& [name, effect] : scene_effects()) {
@@ -222,7 +222,7 @@ std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
         share.seen = is_seen(scene, effect);
         share.fate = share.seen ? "kept" : "not seen";
         if (!share.seen) continue;
-        const PictureChange change = change_of(effect, pictures);
+        const PictureChange change = effect_change(effect, pictures);
         share.mean = change.mean;
         share.max = change.max;
         share.changes = change.relative;
@@ -303,7 +303,7 @@ std::string range_text(const std::string& name, const std::vector<SeenPlace>& pl
            (range.min == range.max ? "" : " to " + short_number(range.max, 3));
 }
 
-std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables) {
+std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* tables) {
     std::vector<OrderReport> orders;
     if (!tables || !whole.effects.single || seen_shell(whole) > 0 || !whole.layer.stacks.empty())
         return orders;
@@ -363,12 +363,12 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         PlanReport& report = file.scenes[s];
         pictures[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
-        report.shares = shares_of(pictures[s], report.plan);
+        report.shares = effect_shares(pictures[s], report.plan);
         forecast.add_table_costs(scenes[s], report.shares);
         const SceneEffects plain = plain_effects(scenes[s].effects);
         report.picture = pictures[s].with(plain);
         const Scene few = sparse(with_effects(scenes[s], plain), few_pixels);
-        report.orders = orders_of(few, pictures[s].tables(scenes[s].effects));
+        report.orders = order_reports(few, pictures[s].tables(scenes[s].effects));
         forecast.add_rays(planned[s], pictures[s].tables(planned[s].effects));
     }
     file.cost = forecast.cost();

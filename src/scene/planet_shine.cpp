@@ -28,14 +28,14 @@ constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 struct GridCounts {
     std::size_t azimuths, globe_radii, rows;
 };
-constexpr GridCounts grid_of(LightDetail detail) noexcept {
+constexpr GridCounts grid_counts(LightDetail detail) noexcept {
     return detail == LightDetail::fine ? GridCounts{24, 16, 1} : GridCounts{6, 6, 3};
 }
 
 /// Linear interpolation between radii holds where neither changes by more.
 constexpr double max_step = 0.05, max_intercepted_step = 0.1;
 
-std::vector<double> radii_of(const RingProfile& profile, const GridCounts& counts) {
+std::vector<double> tabulated_radii(const RingProfile& profile, const GridCounts& counts) {
     std::vector<double> radii{profile.inner()};
     if (counts.rows > 1) {
         for (std::size_t k = counts.rows; k + 1 < profile.radius.size(); k += counts.rows)
@@ -62,7 +62,8 @@ template <Cells cells>
 using Sources = std::array<LightSource, 2 * cells.chi * cells.psi>;
 
 /// The cell of `parts` that holds a cell of `whole`, or a node.
-constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cells& parts) noexcept {
+constexpr std::size_t cell_holding(std::size_t source, const Cells& whole,
+                                   const Cells& parts) noexcept {
     const std::size_t psi = source % whole.psi, chi = source / whole.psi % whole.chi,
                       half = source / (whole.psi * whole.chi);
     return (half * parts.chi + chi * parts.chi / whole.chi) * parts.psi +
@@ -97,8 +98,8 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
                 const Rgb3 light =
                     solid_angle * std::abs(direction.z) / pi *
                     globe_light(rings, {view.scene, view.light, to_globe, view.to_sun}, on_globe);
-                LightSource& cell = sources[cell_of((half * globe_nodes + i) * globe_nodes + k,
-                                                    {globe_nodes, globe_nodes}, small_cells)];
+                LightSource& cell = sources[cell_holding((half * globe_nodes + i) * globe_nodes + k,
+                                                         {globe_nodes, globe_nodes}, small_cells)];
                 cell = cell + LightSource{brightness(light) * direction, light};
             }
         }
@@ -110,7 +111,7 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
 Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
     Sources<large_cells> few;
     for (std::size_t s = 0; s < sources.size(); ++s) {
-        LightSource& cell = few[cell_of(s, small_cells, large_cells)];
+        LightSource& cell = few[cell_holding(s, small_cells, large_cells)];
         cell = cell + sources[s];
     }
     return few;
@@ -123,8 +124,8 @@ struct Lamp {
 };
 
 template <class SomeSources>
-std::vector<Lamp> lamps_of(const SomeSources& sources, const LayerLight& light,
-                           const Vector3& to_eye) {
+std::vector<Lamp> lamps_towards(const SomeSources& sources, const LayerLight& light,
+                                const Vector3& to_eye) {
     std::vector<Lamp> lamps;
     for (const LightSource& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
@@ -159,27 +160,27 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
 
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
                          int threads, LightDetail detail)
-    : azimuths_(grid_of(detail).azimuths),
-      radius_(radii_of(rings.profile, grid_of(detail))),
+    : azimuths_(grid_counts(detail).azimuths),
+      radius_(tabulated_radii(rings.profile, grid_counts(detail))),
       grid_(radius_.size() * azimuths_) {
-    const std::size_t globe_radii = grid_of(detail).globe_radii;
+    const std::size_t globe_radii = grid_counts(detail).globe_radii;
     const auto globe_radius = [&](std::size_t r) {
         const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1);
         return rings.profile.inner() +
                share * share * (rings.profile.outer() - rings.profile.inner());
     };
-    const auto azimuth_of = [&](int k) {
+    const auto towards_azimuth = [&](int k) {
         return direction_at(0, 2 * pi * k / static_cast<double>(azimuths_));
     };
     parallel_for(static_cast<int>(azimuths_), threads, [&](int k) {
         std::vector<GlobeLamps> globe;
         for (std::size_t r = 0; r < globe_radii; ++r) {
-            const Vector3 point = globe_radius(r) * azimuth_of(k),
+            const Vector3 point = globe_radius(r) * towards_azimuth(k),
                           to_eye = stratus::to_camera(scene.camera, point);
             const Ray ray{point, -to_eye};
             const auto sources = sources_at(rings, {scene, light, ray, scene.to_sun}, point);
-            globe.push_back(
-                {lamps_of(sources, light, to_eye), lamps_of(merged(sources), light, to_eye)});
+            globe.push_back({lamps_towards(sources, light, to_eye),
+                             lamps_towards(merged(sources), light, to_eye)});
         }
         std::size_t above = 1;
         for (std::size_t row = 0; row < radius_.size(); ++row) {
@@ -210,7 +211,7 @@ Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vecto
     const View alone{view.scene, view.light, view.ray, view.to_sun};
     const Vector3 at = radius / std::hypot(point.x, point.y) * point;
     const std::vector<Lamp> lamps =
-        lamps_of(sources_at(rings, alone, at), view.light, -view.ray.direction);
+        lamps_towards(sources_at(rings, alone, at), view.light, -view.ray.direction);
     return scattered(GlobeLamps{lamps, lamps}, view.scene, view.light, matter);
 }
 

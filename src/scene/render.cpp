@@ -18,7 +18,7 @@ namespace {
 constexpr int min_suns = 9;  // directions to the sun's disk in each pixel
 
 Rgb3 radiance_seen(const View& view) {
-    return std::visit([&](const auto& subject) { return radiance_of(subject, view); },
+    return std::visit([&](const auto& subject) { return ray_radiance(subject, view); },
                       view.scene.subject);
 }
 
@@ -145,7 +145,7 @@ Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y) {
     return {pixel[0], pixel[1], pixel[2]};
 }
 
-double samples_of(const Scene& scene, int row_step) {
+double sample_count(const Scene& scene, int row_step) {
     const PictureRays rays(scene.camera, scene.width, scene.height);
     const std::size_t suns = sun_directions(scene).size();
     double samples = 0;

@@ -17,7 +17,7 @@ namespace {
 constexpr double timed_rays = 4000;
 constexpr int min_timed_rows = 3;
 
-double rays_of(const Scene& scene) {
+double ray_count(const Scene& scene) {
     return static_cast<double>(scene.width) * scene.height *
            std::max(static_cast<double>(scene.samples) * scene.samples,
                     static_cast<double>(sun_directions(scene).size()));
@@ -49,9 +49,9 @@ RenderForecast::RenderForecast(const std::vector<Scene>& planned, const BakeOpti
     }
 }
 
-RenderForecast::Table RenderForecast::choose(const SharedRecipe& shared, const BakeOptions& options,
-                                             TableCache* cache) {
-    Table table{shared, shared.recipe, {}};
+RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
+                                                   const BakeOptions& options, TableCache* cache) {
+    SharedTable table{shared, shared.recipe, {}};
     if (cache && cache->find(shared.recipe)) return table;
     BakeOptions choosing = options;
     const std::unique_ptr<Checkpoint> kept = cache ? cache->open_choices(shared.recipe) : nullptr;
@@ -77,7 +77,7 @@ RenderForecast::Table RenderForecast::choose(const SharedRecipe& shared, const B
 }
 
 /// Cost of a recipe that is sampled like a table's, by its layers, modes and bytes.
-TableCost RenderForecast::cost_like(const Table& table, const Recipe& recipe) {
+TableCost RenderForecast::cost_like(const SharedTable& table, const Recipe& recipe) {
     TableCost cost;
     if (table.cost.bytes == 0) return cost;  // the table is kept already
     Recipe resolved = recipe;
@@ -94,7 +94,7 @@ TableCost RenderForecast::cost_like(const Scene& scene) const {
     TableCost sum;
     const std::vector<Scene> channels = channel_scenes(scene);
     for (std::size_t c = 0; c < channels.size(); ++c)
-        for (const Table& table : tables_)
+        for (const SharedTable& table : tables_)
             if (std::ranges::count(table.shared.scenes, first_channel_ + c) > 0)
                 for (const auto& [path, recipe] : needed_recipes(channels[c]))
                     if (path == table.shared.path) sum.add(1, cost_like(table, recipe));
@@ -112,11 +112,12 @@ void RenderForecast::add_table_costs(const Scene& scene, std::vector<EffectShare
     first_channel_ += channel_scenes(scene).size();
 }
 
-const RenderForecast::Light& RenderForecast::prepare(const Scene& scene,
-                                                     const LayerTables* tables) {
+const RenderForecast::TimedLight& RenderForecast::prepare(const Scene& scene,
+                                                          const LayerTables* tables) {
     for (const auto& known : lights_)
         if (known->tables == tables && serves(known->scene, scene)) return *known;
-    Light& fresh = *lights_.emplace_back(std::make_unique<Light>(Light{scene, tables}));
+    TimedLight& fresh =
+        *lights_.emplace_back(std::make_unique<TimedLight>(TimedLight{scene, tables}));
     const double started = processor_seconds();
     fresh.light.emplace(fresh.scene, tables, 1,
                         uniform_matter(scene) ? LightDetail::fine : LightDetail::sketch);
@@ -126,17 +127,17 @@ const RenderForecast::Light& RenderForecast::prepare(const Scene& scene,
 }
 
 void RenderForecast::add_rays(const Scene& scene, const LayerTables* tables) {
-    const Light& timed = prepare(scene, tables);
+    const TimedLight& timed = prepare(scene, tables);
     cost_.light_seconds += timed.seconds;
     RenderOptions few;
     few.threads = 1;
-    const int rows = std::clamp(static_cast<int>(timed_rays * scene.height / rays_of(scene)),
+    const int rows = std::clamp(static_cast<int>(timed_rays * scene.height / ray_count(scene)),
                                 std::min(min_timed_rows, scene.height), scene.height);
     few.row_step = std::max(1, scene.height / rows);
     const double started = processor_seconds();
     render(scene, *timed.light, few);
     cost_.ray_seconds +=
-        (processor_seconds() - started) * samples_of(scene) / samples_of(scene, few.row_step);
+        (processor_seconds() - started) * sample_count(scene) / sample_count(scene, few.row_step);
 }
 
 }  // namespace stratus

@@ -39,27 +39,28 @@ class RenderForecast {
 
   private:
     /// A table that some scenes share.
-    struct Table {
+    struct SharedTable {
         SharedRecipe shared;
         Recipe resolved;
         TableCost cost;
     };
     /// Light of a layer for timing rays.
-    struct Light {
+    struct TimedLight {
         Scene scene;  // that the light refers to
         const LayerTables* tables;
         std::optional<LayerLight> light{};
         double seconds = 0;  // that a render takes to prepare it
     };
 
-    static Table choose(const SharedRecipe& shared, const BakeOptions& options, TableCache* cache);
-    static TableCost cost_like(const Table& table, const Recipe& recipe);
+    static SharedTable choose(const SharedRecipe& shared, const BakeOptions& options,
+                              TableCache* cache);
+    static TableCost cost_like(const SharedTable& table, const Recipe& recipe);
     TableCost cost_like(const Scene& scene) const;
-    const Light& prepare(const Scene& scene, const LayerTables* tables);
+    const TimedLight& prepare(const Scene& scene, const LayerTables* tables);
 
     RenderCost cost_;
-    std::vector<Table> tables_;
-    std::vector<std::unique_ptr<Light>> lights_;
+    std::vector<SharedTable> tables_;
+    std::vector<std::unique_ptr<TimedLight>> lights_;
     std::size_t first_channel_ = 0;  // of the next scene
 };
 

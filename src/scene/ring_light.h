@@ -13,6 +13,8 @@
 
 namespace stratus {
 
+struct View;
+
 /// Where a point is seen from the z axis among `count` azimuths, the first along x: four of them, and
 /// their weights.
 struct AzimuthPlace {
@@ -37,8 +39,6 @@ struct AzimuthPlace {
         return sum;
     }
 };
-
-// ---- RingOrders
 
 // Orders n >= 2 of sunlight that rings scatter towards the camera, tabulated over radius and azimuth:
 // each point of the rings is seen along one direction, and a picture asks for nearly the same radii
@@ -68,8 +68,6 @@ class RingOrders {
         radius_;              // ends of intervals, in each of which a parabola joins three nodes
     std::vector<Rgb3> grid_;  // over node and azimuth
 };
-
-// ---- RingShine
 
 // Ringshine: diffuse light off and through rings that falls on their planet.
 //
@@ -104,6 +102,7 @@ class RingShine {
     /// At the places of both hemispheres: in darkness above its rings, and not. The sun is above the x
     /// axis, the place above the rings.
     std::array<Sources, 2> integrals(const Light& light, double latitude, double solar_time) const;
+
     Vector3 to_sun_;
     double sun_azimuth_, flattening_;
     bool shadows_;
@@ -111,8 +110,6 @@ class RingShine {
     // Of the hemisphere in darkness above its rings, and of the other.
     std::array<std::vector<LightSource>, parts> grid_[2];
 };
-
-// ---- PlanetShine
 
 // Planetshine: light of a planet that falls on its rings.
 //
@@ -126,10 +123,9 @@ class RingShine {
 // point at radius r sees it within asin(1/r) of its centre; with sin(angle) = sin(chi) / r, chi in
 // [0, pi/2], and the angle psi around the centre, nodes of Gauss crowd where light leaves the globe
 // at grazing angles. Light that the rings return to the planet and back is left out.
-struct View;
-
-/// For all rings that one camera sees: tabulated over radius and azimuth, as each point of the rings
-/// is seen along one direction.
+//
+// It is tabulated over radius and azimuth for all rings that one camera sees, as each of their points is
+// seen along one direction.
 class PlanetShine {
   public:
     /// `light` without planetshine.

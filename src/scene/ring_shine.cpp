@@ -22,7 +22,7 @@ constexpr int ringlets = 64;  // of equal width
 struct Counts {
     int cosines, azimuths, latitudes, solar_times;
 };
-constexpr Counts counts_of(LightDetail detail) noexcept {
+constexpr Counts sample_counts(LightDetail detail) noexcept {
     return detail == LightDetail::fine ? Counts{20, 9, 32, 25} : Counts{7, 4, 9, 8};
 }
 
@@ -74,7 +74,7 @@ struct RingShine::Light {
             if (has_more) orders[side].resize(ringlets * cosine_count * azimuth_count);
         }
         parallel_for(ringlets, threads, [&](int ringlet) {
-            const auto parts = parts_of(scene, rings, ringlet);
+            const auto parts = ringlet_parts(scene, rings, ringlet);
             if (scene.effects.single) fill_once(scene, parts, ringlet);
             if (has_more) fill_orders(layer, parts, ringlet);
         });
@@ -82,7 +82,7 @@ struct RingShine::Light {
 
     /// Matter of a ringlet, and its shares in the area.
     using Parts = std::vector<std::pair<double, Matter>>;
-    Parts parts_of(const Scene& scene, const Rings& rings, int ringlet) const {
+    Parts ringlet_parts(const Scene& scene, const Rings& rings, int ringlet) const {
         const double from = inner + ringlet * width, to = from + width;
         std::vector<double> edges{from, from + width / 2, to};
         for (const double radius : rings.profile.radius)
@@ -188,9 +188,9 @@ RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& l
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),
       latitude_(make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()),
-                          counts_of(detail).latitudes)),
-      solar_time_(make_axis(AxisScale::linear, 0, pi, counts_of(detail).solar_times)) {
-    const Counts counts = counts_of(detail);
+                          sample_counts(detail).latitudes)),
+      solar_time_(make_axis(AxisScale::linear, 0, pi, sample_counts(detail).solar_times)) {
+    const Counts counts = sample_counts(detail);
     const Light light(scene, rings, layer, threads, counts);
     const auto solar_time_count = static_cast<std::size_t>(counts.solar_times);
     for (auto& side : grid_)

@@ -29,7 +29,7 @@ bool meets_rings(const Rings& rings, const RingFootprint& footprint) noexcept {
 
 /// Footprint of the view's cell, from `radius_along(ray)` of its middle and its sides.
 template <class RadiusAlong>
-RingFootprint footprint_of(const View& view, const RadiusAlong& radius_along) noexcept {
+RingFootprint cell_footprint(const View& view, const RadiusAlong& radius_along) noexcept {
     const double radius = radius_along(view.ray);
     if (!view.cell || std::isinf(radius)) return RingFootprint(radius);
     std::array<double, 4> radii;
@@ -45,11 +45,11 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
     };
     const RingFootprint footprint =
         view.cell
-            ? footprint_of(view,
-                           [&](const Ray& ray) {
-                               const double distance = distance_to_globe(ray, rings.flattening);
-                               return distance > 0 ? radius_over(ray.at(distance)) : infinity;
-                           })
+            ? cell_footprint(view,
+                             [&](const Ray& ray) {
+                                 const double distance = distance_to_globe(ray, rings.flattening);
+                                 return distance > 0 ? radius_over(ray.at(distance)) : infinity;
+                             })
             : RingFootprint(radius_over(point));
     if (!meets_rings(rings, footprint)) return {1, 1, 1};
     const double mu = std::max(std::abs(view.to_sun.z), least_cosine);
@@ -138,7 +138,7 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noe
 /// Rings count by area (ring_footprint.h).
 double waves_within(const Rings&, const SceneLayer&, const Cell&) noexcept { return 0; }
 
-Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
+Rgb3 ray_radiance(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
     auto planet = [&] { return globe_light(rings, view, view.ray.at(to_planet)); };
@@ -148,7 +148,7 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     if (std::isinf(crossing.distance) || (to_planet > 0 && to_planet < crossing.distance))
         return behind();
     const RingFootprint footprint =
-        footprint_of(view, [](const Ray& ray) { return ring_crossing(ray).radius; });
+        cell_footprint(view, [](const Ray& ray) { return ring_crossing(ray).radius; });
     if (!meets_rings(rings, footprint)) return behind();
     const Vector3 point = view.ray.at(crossing.distance);
     const bool dark =

@@ -23,7 +23,7 @@ namespace {
 const std::vector<std::string> subjects{"rings", "planet", "slab", "lobes", "lambert"};
 
 /// The one subject of a file.
-std::string subject_of(const Section& root) {
+std::string subject_name(const Section& root) {
     constexpr const char* allowed = "of one kind: [rings], [planet], [slab], [lobes] or [lambert]";
     std::string subject;
     for (const std::string& name : subjects) {
@@ -101,7 +101,7 @@ void check_shell(const Section& root, const Scene& scene) {
 }
 
 Scene read_panel(const Section& root, const Source& source) {
-    const std::string subject = subject_of(root);
+    const std::string subject = subject_name(root);
     require(!is_figure(subject), caller, root.at(subject.c_str()), "absent from pictures", "given");
     Scene scene;
     scene.title = root.text("title");
@@ -188,7 +188,7 @@ SceneFile read_frame(const std::string& text, const TomlFile& origin, const Sour
     file.frames = animate(parsed, origin, frame).frames;
     const Section root(parsed, origin, scene_keys());
     file.title = root.text("title");
-    const std::string subject = subject_of(root);
+    const std::string subject = subject_name(root);
     if (is_figure(subject))
         file.figure = read_figure(root, subject, source);
     else
@@ -262,7 +262,7 @@ void change(const SceneChanges& changes, std::vector<SceneFile>& film) {
         }
 }
 
-std::vector<Scene> scenes_of(const std::vector<SceneFile>& film) {
+std::vector<Scene> all_panels(const std::vector<SceneFile>& film) {
     std::vector<Scene> scenes;
     for (const SceneFile& frame : film)
         scenes.insert(scenes.end(), frame.panels.begin(), frame.panels.end());

@@ -110,7 +110,7 @@ double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell)
     return waves * std::max(apart(sides[0], sides[1]), apart(sides[2], sides[3]));
 }
 
-Rgb3 radiance_of(const Slab& slab, const View& view) noexcept {
+Rgb3 ray_radiance(const Slab& slab, const View& view) noexcept {
     const double to_layer = distance_to_plane(view.ray, 0),
                  to_ground = distance_to_plane(view.ray, -slab.height);
     if (!std::isinf(to_layer)) {

@@ -26,9 +26,9 @@ struct View {
     LightSum* scattered = nullptr;  // takes the layer's light where it is not null
 };
 
-Rgb3 radiance_of(const Rings& rings, const View& view) noexcept;
-Rgb3 radiance_of(const Planet& planet, const View& view) noexcept;
-Rgb3 radiance_of(const Slab& slab, const View& view) noexcept;
+Rgb3 ray_radiance(const Rings& rings, const View& view) noexcept;
+Rgb3 ray_radiance(const Planet& planet, const View& view) noexcept;
+Rgb3 ray_radiance(const Slab& slab, const View& view) noexcept;
 
 /// The background's radiance in a direction, without the sun's disk.
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept;

@@ -630,7 +630,7 @@ TEST(Film, ChangesNumbersLinearlyBetweenKeysAndAllElseAtThem) {
         EXPECT_EQ(scene.layer.optical_depth.offset.y, 2);
         EXPECT_EQ(scene.layer.optical_depth.coverage, 0.4) << "as without keys";
     }
-    EXPECT_EQ(scenes_of(film).size(), 9u);
+    EXPECT_EQ(all_panels(film).size(), 9u);
     const std::vector<SceneFile> still = parse_film(cloud);
     ASSERT_EQ(still.size(), 1u);
     EXPECT_EQ(still[0].panels[0].camera.position.x, 3);

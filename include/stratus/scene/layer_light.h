@@ -161,7 +161,7 @@ class LayerLight {
     friend class LightSum;
 
     /// The depth that one channel sees.
-    double seen_depth_of(const Matter& matter, std::size_t c) const noexcept;
+    double channel_depth(const Matter& matter, std::size_t c) const noexcept;
     class FluxLookup;
     /// One channel of the layer where it is looked up, at a cosine.
     struct Channel {
@@ -179,7 +179,7 @@ class LayerLight {
     Rgb3 each_depth(const Matter& matter, const Function& value) const noexcept;
     /// `of(light, c)` of each channel's own light.
     template <class Function>
-    Rgb3 of_channels(const Function& of) const noexcept;
+    Rgb3 own_channels(const Function& of) const noexcept;
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     bool is_stack() const noexcept { return !scene_.layer.stacks.empty(); }
@@ -201,7 +201,7 @@ class LayerLight {
     const Scene& scene_;
     const LayerTables* tables_;
     std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
-    std::vector<std::shared_ptr<const LayerLight>> channels_;  // alike: the same
+    std::vector<std::shared_ptr<const LayerLight>> channels_;  // those alike share one
     std::variant<std::monostate, Slice, RgbSlice> slice_;  // of a uniform layer; grey or coloured
     std::shared_ptr<const LayerFluxes> fluxes_;            // null without tables
     Opposition opposition_;                                // as it is seen
@@ -231,7 +231,7 @@ class LightSum {
 
   private:
     static constexpr std::size_t most = 64;
-    struct OfSide {
+    struct Batch {
         std::size_t count = 0;
         std::array<float, most> mu_in, mu_out, azimuth;
         std::array<Rgb3, most> share;
@@ -240,11 +240,11 @@ class LightSum {
     void look_up(Side side) noexcept;
 
     const LayerLight& light_;
-    OfSide& of(Side side) noexcept {
+    Batch& batch(Side side) noexcept {
         return side == Side::reflection ? reflection_ : transmission_;
     }
 
-    OfSide reflection_, transmission_;
+    Batch reflection_, transmission_;
     Rgb3* sum_ = nullptr;
 };
 

@@ -190,7 +190,7 @@ std::vector<SceneFile> read_film(const std::filesystem::path& path,
                                  std::vector<std::string>* notes = nullptr);
 
 /// The panels of all frames, frame after frame: the scenes that a film's tables serve.
-std::vector<Scene> scenes_of(const std::vector<SceneFile>& film);
+std::vector<Scene> all_panels(const std::vector<SceneFile>& film);
 
 /// What a user changes in all pictures of a film; what is empty or 0 stays as it is.
 struct SceneChanges {
@@ -200,6 +200,8 @@ struct SceneChanges {
     double tolerance = 0;
 };
 
+/// Makes the changes.
+///
 /// Errors   std::invalid_argument for an unknown effect.
 void change(const SceneChanges& changes, std::vector<SceneFile>& film);
 
@@ -213,7 +215,7 @@ std::vector<Scene> channel_scenes(const Scene& scene);
 /// The channel scenes of several scenes, one after the other.
 std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
 
-/// Whether two layers scatter alike at every depth that both have.
+/// Whether two layers are of the same matter, depths and albedos: they scatter alike.
 bool are_alike(const SceneLayer& one, const SceneLayer& other);
 
 /// The height of the layer as a spherical shell, with its effect; 0: plane, or nothing scatters.

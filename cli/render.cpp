@@ -100,9 +100,8 @@ void require_ending(const std::string& output, bool svg) {
                                 ", got " + output);
 }
 
-std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& command,
-                                                           const std::vector<Scene>& scenes,
-                                                           Progress& progress) {
+SceneTables tables_for(const RenderCommand& command, const std::vector<Scene>& scenes,
+                       Progress& progress) {
     if (!command.tables.empty()) {
         std::vector<PackedTable> tables;
         for (const std::string& table : command.tables)

@@ -84,9 +84,8 @@ std::shared_ptr<const LayerTables> take_tables(const Scene& scene,
 }
 
 /// The tables of each of several scenes, from those of all their channel_scenes.
-std::vector<std::shared_ptr<const LayerTables>> scene_tables(const std::vector<Scene>& scenes,
-                                                             std::span<const LayerTables> own) {
-    std::vector<std::shared_ptr<const LayerTables>> tables;
+SceneTables scene_tables(const std::vector<Scene>& scenes, std::span<const LayerTables> own) {
+    SceneTables tables;
     for (const Scene& scene : scenes) tables.push_back(take_tables(scene, own));
     return tables;
 }
@@ -164,8 +163,7 @@ std::shared_ptr<const LayerTable> served(std::vector<GivenTable>& given, const S
 
 }  // namespace
 
-std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<Scene>& scenes,
-                                                             std::vector<PackedTable> tables) {
+SceneTables adopt_tables(const std::vector<Scene>& scenes, std::vector<PackedTable> tables) {
     std::vector<GivenTable> given;
     for (PackedTable& table : tables) given.emplace_back(std::move(table));
     std::vector<LayerTables> adopted;
@@ -183,15 +181,13 @@ std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<S
     return scene_tables(scenes, adopted);
 }
 
-std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
-                                                         const BakeOptions& options,
-                                                         TableCache* cache) {
+SceneTables bake_for(const std::vector<Scene>& scenes, const BakeOptions& options,
+                     TableCache* cache) {
     return make_tables(
         scenes, [&](const Recipe& recipe) { return bake_layer_table(recipe, options, cache); });
 }
 
-std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
-                                                            const TableMaker& make) {
+SceneTables make_tables(const std::vector<Scene>& scenes, const TableMaker& make) {
     const std::vector<Scene> channels = channel_scenes(scenes);
     std::vector<LayerTables> made(channels.size());
     for (const SharedRecipe& shared : shared_recipes(channels)) {

@@ -24,7 +24,7 @@ Plan plan_scene(const Scene& scene) {
     const bool needs_table = std::ranges::any_of(
         channel_scenes(scene), [](const Scene& channel) { return !needed_paths(channel).empty(); });
     if (!needs_table) return plan;
-    const auto may_go = [&](bool SceneEffects::*effect) {
+    const auto may_go = [&](EffectFlag effect) {
         return scene.effects.*effect && std::ranges::find(scene.named, effect) == scene.named.end();
     };
     const bool multiple = may_go(&SceneEffects::multiple) && scene.effects.single,

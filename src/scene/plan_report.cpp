@@ -168,7 +168,7 @@ ChangeEstimate opposition_estimate(const Scene& scene) {
     return change;
 }
 
-bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
+bool is_seen(const Scene& scene, EffectFlag effect) {
     if (const std::optional<Scene> planet = planet_scene(scene))
         if (is_seen(*planet, effect)) return true;
     const SeenLight seen = seen_light(scene);
@@ -194,7 +194,7 @@ SceneEffects plain_effects(SceneEffects effects) {
 }
 
 /// Pictures with and without an effect.
-PictureChange effect_change(bool SceneEffects::*effect, SparsePictures& pictures) {
+PictureChange effect_change(EffectFlag effect, SparsePictures& pictures) {
     SceneEffects effects = plain_effects(pictures.scene().effects);
     const Image& plain = pictures.with(effects);
     for (const auto extra :

@@ -175,8 +175,7 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     return image;
 }
 
-Image render(const std::vector<SceneFile>& film, int frame,
-             const std::vector<std::shared_ptr<const LayerTables>>& tables,
+Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& tables,
              const RenderOptions& options) {
     const SceneFile& file = film[static_cast<std::size_t>(frame)];
     const std::size_t first = static_cast<std::size_t>(frame) * file.panels.size();

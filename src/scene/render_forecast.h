@@ -16,7 +16,7 @@ inline Scene with_effects(Scene scene, const SceneEffects& effects) {
     return scene;
 }
 
-inline SceneEffects without(SceneEffects effects, bool SceneEffects::*effect) {
+inline SceneEffects without(SceneEffects effects, EffectFlag effect) {
     effects.*effect = false;
     return effects;
 }

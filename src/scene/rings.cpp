@@ -91,14 +91,13 @@ double RingFootprint::within(double radius) const noexcept {
     return radius < centre_ ? outside : 1 - outside;
 }
 
-Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
+Matter RingProfile::at(double at_radius, const Rgb3& tint) const noexcept {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
     const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
     return after(static_cast<std::size_t>(above - radius.begin()) - 1, at_radius, tint);
 }
 
-Matter RingProfile::after(std::size_t row, double at_radius,
-                          const std::array<double, 3>& tint) const noexcept {
+Matter RingProfile::after(std::size_t row, double at_radius, const Rgb3& tint) const noexcept {
     const double share = (at_radius - radius[row]) / (radius[row + 1] - radius[row]);
     auto linear = [&](const std::vector<double>& rows) {
         return rows[row] + share * (rows[row + 1] - rows[row]);

@@ -11,8 +11,8 @@
 
 namespace stratus {
 
-const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects() {
-    static const std::vector<std::pair<const char*, bool SceneEffects::*>> effects{
+const std::vector<std::pair<const char*, EffectFlag>>& scene_effects() {
+    static const std::vector<std::pair<const char*, EffectFlag>> effects{
         {"single", &SceneEffects::single},
         {"multiple", &SceneEffects::multiple},
         {"azimuth", &SceneEffects::azimuth},
@@ -47,7 +47,7 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
     return effects;
 }
 
-bool SceneEffects::*scene_effect(const std::string& name) {
+EffectFlag scene_effect(const std::string& name) {
     const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
                                     [&](const auto& effect) { return effect.first == name; });
     if (found != scene_effects().end()) return found->second;

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <sstream>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -77,14 +78,9 @@ std::string cache_key(const Recipe& recipe) {
 /// The fields of a file's name; empty: of none of ours.
 std::vector<std::string> name_fields(const fs::path& path) {
     if (path.extension() != ending && path.extension() != choices_ending) return {};
-    const std::string stem = path.stem().string();
+    std::istringstream stem(path.stem().string());
     std::vector<std::string> fields;
-    std::size_t start = 0;
-    for (std::size_t at = 0; at <= stem.size(); ++at)
-        if (at == stem.size() || stem[at] == '_') {
-            fields.push_back(stem.substr(start, at - start));
-            start = at + 1;
-        }
+    for (std::string field; std::getline(stem, field, '_');) fields.push_back(field);
     const bool ours = fields.size() > 2 && fields[0].size() == 16 &&
                       fields[0].find_first_not_of("0123456789abcdef") == std::string::npos;
     return ours ? fields : std::vector<std::string>{};

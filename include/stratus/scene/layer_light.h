@@ -16,18 +16,6 @@
 
 namespace stratus {
 
-using Rgb3 = std::array<double, 3>;
-
-inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {
-    return {factor * light[0], factor * light[1], factor * light[2]};
-}
-inline Rgb3 operator*(const Rgb3& share, const Rgb3& light) noexcept {
-    return {share[0] * light[0], share[1] * light[1], share[2] * light[2]};
-}
-inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
-    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-}
-
 /// The lookups of a picture in its layer: directions, matter and sides.
 struct LookupRange {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
@@ -51,12 +39,6 @@ enum class LightDetail { fine, sketch };
 
 /// About how many times as long the former takes where rings and their planet light one another.
 constexpr double fine_over_sketch = 11;
-
-inline Rgb3 widened(const Rgb& light) noexcept {
-    return {double{light.r}, double{light.g}, double{light.b}};
-}
-
-inline double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
 
 /// A part of what lights a surface.
 struct LightSource {

@@ -54,7 +54,7 @@ std::vector<Plan> follow_plans(std::vector<SceneFile>& film);
 /// The change that one effect makes in a scene's picture, and what it adds to the cost of tables.
 struct EffectShare {
     std::string name;
-    bool SceneEffects::*effect = nullptr;
+    EffectFlag effect = nullptr;
     bool seen = true;  // by the camera; not: nothing below counts
     bool estimated =
         false;        // `max` is an estimate over the scene's contents, else the largest of pixels

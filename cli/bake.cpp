@@ -48,7 +48,6 @@ struct BakeCommand {
     bool accept = false;
     bool dry_run = false;
     double rank_timeout = 120;
-    std::vector<int> ranks;  // to predict
 
     /// Files of all samples are written beside the output.
     bool keeps_samples() const { return !exr.empty() || !h5.empty(); }
@@ -143,9 +142,6 @@ void run_dry(const BakeCommand& command) {
         ahead = forecast(recipe, options_of(command, progress));
     }
     std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
-    if (!command.ranks.empty())
-        std::printf("%s",
-                    text_of_ranks(ahead, command.ranks, std::max(1, command.threads)).c_str());
     for (const Shortfall& axis : ahead.shortfalls) std::printf("%s\n", sentence_of(axis).c_str());
     if (command.accept || !ahead.misses(tolerance)) return;
     throw std::runtime_error("bake: " + command.recipe +
@@ -322,12 +318,6 @@ void add_bake(CLI::App& app) {
         "--dry-run", command->dry_run,
         "Only choose the discretisation, and print it with the table's size, the time that solving "
         "and checking it will take, and every axis at its cap");
-    bake->add_option("--ranks", command->ranks,
-                     "With --dry-run: also how long it will take on so many ranks of --threads "
-                     "threads each (0: one), and what limits it; 1,2,4,1000")
-        ->delimiter(',')
-        ->check(whole_number(1, 1000000))
-        ->needs(dry_run);
     CLI::Option* const exr =
         bake->add_option("--exr", command->exr,
                          "Also write all samples as a picture file, .exr, from the same solutions")

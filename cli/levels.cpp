@@ -39,12 +39,11 @@ std::string answer_fluxes_inside(const LevelsCommand& command) {
         solve_fluxes_inside(layers, boundary, command.levels, command.mu_in, command.options);
     write_answer(command.output, [&](std::ostream& out) {
         out << "level,mu_in,direct_flux,diffuse_flux,upward_flux,actinic_flux,heating_rate,error\n";
-        for (const LightAtLevel& at : solved.levels)
-            for (Eigen::Index i = 0; i < at.mu.size(); ++i) {
-                out << shortest_text(at.optical_depth) << ',' << shortest_text(at.mu(i));
-                for (const double value :
-                     {at.direct_flux(i), at.diffuse_transmittance(i), at.plane_albedo(i),
-                      at.actinic_flux(i), at.heating_rate(i), solved.error})
+        for (const FluxesAtLevel& at : solved.levels)
+            for (std::size_t i = 0; i < command.mu_in.size(); ++i) {
+                out << shortest_text(at.optical_depth) << ',' << shortest_text(command.mu_in[i]);
+                for (const double value : {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i],
+                                           at.heating_rate[i], solved.error})
                     out << ',' << full_text(value);
                 out << '\n';
             }

@@ -132,7 +132,6 @@ Method by_classic(const LayerQuestion& question) {
 MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
                            const std::vector<double>& mu) {
     const SolvedFluxes solved = solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
-    const ModeSolution& solution = solved.fluxes;
     const bool is_over = stack.lower_boundary.is_present();
     double depth = 0;
     bool is_conservative = options.orders == 0 && (!is_over || stack.lower_boundary.albedo == 1);
@@ -140,16 +139,15 @@ MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
         depth += layer.optical_depth;
         is_conservative = is_conservative && layer.albedo == 1;
     }
-    auto absorptance = absorptance_of(solution, options.orders);
+    auto absorptance = absorptance_of(solved, options.orders);
     // The boundary's share is part of it: what falls on the boundary is not lost.
-    if (is_over) absorptance.second = 1 - solution.spherical_albedo;
+    if (is_over) absorptance.second = 1 - solved.spherical_albedo;
     if (is_conservative) absorptance.second = 0;
-    MethodFluxes fluxes = fluxes_of(solution, mu, depth, std::move(absorptance));
+    MethodFluxes fluxes = fluxes_of(solved, mu, depth, std::move(absorptance));
     if (is_over) {
-        fluxes.uniform.emplace_back("ground_absorptance", solution.spherical_ground_absorptance);
+        fluxes.uniform.emplace_back("ground_absorptance", solved.spherical_ground_absorptance);
         if (!mu.empty())
-            fluxes.lists.emplace_back("plane_ground_absorptance",
-                                      to_list(solution.ground_absorptance));
+            fluxes.lists.emplace_back("plane_ground_absorptance", solved.ground_absorptance);
     }
     fluxes.uniform.emplace_back("error", solved.error);
     fluxes.misses = options.tolerance > 0 && solved.relative_error > options.tolerance;

@@ -1,5 +1,6 @@
 // `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe of
 // its table.
+#include <stratus/base/number_text.h>
 #include <stratus/scene/plan.h>
 
 #include <stratus/bake/clock.h>

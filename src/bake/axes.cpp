@@ -1,4 +1,4 @@
-#include "axes.h"
+#include <stratus/bake/axes.h>
 
 #include <stratus/base/angle.h>
 #include <stratus/base/constants.h>

@@ -1,15 +1,15 @@
 #include <stratus/bake/bake.h>
 
 #include <stratus/bake/accuracy.h>
+#include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/bake/resolve.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/table/packed_table.h>
 
-#include "forecast.h"
 #include "piece_of_work.h"
-#include "resolve.h"
 #include "solved_samples.h"
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 #include <stratus/bake/cost.h>
 
+#include <stratus/bake/axes.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "axes.h"
 #include "cost_sweeps.h"
 #include "family_section.h"
 

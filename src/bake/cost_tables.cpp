@@ -1,9 +1,9 @@
 #include <stratus/bake/bake.h>
+#include <stratus/bake/axes.h>
 #include <stratus/base/constants.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/packed_table.h>
 
-#include "axes.h"
 #include "cost_sweeps.h"
 #include "family_section.h"
 

@@ -1,10 +1,10 @@
 // Choices of what resolves directions: nodes, modes, samples of mu and of azimuth.
+#include <stratus/bake/axes.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "axes.h"
 #include "choices.h"
 #include "piece_of_work.h"
 #include "solve_material.h"

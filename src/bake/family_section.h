@@ -2,8 +2,7 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-
-#include "toml_section.h"
+#include <stratus/bake/toml_section.h>
 
 namespace stratus {
 

@@ -1,11 +1,11 @@
-#include "forecast.h"
+#include <stratus/bake/forecast.h>
 
 #include <stratus/bake/accuracy.h>
+#include <stratus/bake/axes.h>
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
 
-#include "axes.h"
 #include "family_section.h"
 #include "table_units.h"
 
@@ -50,8 +50,8 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     return shortfall;
 }
 
-/// Predicts the pieces of the bake's own check of so many points, from one of its ladders.
-void predict_check(const Recipe& resolved, int points, ShareableWork& work) {
+/// Seconds that one thread takes for the bake's own check of so many points, from one of its ladders.
+double predicted_check(const Recipe& resolved, int points) {
     const Discretisation& d = resolved.discretisation;
     const Axis albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
     const Axis depth = depth_axis(resolved);
@@ -74,12 +74,13 @@ void predict_check(const Recipe& resolved, int points, ShareableWork& work) {
     few.samples = points_of_ladder(range);
     few.threads = 1;
     constexpr double brief = 0.01;  // seconds; the first of brief ladders sets up what all share
-    for (int ladder = 0; ladder == 0 || (ladder == 1 && work.ladder_seconds < brief); ++ladder) {
+    double seconds = 0;
+    for (int ladder = 0; ladder == 0 || (ladder == 1 && seconds < brief); ++ladder) {
         const double started = processor_seconds();
         solve_random_points(resolved.phase_function, range, solver, few);
-        work.ladder_seconds = processor_seconds() - started;
+        seconds = processor_seconds() - started;
     }
-    work.ladders = (points + points_of_ladder(range) - 1) / points_of_ladder(range);
+    return seconds * ((points + points_of_ladder(range) - 1) / points_of_ladder(range));
 }
 
 std::string text_of_bytes(double bytes) {
@@ -128,29 +129,18 @@ Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
     if (options.log.ranks != nullptr) return forecast;
     const auto started = Clock::now();
     const int threads = thread_count(options.threads);
-    ShareableWork& work = forecast.work;
-    PredictedUnits units = TableUnits(resolution.recipe).predicted();
-    work.unit_seconds = std::move(units.seconds);
-    work.flops = units.flops;
-    predict_check(resolution.recipe, options.checked_points, work);
+    forecast.unit_seconds = TableUnits(resolution.recipe).predicted_seconds();
     // The last units leave threads idle.
     forecast.bake_seconds = std::max(
-        work.unit_seconds.front(),
-        std::accumulate(work.unit_seconds.begin(), work.unit_seconds.end(), 0.0) / threads);
-    forecast.check_seconds = work.ladder_seconds * work.ladders / threads;
+        forecast.unit_seconds.front(),
+        std::accumulate(forecast.unit_seconds.begin(), forecast.unit_seconds.end(), 0.0) / threads);
+    forecast.check_seconds = predicted_check(resolution.recipe, options.checked_points) / threads;
     forecast.timed_seconds = seconds_since(started);
     return forecast;
 }
 
 Forecast forecast(const Recipe& recipe, const BakeOptions& options) {
-    const double started = processor_seconds();
-    const Resolution resolution = resolve_as_first(recipe, options);
-    const double choosing = processor_seconds() - started;
-    Forecast ahead = forecast_of(resolution, options);
-    ahead.work.choosing_seconds = choosing;
-    constexpr int most_probed = 4;
-    ahead.work.probed_albedos = recipe.albedo.min == recipe.albedo.max ? 1 : most_probed;
-    return ahead;
+    return forecast_of(resolve_as_first(recipe, options), options);
 }
 
 std::string sentence_of(const Shortfall& axis) {

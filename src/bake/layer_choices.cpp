@@ -1,8 +1,8 @@
 // Choices of what resolves layers: samples of optical depth, of albedo and along the axes of a family.
+#include <stratus/bake/axes.h>
 #include <stratus/base/number_text.h>
 #include <stratus/layer/diffusion.h>
 
-#include "axes.h"
 #include "choices.h"
 #include "family_section.h"
 

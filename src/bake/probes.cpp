@@ -1,11 +1,11 @@
 #include "probes.h"
 
+#include <stratus/bake/axes.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
 #include <stratus/base/angle.h>
 #include <stratus/layer/diffusion.h>
 
-#include "axes.h"
 #include "piece_of_work.h"
 #include "solve_material.h"
 

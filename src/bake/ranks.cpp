@@ -1,10 +1,10 @@
 #include <stratus/bake/ranks.h>
 
+#include <stratus/bake/backoff.h>
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
 
-#include "backoff.h"
 #include "rank_messages.h"
 
 #include <algorithm>

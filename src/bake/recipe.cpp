@@ -1,9 +1,9 @@
 #include <stratus/bake/recipe.h>
 
+#include <stratus/bake/axes.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "axes.h"
 #include "family_section.h"
 #include "layers_section.h"
 #include "recipe_of.h"

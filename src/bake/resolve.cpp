@@ -1,10 +1,11 @@
+#include <stratus/bake/resolve.h>
+
 // From a recipe to its discretisation, one choice after the other: what the recipe gives stays,
 // what an interrupted bake has chosen is taken from its log, the rest is measured on the probes.
-#include "resolve.h"
 
+#include <stratus/bake/axes.h>
 #include <stratus/base/number_text.h>
 
-#include "axes.h"
 #include "choices.h"
 #include "family_section.h"
 #include "piece_of_work.h"

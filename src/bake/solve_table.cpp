@@ -1,11 +1,11 @@
 // Solves every sample of a resolved recipe.
+#include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
 #include <stratus/base/argument.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/transfer/fourier_sum.h>
 #include <stratus/transfer/stack.h>
 
-#include "axes.h"
 #include "piece_of_work.h"
 #include "table_units.h"
 

@@ -1,9 +1,9 @@
 #include "solved_samples.h"
 
+#include <stratus/bake/axes.h>
 #include <stratus/base/argument.h>
 #include <stratus/transfer/stack.h>
 
-#include "axes.h"
 #include "piece_of_work.h"
 
 #include <algorithm>

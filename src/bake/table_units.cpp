@@ -1,10 +1,10 @@
 #include "table_units.h"
 
+#include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
 #include <stratus/base/argument.h>
 
-#include "axes.h"
 #include "family_section.h"
 #include "solve_material.h"
 
@@ -202,29 +202,23 @@ double TableUnits::layer_seconds(const Unit& unit) const {
 
 /// From the first unit of the nearest timed member: the ends and the middle, for members take very
 /// different times.
-PredictedUnits TableUnits::predicted() const {
+std::vector<double> TableUnits::predicted_seconds() const {
     const std::vector<Unit> units = all();
     const std::size_t units_of_member = units.size() / members_.size(), last = members_.size() - 1;
     std::map<std::size_t, double> of_member;  // seconds a layer
     for (const std::size_t member : {std::size_t{0}, last / 2, last})
         if (of_member.count(member) == 0)
             of_member[member] = layer_seconds(units[member * units_of_member]);
-    PredictedUnits predicted{{}, 0};
-    // Doubling one mode of one albedo takes about 8 n^3 operations, and every unit begins some twenty
-    // doublings below its first depth.
-    constexpr double of_doubling = 8, before_first = 20;
-    const Discretisation& d = recipe_.discretisation;
+    std::vector<double> seconds;
     for (const Unit& unit : units) {
         const auto distance = [&](const auto& timed) {
             return timed.first < unit.member ? unit.member - timed.first
                                              : timed.first - unit.member;
         };
         const auto nearest = std::ranges::min_element(of_member, {}, distance);
-        predicted.seconds.push_back(nearest->second * weight_of(unit));
-        predicted.flops += of_doubling * std::pow(d.nodes, 3) * d.modes *
-                           static_cast<double>(unit.albedos.size()) * (before_first + unit.octaves);
+        seconds.push_back(nearest->second * weight_of(unit));
     }
-    return predicted;
+    return seconds;
 }
 
 }  // namespace stratus

@@ -24,12 +24,6 @@ struct Unit {
     bool to_infinity;  // and the last sample
 };
 
-/// The units of a resolved recipe, which any thread or rank may solve, from one that is timed.
-struct PredictedUnits {
-    std::vector<double> seconds;  // of each, on one thread
-    double flops;                 // of all, at most
-};
-
 /// A layer of a unit and its number (layer_samples.h).
 struct SolvedLayer {
     int number;
@@ -60,7 +54,8 @@ class TableUnits {
     std::vector<SolvedLayer> solve(const Unit& unit) const;
     std::string name_of(const Unit& unit) const;
 
-    PredictedUnits predicted() const;
+    /// Seconds that one thread takes for each of all units, from a few layers that are timed.
+    std::vector<double> predicted_seconds() const;
 
   private:
     void place_axes();

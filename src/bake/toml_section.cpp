@@ -1,4 +1,4 @@
-#include "toml_section.h"
+#include <stratus/bake/toml_section.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/table/ground.h>

@@ -3,10 +3,10 @@
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
-#include <stratus/layer/reflected_curve.h>
 #include <stratus/layer/single_scattering.h>
 
 #include "kernels/kernels.h"
+#include "layer/reflected_curve.h"
 #include "slice_background.h"
 #include "slice_batches.h"
 #include "slice_orders.h"

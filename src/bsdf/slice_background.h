@@ -4,8 +4,9 @@
 
 #include <stratus/layer/diffuse_transmittance.h>
 #include <stratus/layer/stack_layers.h>
-#include <stratus/table/flux_lookup.h>
 #include <stratus/table/table.h>
+
+#include "table/flux_lookup.h"
 
 #include <vector>
 

@@ -110,14 +110,13 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
         require_arrays(count, {mu}, function);
         const stratus::SolvedFluxes solved = stratus::solve_fluxes(
             asked.layers, asked.below, checked_cosines(count, mu, function), asked.options);
-        const stratus::ModeSolution& found = solved.fluxes;
-        if (plane_albedo != nullptr) std::copy_n(found.plane_albedo.data(), count, plane_albedo);
+        if (plane_albedo != nullptr) std::copy_n(solved.plane_albedo.data(), count, plane_albedo);
         if (diffuse_transmittance != nullptr)
-            std::copy_n(found.diffuse_transmittance.data(), count, diffuse_transmittance);
+            std::copy_n(solved.diffuse_transmittance.data(), count, diffuse_transmittance);
         if (uniform != nullptr)
             fill(*uniform,
-                 {sizeof(stratus_fluxes), found.spherical_albedo, found.total_transmittance,
-                  found.spherical_ground_absorptance, solved.error});
+                 {sizeof(stratus_fluxes), solved.spherical_albedo, solved.total_transmittance,
+                  solved.spherical_ground_absorptance, solved.error});
     });
 }
 
@@ -132,10 +131,10 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
         const stratus::SolvedInside solved =
             stratus::solve_fluxes_inside(asked.layers, asked.below, {levels, levels + level_count},
                                          checked_cosines(count, mu, function), asked.options);
-        for (const stratus::LightAtLevel& at : solved.levels)
-            for (Eigen::Index i = 0; i < at.mu.size(); ++i)
-                *light++ = {at.direct_flux(i), at.diffuse_transmittance(i), at.plane_albedo(i),
-                            at.actinic_flux(i), at.heating_rate(i)};
+        for (const stratus::FluxesAtLevel& at : solved.levels)
+            for (size_t i = 0; i < count; ++i)
+                *light++ = {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i],
+                            at.heating_rate[i]};
         if (error != nullptr) *error = solved.error;
     });
 }

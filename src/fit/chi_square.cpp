@@ -1,4 +1,4 @@
-#include <stratus/fit/chi_square.h>
+#include "chi_square.h"
 
 #include <cmath>
 #include <numbers>

@@ -2,8 +2,8 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/fit/chi_square.h>
 
+#include "chi_square.h"
 #include "least_squares.h"
 #include "remarks.h"
 

@@ -1,6 +1,5 @@
 #include <stratus/io/atomic_file.h>
-
-#include "file_bytes.h"
+#include <stratus/io/file_bytes.h>
 
 #include <atomic>
 #include <cerrno>

@@ -1,6 +1,5 @@
 #include <stratus/io/checkpoint.h>
-
-#include "file_bytes.h"
+#include <stratus/io/file_bytes.h>
 
 #include <libdeflate.h>
 

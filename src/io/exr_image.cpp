@@ -1,6 +1,6 @@
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 
-#include "file_bytes.h"
 #include "memory_stream.h"
 #include "table_content.h"
 

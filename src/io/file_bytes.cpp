@@ -1,4 +1,4 @@
-#include "file_bytes.h"
+#include <stratus/io/file_bytes.h>
 
 #include <algorithm>
 #include <cerrno>

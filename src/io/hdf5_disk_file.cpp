@@ -1,6 +1,6 @@
 #include "hdf5_disk_file.h"
 
-#include "file_bytes.h"
+#include <stratus/io/file_bytes.h>
 
 #include <algorithm>
 #include <exception>

@@ -1,7 +1,8 @@
 // HDF5 files in memory, so that only the system can fail on the disk (file_bytes.h).
 #pragma once
 
-#include "file_bytes.h"
+#include <stratus/io/file_bytes.h>
+
 #include "hdf5_library.h"
 
 namespace stratus::io::hdf5 {

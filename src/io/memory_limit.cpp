@@ -1,4 +1,4 @@
-#include "memory_limit.h"
+#include <stratus/io/memory_limit.h>
 
 #include <stratus/base/number_text.h>
 

@@ -1,7 +1,7 @@
 // OpenEXR streams in memory (see file_bytes.h for why).
 #pragma once
 
-#include "file_bytes.h"
+#include <stratus/io/file_bytes.h>
 
 #include <OpenEXR/ImfIO.h>
 

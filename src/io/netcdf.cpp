@@ -1,8 +1,8 @@
 #include <stratus/io/netcdf.h>
 
 #include <stratus/base/argument.h>
+#include <stratus/io/file_bytes.h>
 
-#include "file_bytes.h"
 #include "hdf5_attributes.h"
 #include "hdf5_library.h"
 #include "hdf5_memory_file.h"

@@ -1,6 +1,5 @@
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/sample_files.h>
-
-#include "file_bytes.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -6,12 +6,11 @@
 // that one checksum over names and texts serves both formats.
 #pragma once
 
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 #include <stratus/table/metadata.h>
 #include <stratus/table/table.h>
-
-#include "file_bytes.h"
 
 #include <array>
 #include <cstddef>

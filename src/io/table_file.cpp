@@ -2,11 +2,11 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/io/exr_table.h>
-#include <stratus/io/hdf5_table.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/write_options.h>
 
-#include "file_bytes.h"
+#include "exr_table.h"
+#include "hdf5_table.h"
 #include "table_content.h"
 
 namespace stratus {

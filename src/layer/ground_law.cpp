@@ -4,7 +4,8 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/base/number_text.h>
-#include <stratus/phase/kinds/phase_text.h>
+
+#include "phase/kinds/phase_text.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <stratus/layer/reflected_curve.h>
+#include "reflected_curve.h"
 
 #include <stratus/base/constants.h>
 

@@ -1,7 +1,7 @@
 // The sizes that stand for a distribution of droplets.
 #pragma once
 
-#include <stratus/phase/kinds/mie.h>
+#include <stratus/phase/mie.h>
 
 #include "mie_scattering.h"
 

@@ -2,6 +2,8 @@
 #include <stratus/base/number_text.h>
 #include <stratus/phase/phase_function.h>
 
+#include "kinds/phase_text.h"
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>

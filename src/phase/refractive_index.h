@@ -1,8 +1,7 @@
 // Rows of indices of refraction n + i k, and what lies between them.
 #pragma once
 
-#include <stratus/phase/kinds/mie.h>
-#include <stratus/phase/kinds/phase_text.h>
+#include <stratus/phase/phase_function.h>
 
 #include <complex>
 #include <cstddef>

@@ -1,6 +1,6 @@
+#include <stratus/io/file_bytes.h>
 #include <stratus/picture/png.h>
 
-#include "file_bytes.h"
 #include "page.h"
 
 #include <algorithm>

@@ -49,24 +49,19 @@ SolverOptions options_of(int nodes, double tolerance, int orders) {
     return options;
 }
 
-py::array list_of(const Eigen::VectorXd& values) {
-    return array_of(std::vector<double>(values.begin(), values.end()));
-}
-
-py::dict fluxes_of(const SolvedFluxes& solved, double optical_depth,
-                   const std::vector<double>& mu) {
-    const ModeSolution& solution = solved.fluxes;
+py::dict fluxes_of(SolvedFluxes solved, double optical_depth, const std::vector<double>& mu,
+                   bool over_boundary) {
     std::vector<double> direct;
     for (const double cosine : mu) direct.push_back(direct_transmittance(optical_depth, cosine));
     py::dict fluxes;
-    fluxes["spherical_albedo"] = solution.spherical_albedo;
-    fluxes["total_transmittance"] = solution.total_transmittance;
-    fluxes["ground_absorptance"] = solution.spherical_ground_absorptance;
-    fluxes["plane_albedo"] = list_of(solution.plane_albedo);
-    fluxes["diffuse_transmittance"] = list_of(solution.diffuse_transmittance);
+    fluxes["spherical_albedo"] = solved.spherical_albedo;
+    fluxes["total_transmittance"] = solved.total_transmittance;
+    fluxes["ground_absorptance"] = solved.spherical_ground_absorptance;
+    fluxes["plane_albedo"] = array_of(std::move(solved.plane_albedo));
+    fluxes["diffuse_transmittance"] = array_of(std::move(solved.diffuse_transmittance));
     fluxes["direct_transmittance"] = array_of(std::move(direct));
     fluxes["error"] = solved.error;
-    fluxes["over_boundary"] = solution.lower_boundary.is_present();
+    fluxes["over_boundary"] = over_boundary;
     return fluxes;
 }
 
@@ -108,7 +103,7 @@ py::dict fluxes_of_several(const Stack& stack, const Doubles& mu_in, int nodes, 
         const py::gil_scoped_release release;
         return solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
     };
-    py::dict fluxes = fluxes_of(solved(), depth, mu);
+    py::dict fluxes = fluxes_of(solved(), depth, mu, stack.lower_boundary.is_present());
     fluxes["conservative"] = lossless;
     return fluxes;
 }
@@ -140,10 +135,9 @@ py::tuple fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles
         return solve_fluxes_inside(stack.layers, stack.lower_boundary, depths, mu, options);
     }();
     std::vector<double> columns[5];
-    for (const LightAtLevel& at : solved.levels) {
-        const Eigen::VectorXd* const lists[5] = {&at.direct_flux, &at.diffuse_transmittance,
-                                                 &at.plane_albedo, &at.actinic_flux,
-                                                 &at.heating_rate};
+    for (const FluxesAtLevel& at : solved.levels) {
+        const std::vector<double>* const lists[5] = {&at.direct, &at.diffuse, &at.upward,
+                                                     &at.actinic, &at.heating_rate};
         for (int k = 0; k < 5; ++k)
             columns[k].insert(columns[k].end(), lists[k]->begin(), lists[k]->end());
     }

@@ -1,9 +1,9 @@
 #include "render_forecast.h"
 
 #include <stratus/bake/clock.h>
+#include <stratus/bake/forecast.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/scene/render.h>
-
-#include "forecast.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,11 +67,11 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     TableCost& cost = table.cost;
     cost.choose_seconds = processor_seconds() - started;
     const Forecast ahead = forecast_of(resolution, table_options(options));
-    const auto& units = ahead.work.unit_seconds;
+    const auto& units = ahead.unit_seconds;
     cost.solve_seconds = packing_solves(size_of(table.resolved).layers) *
                          std::accumulate(units.begin(), units.end(), 0.0);
     cost.pack_seconds = packing_seconds_per_byte * ahead.bytes;
-    cost.check_seconds = ahead.work.ladder_seconds * ahead.work.ladders;
+    cost.check_seconds = ahead.check_seconds * thread_count(options.threads);
     cost.bytes = ahead.bytes;
     return table;
 }

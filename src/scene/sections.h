@@ -1,9 +1,8 @@
 // The sections of a scene file: each TOML table is read into a part of the scene.
 #pragma once
 
+#include <stratus/bake/toml_section.h>
 #include <stratus/scene/scene.h>
-
-#include "toml_section.h"
 
 #include <array>
 #include <cstddef>

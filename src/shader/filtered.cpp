@@ -3,11 +3,11 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/half.h>
+#include <stratus/table/packed_block.h>
 
 #include "bound_layer.h"
 #include "filtered_as_cxx.h"
 #include "filtered_blocks.h"
-#include "table/packed_block.h"
 
 #include <algorithm>
 #include <cmath>

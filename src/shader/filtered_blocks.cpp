@@ -1,9 +1,9 @@
 #include "filtered_blocks.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/table/packed_block.h>
 
 #include "bound_layer.h"
-#include "table/packed_block.h"
 
 #include <algorithm>
 #include <cmath>

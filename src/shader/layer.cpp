@@ -1,9 +1,9 @@
 #include <stratus/base/argument.h>
 #include <stratus/bsdf/direction_density.h>
+#include <stratus/table/kernels/packed.h>
+#include <stratus/table/packed_block.h>
 
 #include "bound_layer.h"
-#include "table/kernels/packed.h"
-#include "table/packed_block.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -2,10 +2,10 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/half.h>
+#include <stratus/table/kernels/packed.h>
+#include <stratus/table/packed_block.h>
 
 #include "bound_layer.h"
-#include "table/kernels/packed.h"
-#include "table/packed_block.h"
 
 #include <algorithm>
 #include <array>

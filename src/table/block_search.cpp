@@ -1,10 +1,10 @@
 #include "block_search.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/table/packed_block.h>
 
 #include "base/size.h"
 #include "kept_tolerance.h"
-#include "packed_block.h"
 
 #include <algorithm>
 #include <cstddef>

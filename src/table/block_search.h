@@ -2,7 +2,8 @@
 // that share their functions.
 #pragma once
 
-#include "layer_basis.h"
+#include <stratus/table/layer_basis.h>
+
 #include "layer_sums.h"
 
 #include <algorithm>

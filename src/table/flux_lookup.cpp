@@ -1,4 +1,4 @@
-#include <stratus/table/flux_lookup.h>
+#include "flux_lookup.h"
 
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>

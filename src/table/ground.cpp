@@ -3,11 +3,11 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/phase/kinds/phase_text.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/packed_table.h>
 
 #include "layer_coverage.h"
+#include "phase/kinds/phase_text.h"
 
 #include <algorithm>
 #include <memory>

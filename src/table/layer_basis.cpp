@@ -1,7 +1,7 @@
-#include "layer_basis.h"
+#include <stratus/table/kernels/packed.h>
+#include <stratus/table/layer_basis.h>
 
 #include "base/size.h"
-#include "kernels/packed.h"
 #include "kernels/vectors.h"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 #include <stratus/table/metadata.h>
 
+#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 
 #include <algorithm>

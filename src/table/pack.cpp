@@ -3,14 +3,14 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/tensor_file.h>
-#include <stratus/layer/reflected_curve.h>
 #include <stratus/table/metadata.h>
+#include <stratus/table/packed_block.h>
 
 #include "base/size.h"
 #include "block_search.h"
 #include "kept_tolerance.h"
+#include "layer/reflected_curve.h"
 #include "layer_sums.h"
-#include "packed_block.h"
 #include "packed_names.h"
 #include "packed_parts.h"
 

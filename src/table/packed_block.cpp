@@ -1,6 +1,7 @@
-#include "packed_block.h"
+#include <stratus/table/packed_block.h>
 
 #include "base/size.h"
+#include "layer_sums.h"
 
 #include <algorithm>
 #include <array>

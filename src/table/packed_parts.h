@@ -4,8 +4,8 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/tensor_file.h>
+#include <stratus/table/kernels/packed.h>
 
-#include "kernels/packed.h"
 #include "packed_names.h"
 
 #include <algorithm>

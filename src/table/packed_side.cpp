@@ -2,10 +2,10 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
+#include <stratus/table/packed_block.h>
 
 #include "base/size.h"
 #include "layer_blend.h"
-#include "packed_block.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,12 +2,12 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/table/packed_block.h>
 
 #include "base/mapped_file.h"
 #include "base/size.h"
 #include "layer_blend.h"
 #include "lookup_arguments.h"
-#include "packed_block.h"
 #include "packed_parts.h"
 
 #include <algorithm>
@@ -129,8 +129,10 @@ struct PackedTable::Contents {
     FamilyStencil weighed_members(Side side, const FamilyStencil& around, double albedo,
                                   double optical_depth) const noexcept {
         if (side == Side::reflection) return around;
-        return transmitted_members(view, around, albedo,
-                                   std::min(optical_depth, view.optical_depth.highest));
+        const AxisView& depths = view.optical_depth;
+        const double within =
+            depths.ends_at_infinity ? optical_depth : std::min(optical_depth, depths.highest);
+        return transmitted_members(view, around, albedo, within);
     }
 
     const SideMemory& side_of(const FamilyStencil& around, int k, Side side) const noexcept {

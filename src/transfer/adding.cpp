@@ -1,4 +1,4 @@
-#include <stratus/transfer/adding.h>
+#include "adding.h"
 
 #include <stratus/base/argument.h>
 

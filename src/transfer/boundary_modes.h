@@ -3,9 +3,9 @@
 #pragma once
 
 #include <stratus/layer/lower_boundary.h>
-#include <stratus/transfer/adding.h>
 #include <stratus/transfer/truncation.h>
 
+#include "adding.h"
 #include "layer_modes.h"
 
 #include <optional>

@@ -1,8 +1,9 @@
 // Doubling of all modes of layers of one phase function, recorded at every depth of a ladder.
 #pragma once
 
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/solver_options.h>
+
+#include "layer.h"
 
 #include <cstddef>
 #include <functional>

@@ -1,8 +1,9 @@
 // How the layer of a given depth follows from doubling: thin | solved | conservative | infinite.
 #pragma once
 
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/solver_options.h>
+
+#include "layer.h"
 
 namespace stratus {
 

@@ -2,8 +2,7 @@
 // itself; owns their memory.
 #pragma once
 
-#include <stratus/transfer/layer.h>
-
+#include "layer.h"
 #include "simd/doubling_steps.h"
 
 #include <cstdlib>

@@ -1,8 +1,8 @@
 #include "ladder.h"
 
 #include <stratus/base/constants.h>
-#include <stratus/transfer/adding.h>
 
+#include "adding.h"
 #include "backward_path.h"
 #include "boundary_modes.h"
 #include "climb.h"

@@ -1,4 +1,4 @@
-#include <stratus/transfer/layer.h>
+#include "layer.h"
 
 #include <stratus/layer/single_scattering.h>
 

@@ -1,10 +1,9 @@
 // A homogeneous layer of one depth, mode after mode.
 #pragma once
 
-#include <stratus/transfer/adding.h>
-#include <stratus/transfer/layer.h>
-
+#include "adding.h"
 #include "depth_regime.h"
+#include "layer.h"
 
 #include <vector>
 

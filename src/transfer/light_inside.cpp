@@ -1,13 +1,13 @@
-#include <stratus/transfer/light_inside.h>
+#include "light_inside.h"
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/transfer/adding.h>
-#include <stratus/transfer/layer.h>
 
+#include "adding.h"
 #include "boundary_modes.h"
 #include "flush_subnormals.h"
+#include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "stack_modes.h"

@@ -2,11 +2,11 @@
 // and decides from which mode on the rest is negligible.
 #pragma once
 
-#include <stratus/transfer/adding.h>
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/solution.h>
 
+#include "adding.h"
 #include "boundary_modes.h"
+#include "layer.h"
 
 #include <vector>
 

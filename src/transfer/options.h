@@ -2,11 +2,12 @@
 #pragma once
 
 #include <stratus/layer/lower_boundary.h>
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solution.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
+
+#include "layer.h"
 
 namespace stratus {
 

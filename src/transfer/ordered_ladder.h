@@ -10,9 +10,8 @@
 // The orders are those of the layer itself. With a truncated peak, w* and tau* are series in w too.
 #pragma once
 
-#include <stratus/transfer/layer.h>
-
 #include "doubling_ladder.h"
+#include "layer.h"
 
 #include <cstdlib>
 #include <memory>

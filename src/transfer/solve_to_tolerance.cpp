@@ -6,6 +6,7 @@
 #include <stratus/transfer/stack.h>
 
 #include "convergence.h"
+#include "light_inside.h"
 #include "options.h"
 
 #include <algorithm>
@@ -24,6 +25,10 @@ constexpr int fewest_nodes = 8, fewest_nodes_of_fluxes = 20, fewest_nodes_of_pea
               most_nodes = 512;
 constexpr double rough = 1e-2;                   // tolerance of what few nodes are compared with
 constexpr double grazing_mode_tolerance = 1e-8;  // far less than their interpolation leaves
+
+std::vector<double> to_list(const Eigen::VectorXd& values) {
+    return {values.begin(), values.end()};
+}
 
 /// Half as many again, in whole registers.
 int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 * 4); }
@@ -401,24 +406,33 @@ SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoun
     with.modes = 1;  // fluxes are made of the first azimuthal mode alone
     // That is quickly solved with so many nodes that peaks need no other truncation.
     if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
+    // Without `mu` a solution has the fluxes at its nodes.
+    const auto at_cosines = [&](const Eigen::VectorXd& all) {
+        return mu.empty() ? std::vector<double>() : to_list(all);
+    };
     SolvedFluxes solved;
     std::vector<Class> classes(1);
     classes[0].counts.assign(3 * mu.size() + 3, true);
-    solve_as(
-        options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
-        [&](int nodes) {
-            with.nodes = nodes;
-            solved.fluxes = solve_stack(layers, boundary, mu, with);
-            const ModeSolution& fluxes = solved.fluxes;
-            std::vector<double> values{fluxes.spherical_albedo, fluxes.total_transmittance,
-                                       fluxes.spherical_ground_absorptance};
-            for (const Eigen::VectorXd* const list :
-                 {&fluxes.plane_albedo, &fluxes.diffuse_transmittance, &fluxes.ground_absorptance})
-                // Without `mu` they are those at the nodes, which differ.
-                for (Eigen::Index i = 0; i < std::ssize(mu); ++i)
-                    values.push_back(list->size() > 0 ? (*list)(i) : 0);
-            return std::vector<std::vector<double>>{std::move(values)};
-        });
+    solve_as(options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
+             [&](int nodes) {
+                 with.nodes = nodes;
+                 const StackSolution fluxes = solve_stack(layers, boundary, mu, with);
+                 solved = {at_cosines(fluxes.plane_albedo),
+                           at_cosines(fluxes.diffuse_transmittance),
+                           at_cosines(fluxes.ground_absorptance),
+                           fluxes.spherical_albedo,
+                           fluxes.total_transmittance,
+                           fluxes.spherical_ground_absorptance};
+                 std::vector<double> values{solved.spherical_albedo, solved.total_transmittance,
+                                            solved.spherical_ground_absorptance};
+                 for (const std::vector<double>* const list :
+                      {&solved.plane_albedo, &solved.diffuse_transmittance,
+                       &solved.ground_absorptance}) {
+                     values.insert(values.end(), list->begin(), list->end());
+                     if (list->empty()) values.resize(values.size() + mu.size());
+                 }
+                 return std::vector<std::vector<double>>{std::move(values)};
+             });
     judge(classes[0], solved);
     return solved;
 }
@@ -434,17 +448,22 @@ SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
     SolvedInside solved;
     std::vector<Class> classes(1);
     classes[0].counts.assign(3 * mu.size() * levels.size(), true);
-    solve_as(options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
-             [&](int nodes) {
-                 with.nodes = nodes;
-                 solved.levels = solve_inside(layers, boundary, levels, mu, with).levels;
-                 std::vector<double> values;
-                 for (const LightAtLevel& at : solved.levels)
-                     for (const Eigen::VectorXd* const list :
-                          {&at.plane_albedo, &at.diffuse_transmittance, &at.actinic_flux})
-                         values.insert(values.end(), list->begin(), list->end());
-                 return std::vector<std::vector<double>>{std::move(values)};
-             });
+    solve_as(
+        options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
+        [&](int nodes) {
+            with.nodes = nodes;
+            solved.levels.clear();
+            std::vector<double> values;
+            for (const LightAtLevel& at : solve_inside(layers, boundary, levels, mu, with).levels) {
+                solved.levels.push_back(
+                    {at.optical_depth, to_list(at.direct_flux), to_list(at.diffuse_transmittance),
+                     to_list(at.plane_albedo), to_list(at.actinic_flux), to_list(at.heating_rate)});
+                for (const Eigen::VectorXd* const list :
+                     {&at.plane_albedo, &at.diffuse_transmittance, &at.actinic_flux})
+                    values.insert(values.end(), list->begin(), list->end());
+            }
+            return std::vector<std::vector<double>>{std::move(values)};
+        });
     judge(classes[0], solved);
     return solved;
 }

@@ -1,13 +1,13 @@
 #include <stratus/transfer/stack.h>
 
 #include <stratus/base/argument.h>
-#include <stratus/transfer/adding.h>
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/solve.h>
 
+#include "adding.h"
 #include "backward_path.h"
 #include "boundary_modes.h"
 #include "flush_subnormals.h"
+#include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "ordered_stack.h"

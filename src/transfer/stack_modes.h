@@ -2,11 +2,11 @@
 #pragma once
 
 #include <stratus/layer/stack_layers.h>
-#include <stratus/transfer/adding.h>
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
 
+#include "adding.h"
+#include "layer.h"
 #include "layer_modes.h"
 #include "mode_recorder.h"
 #include "simd/doubling_steps.h"

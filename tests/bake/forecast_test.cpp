@@ -63,7 +63,7 @@ TEST(Forecast, TimesMembersOfAFamilyApart) {
                               "optical_depth_samples_per_octave = 2\n"
                               "albedo_samples = 1\n"
                               "g_samples = 5\n"));
-    const std::vector<double>& seconds = ahead.work.unit_seconds;
+    const std::vector<double>& seconds = ahead.unit_seconds;
     ASSERT_EQ(seconds.size(), 10u);
     EXPECT_GT(seconds.back(), 2 * seconds.front());  // one mode against 48
 }
@@ -104,35 +104,6 @@ TEST(Bake, WarnsOfAnAxisAtItsCapBeforeItSolves) {
     };
     EXPECT_LT(place("warning: mu_samples is at its cap"), place("baking"));
     EXPECT_LT(place("baking"), told.size());
-}
-
-TEST(Forecast, OfRanksIsBoundByTheLongestPieceAndByRankZero) {
-    Forecast ahead;
-    ahead.bytes = 9e8;
-    ahead.work.choosing_seconds = 8;
-    ahead.work.probed_albedos = 4;
-    ahead.work.unit_seconds = {40, 30, 20, 10};
-    ahead.work.ladders = 6;
-    ahead.work.ladder_seconds = 2;
-    const RankedTime alone = predict_on_ranks(ahead, 1, 1);
-    EXPECT_EQ(alone.choosing, 8);
-    EXPECT_EQ(alone.solving, 100);
-    EXPECT_EQ(alone.checking, 12);
-    const RankedTime two = predict_on_ranks(ahead, 2, 1);
-    EXPECT_NEAR(two.solving, 50, 0.1);  // 40 + 10 and 30 + 20
-    EXPECT_NEAR(two.checking, 6, 0.1);
-    EXPECT_NEAR(two.choosing, 4.4, 0.1);  // a tenth is repeated by both
-    EXPECT_NEAR(two.writing, alone.writing / 2, 0.1);
-    EXPECT_EQ(two.limit, "choosing: 4 albedos are probed");
-    const RankedTime many = predict_on_ranks(ahead, 1000, 1);
-    EXPECT_NEAR(many.solving, 40, 0.1);
-    EXPECT_EQ(many.limit, "solving: 4 pieces");
-    EXPECT_NEAR(many.choosing, 2.6, 0.1);  // no more than four share it
-    // Threads share alike, and need no messages.
-    EXPECT_EQ(predict_on_ranks(ahead, 1, 4).solving, 40);
-    ahead.bytes = 1e12;
-    EXPECT_EQ(predict_on_ranks(ahead, 4, 1).limit, "solving: rank 0 passes on all");
-    EXPECT_NEAR(predict_on_ranks(ahead, 4, 1).solving, 750, 1);  // three quarters are received
 }
 
 }  // namespace

@@ -32,6 +32,13 @@ TEST(PackedBake, TransmitsBetweenTheMembersOfAMixtureHoweverDeep) {
         "optical_depth = { min = 4, max = 24 }\n"
         "albedo = { min = 0.6, max = 0.9 }\n"
         "sides = ['transmission']\n");
+    expect_met(
+        "phase_function = 'lambert_sphere'\n"
+        "second_phase_function = 'rayleigh'\n"
+        "tolerance = 7e-3\n"
+        "optical_depth = { min = 0.109, max = inf }\n"
+        "albedo = { min = 0.551, max = 1 }\n"
+        "mu_in = 0.765\n");
 }
 
 TEST(PackedBake, MeetsItsToleranceBeyondItsDeepestFiniteSample) {

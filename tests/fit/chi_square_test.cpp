@@ -1,6 +1,7 @@
-#include <stratus/fit/chi_square.h>
 
 #include <stratus/base/constants.h>
+
+#include "chi_square.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include <stratus/io/atomic_file.h>
 
-#include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
 
+#include "hdf5_table.h"
 #include "sample_table.h"
 #include "temporary_folder.h"
 

@@ -1,9 +1,9 @@
 #include <stratus/base/constants.h>
-#include <stratus/io/exr_table.h>
-#include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 
+#include "exr_table.h"
+#include "hdf5_table.h"
 #include "sample_table.h"
 #include "table_content.h"
 #include "temporary_folder.h"

@@ -2,6 +2,7 @@
 #include <stratus/table/packed_table.h>
 
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/tensor_file.h>
 #include <stratus/bsdf/slice.h>
 

@@ -1,6 +1,6 @@
 // Identities of adding that hold for any symmetric R and R* and any T.
-#include <stratus/transfer/adding.h>
 
+#include "adding.h"
 #include "refusal.h"
 
 #include <Eigen/LU>

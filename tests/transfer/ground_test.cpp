@@ -1,9 +1,10 @@
 // Layers over grounds with laws of their own; photons: stack_photons_test.cpp.
 #include <stratus/base/constants.h>
 #include <stratus/table/ground.h>
-#include <stratus/transfer/light_inside.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
+
+#include "light_inside.h"
 
 #include <gtest/gtest.h>
 

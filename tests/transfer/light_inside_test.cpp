@@ -1,6 +1,5 @@
 // The light inside: against what leaves the layers, energy, closed forms deep down, and the equation of
 // transfer integrated order by order.
-#include <stratus/transfer/light_inside.h>
 
 #include <stratus/base/angle.h>
 #include <stratus/base/gauss_legendre.h>
@@ -18,6 +17,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "light_inside.h"
 #include "refusal.h"
 
 namespace stratus {
@@ -339,11 +339,12 @@ TEST(LightInside, MeetsItsTolerance) {
     const InsideSolution fine = solve_inside(layers, {}, {0, 1, 4}, {0.3, 1}, options_with(72));
     for (std::size_t l = 0; l < 3; ++l)
         for (int in = 0; in < 2; ++in) {
-            const LightAtLevel &found = loose.levels[l], &exact = fine.levels[l];
-            EXPECT_NEAR(found.plane_albedo(in), exact.plane_albedo(in), 2 * loose.error);
-            EXPECT_NEAR(found.diffuse_transmittance(in), exact.diffuse_transmittance(in),
-                        2 * loose.error);
-            EXPECT_NEAR(found.actinic_flux(in), exact.actinic_flux(in), 2 * loose.error);
+            const FluxesAtLevel& found = loose.levels[l];
+            const LightAtLevel& exact = fine.levels[l];
+            const auto i = static_cast<std::size_t>(in);
+            EXPECT_NEAR(found.upward[i], exact.plane_albedo(in), 2 * loose.error);
+            EXPECT_NEAR(found.diffuse[i], exact.diffuse_transmittance(in), 2 * loose.error);
+            EXPECT_NEAR(found.actinic[i], exact.actinic_flux(in), 2 * loose.error);
         }
     const SolvedGeometries radiance =
         solve_geometries_inside(layers, {}, 1, {{0.3, 0.7, 1}, {1, 0.5, 0}}, options);

@@ -198,13 +198,11 @@ TEST(SolveToTolerance, FindsFluxesWithTheirErrors) {
         for (const double tolerance : {1e-3, 1e-6}) {
             const SolvedFluxes solved = solve_fluxes(layers, ground, mu, to(tolerance));
             EXPECT_LE(solved.relative_error, tolerance);
-            EXPECT_NEAR(solved.fluxes.spherical_albedo, fine.fluxes.spherical_albedo,
-                        1.5 * solved.error);
-            for (Eigen::Index i = 0; i < 3; ++i) {
-                EXPECT_NEAR(solved.fluxes.plane_albedo(i), fine.fluxes.plane_albedo(i),
-                            1.5 * solved.error)
+            EXPECT_NEAR(solved.spherical_albedo, fine.spherical_albedo, 1.5 * solved.error);
+            for (std::size_t i = 0; i < 3; ++i) {
+                EXPECT_NEAR(solved.plane_albedo[i], fine.plane_albedo[i], 1.5 * solved.error)
                     << text;
-                EXPECT_NEAR(solved.fluxes.ground_absorptance(i), fine.fluxes.ground_absorptance(i),
+                EXPECT_NEAR(solved.ground_absorptance[i], fine.ground_absorptance[i],
                             1.5 * solved.error);
             }
         }

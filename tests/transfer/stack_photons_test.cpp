@@ -156,8 +156,8 @@ void expect_photons_agree(const std::vector<StackLayer>& layers, const LowerBoun
                 << mu_in << ' ' << exits[e].mu_out << ' ' << exits[e].azimuth;
         }
         EXPECT_LT(albedo.error(), most_albedo_error);
-        EXPECT_NEAR(solve_fluxes(layers, ground, {mu_in}, options).fluxes.plane_albedo(0),
-                    albedo.mean(), 3.5 * albedo.error());
+        EXPECT_NEAR(solve_fluxes(layers, ground, {mu_in}, options).plane_albedo[0], albedo.mean(),
+                    3.5 * albedo.error());
     }
 }
 

@@ -4,9 +4,9 @@
 
 #include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/solve.h>
 
+#include "layer.h"
 #include "refusal.h"
 #include "usual_layers.h"
 

@@ -9,15 +9,12 @@
 //     phi(cos Theta) = sum over l of (2 l + 1) chi_l P_l(cos Theta),   chi_0 = 1,  chi_1 = g
 #pragma once
 
-#include <stratus/phase/kinds/anisotropic.h>
-#include <stratus/phase/kinds/henyey_greenstein.h>
-#include <stratus/phase/kinds/isotropic.h>
-#include <stratus/phase/kinds/lambert_sphere.h>
-#include <stratus/phase/kinds/mie.h>
-#include <stratus/phase/kinds/moments.h>
-#include <stratus/phase/kinds/rayleigh.h>
-#include <stratus/phase/kinds/tabulated.h>
+#include <stratus/phase/kinds.h>
+#include <stratus/phase/mie.h>
+#include <stratus/phase/tabulated.h>
 
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,7 +26,7 @@ namespace stratus {
 /// Any phase function: a weighted sum of terms, weights summing to 1.
 class PhaseFunction {
   public:
-    /// Every kind that there is; kinds/phase_kind.h says what each provides.
+    /// Every kind that there is; kinds.h says what each provides.
     using Term = std::variant<Isotropic, Rayleigh, Anisotropic, LambertSphere, HenyeyGreenstein,
                               Tabulated, Moments, Mie>;
 
@@ -97,6 +94,19 @@ class PhaseFunction {
   private:
     std::vector<std::pair<double, Term>> terms_;
 };
+
+/// Columns of a file that the text of a phase function names.
+struct PhaseColumns {
+    std::string name;                         // of the file, for messages
+    std::vector<std::vector<double>> values;  // a vector for each column that was asked for
+    std::function<std::string(std::size_t)> row_name;  // for messages: " (moon.csv, line 3)"
+    std::vector<std::string> names{};                  // of the columns, as the file has them
+};
+
+/// Reads a file: its name as the text has it, and the columns that are wanted, " or " between names
+/// of which either will do.
+using PhaseFileReader =
+    std::function<PhaseColumns(const std::string& file, const std::vector<std::string>& columns)>;
 
 /// Reads a phase function from text: the examples of `phase_function_help`, the two forms of
 /// `text()`, and sums `0.596*NAME + 0.404*NAME`.

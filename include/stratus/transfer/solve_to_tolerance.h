@@ -8,13 +8,19 @@
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/layer/stack_layers.h>
-#include <stratus/transfer/light_inside.h>
-#include <stratus/transfer/solution.h>
 #include <stratus/transfer/solver_options.h>
 
 #include <vector>
 
 namespace stratus {
+
+/// R or T at one geometry. single + multiple = total to rounding; single is the closed form of the
+/// layer itself.
+struct SolvedValue {
+    double total;
+    double single;
+    double multiple;
+};
 
 struct SolvedGeometry {
     SolvedValue reflection, transmission;
@@ -28,7 +34,8 @@ struct SolvedGeometries {
 
 /// R and T of a layer or a stack on a lower boundary, top first, at any number of geometries.
 ///
-/// Range    layers, boundary and options as for solve_stack; cosines [1e-100, 1]. Where
+/// Range    one layer or more; albedos [0, 1]; optical depths [0, inf), of the last one [0, inf]
+///          without a lower boundary; cosines [1e-100, 1]; options of the harmonic scheme. Where
 ///          options.tolerance is 0, options.nodes are used, and compared with fewer.
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy 99 % of the errors are below 1.5 times their estimate (docs/accuracy.md). A tolerance
@@ -56,9 +63,16 @@ struct ChosenNodes {
 ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                          const SolverOptions& options);
 
+/// Fluxes of all orders over the incident flux [HT74]. Over a lower boundary the transmitted ones are
+/// those incident on it, interreflection with the layer included.
 struct SolvedFluxes {
-    ModeSolution fluxes;  // at `mu`; without modes
-    double error = 0;     // the largest that is estimated of any of them
+    std::vector<double> plane_albedo, diffuse_transmittance;  // at `mu`
+    std::vector<double> ground_absorptance;  // at `mu`, of the lower boundary; empty without one
+    double spherical_albedo = 0;             // URU
+    double total_transmittance = 1;          // UTU: uniform illumination, diffuse and beam
+    double spherical_ground_absorptance = 0;
+
+    double error = 0;  // the largest that is estimated of any of them
     double relative_error = 0;
     int nodes = 0;
 };
@@ -67,14 +81,26 @@ struct SolvedFluxes {
 SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options);
 
+/// Fluxes at a level inside, for beams at the cosines `mu`, over the incident flux.
+struct FluxesAtLevel {
+    double optical_depth;
+    std::vector<double> direct, diffuse;  // going down: exp(-tau / mu), and scattered
+    std::vector<double> upward;
+    std::vector<double> actinic;       // 4 pi times the mean intensity, the beam included
+    std::vector<double> heating_rate;  // what is absorbed of it, per unit of optical depth; between
+                                       // two layers, in the lower one
+};
+
 struct SolvedInside {
-    std::vector<LightAtLevel> levels;  // as asked, without modes
-    double error = 0;                  // the largest that is estimated of any flux
+    std::vector<FluxesAtLevel> levels;  // as asked
+    double error = 0;                   // the largest that is estimated of any flux
     double relative_error = 0;
     int nodes = 0;
 };
 
-/// Fluxes at levels inside (light_inside.h) likewise, all of them with the same nodes.
+/// Fluxes at levels inside likewise, lit from above, all of them with the same nodes.
+///
+/// Range    levels finite, in [0, the whole depth]; one cosine or more.
 SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
                                  const LowerBoundary& boundary, const std::vector<double>& levels,
                                  const std::vector<double>& mu, const SolverOptions& options);

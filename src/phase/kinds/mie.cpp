@@ -1,4 +1,4 @@
-#include <stratus/phase/kinds/mie.h>
+#include <stratus/phase/mie.h>
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
@@ -7,6 +7,7 @@
 #include "../droplet_sizes.h"
 #include "../mie_scattering.h"
 #include "../refractive_index.h"
+#include "phase_text.h"
 
 #include <algorithm>
 #include <cmath>

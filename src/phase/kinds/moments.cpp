@@ -1,8 +1,10 @@
-#include <stratus/phase/kinds/moments.h>
+#include <stratus/phase/tabulated.h>
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+
+#include "phase_text.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <stratus/phase/kinds/phase_text.h>
+#include "phase_text.h"
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>

@@ -1,10 +1,12 @@
-#include <stratus/phase/kinds/tabulated.h>
+#include <stratus/phase/tabulated.h>
 
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/base/number_text.h>
+
+#include "phase_text.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include <stratus/base/instruction_set.h>
+#include <stratus/table/kernels/packed.h>
 
-#include "packed.h"
 #include "vectors.h"
 
 namespace stratus {

@@ -1,4 +1,4 @@
-#include "packed.h"
+#include <stratus/table/kernels/packed.h>
 
 #include "packed_plan.h"
 

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <stratus/layer/diffusion.h>
+#include <stratus/table/kernels/packed.h>
 
 #include "base/interpolation.h"
 #include "layer/kernels/closed_form.h"
 #include "layer/kernels/diffusion_scales.h"
-#include "packed.h"
 #include "phase/kernels/path_law.h"
 
 namespace stratus {

@@ -4,8 +4,9 @@
 // truncation, single scattering and the sum over modes are shared with the solver and not checked.
 #pragma once
 
-#include <stratus/transfer/layer.h>
 #include <stratus/transfer/solver_options.h>
+
+#include "../layer.h"
 
 namespace stratus {
 

@@ -2,8 +2,8 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/layer/single_scattering.h>
-#include <stratus/transfer/layer.h>
 
+#include "../layer.h"
 #include "phase_kernels.h"
 
 #include <Eigen/LU>

@@ -2,7 +2,7 @@
 // that comparing classic doubling or the Markov chain with the solver also checks the kernels.
 #pragma once
 
-#include <stratus/transfer/layer.h>
+#include "../layer.h"
 
 #include <vector>
 

@@ -7,6 +7,7 @@
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/phase/phase_function.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/truncated_path.h>
 #include <stratus/transfer/truncation.h>
 
@@ -16,14 +17,6 @@
 #include <vector>
 
 namespace stratus {
-
-/// R or T at one geometry. single + multiple = total to rounding; single is the closed form of the
-/// layer itself.
-struct SolvedValue {
-    double total;
-    double single;
-    double multiple;
-};
 
 /// The correction for truncation at one pair of cosines: TMS minus the closed form of the layer
 /// itself; where the peak is narrow, the path law and its rest (truncated_path.h), or the line law

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <stratus/phase/kinds/phase_kind.h>
-#include <stratus/phase/kinds/phase_text.h>
+#include <stratus/phase/kinds.h>
 
 #include <complex>
 #include <memory>

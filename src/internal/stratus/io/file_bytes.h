@@ -2,7 +2,7 @@
 // and it says why.
 #pragma once
 
-#include "memory_limit.h"
+#include <stratus/io/memory_limit.h>
 
 #include <cstdint>
 #include <exception>

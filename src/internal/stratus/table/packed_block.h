@@ -3,10 +3,9 @@
 #pragma once
 
 #include <stratus/base/axis.h>
-
-#include "kernels/packed.h"
-#include "layer_basis.h"
-#include "layer_sums.h"
+#include <stratus/table/kernels/packed.h>
+#include <stratus/table/layer_basis.h>
+#include <stratus/table/table.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -14,6 +13,8 @@
 #include <vector>
 
 namespace stratus {
+
+struct LayerSums;  // src/table/layer_sums.h
 
 /// Samples of an axis, never fewer than a cubic needs: short axes are sampled again on the
 /// polynomial through all they have.

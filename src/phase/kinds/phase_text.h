@@ -1,26 +1,14 @@
 // The text of a phase function, read from left to right.
 #pragma once
 
+#include <stratus/phase/phase_function.h>
+
 #include <cstddef>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace stratus {
-
-/// Columns of a file that the text of a phase function names.
-struct PhaseColumns {
-    std::string name;                         // of the file, for messages
-    std::vector<std::vector<double>> values;  // a vector for each column that was asked for
-    std::function<std::string(std::size_t)> row_name;  // for messages: " (moon.csv, line 3)"
-    std::vector<std::string> names{};                  // of the columns, as the file has them
-};
-
-/// Reads a file: its name as the text has it, and the columns that are wanted, " or " between names
-/// of which either will do.
-using PhaseFileReader =
-    std::function<PhaseColumns(const std::string& file, const std::vector<std::string>& columns)>;
 
 struct PhaseText {
     std::string_view text;

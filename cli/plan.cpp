@@ -339,7 +339,7 @@ std::vector<std::string> channel_endings(const Scene& scene) {
 std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
                                            const std::vector<PlanReport>& reports) {
     std::map<std::pair<std::size_t, LightPath>, PlannedRecipe> all;
-    const std::vector<Scene> scenes = scenes_of(film);
+    const std::vector<Scene> scenes = all_panels(film);
     for (std::size_t k = 0; k < scenes.size(); ++k) {
         Scene scene = scenes[k];
         leave_out(reports[k % reports.size()].plan, scene);
@@ -399,13 +399,8 @@ void run_plan(const PlanCommand& command) {
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
-    for (SceneFile& frame : film)
-        for (Scene& scene : frame.panels) {
-            if (command.tolerance > 0) scene.tolerance = command.tolerance;
-            drop_effects(command.drop, scene);
-            set_width(command.width, scene);
-        }
-    const std::vector<Scene> later = scenes_of({film.begin() + 1, film.end()});
+    change({{}, split(command.drop), command.width, command.tolerance}, film);
+    const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };

@@ -6,7 +6,6 @@
 #include <stratus/base/number_text.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
-#include <stratus/scene/scene_keys.h>
 
 #include "commands.h"
 #include "options.h"
@@ -99,9 +98,8 @@ void require_ending(const std::string& output, bool svg) {
                                 ", got " + output);
 }
 
-std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& command,
-                                                           const std::vector<Scene>& scenes,
-                                                           Progress& progress) {
+SceneTables tables_for(const RenderCommand& command, const std::vector<Scene>& scenes,
+                       Progress& progress) {
     if (!command.tables.empty()) {
         std::vector<PackedTable> tables;
         for (const std::string& table : command.tables)
@@ -194,17 +192,11 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
 /// others are rendered.
 void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
                   const FrameRange& frames, Progress& progress) {
-    for (SceneFile& file : film)
-        for (Scene& scene : file.panels) {
-            if (!command.effects.empty())
-                scene.effects = parse_scene_effects(split(command.effects));
-            drop_effects(command.drop, scene);
-            set_width(command.width, scene);
-        }
+    change({split(command.effects), split(command.drop), command.width}, film);
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
     if (command.effects.empty() && command.tables.empty()) leave_out_by_plans(film, progress);
-    const auto tables = tables_for(command, scenes_of(film), progress);
+    const auto tables = tables_for(command, all_panels(film), progress);
     const double baked = seconds_since(started);
     const int count = frames.last - frames.first + 1;
     for (int k = frames.first; k <= frames.last; ++k) {

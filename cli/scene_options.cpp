@@ -46,10 +46,6 @@ void add_cache(CLI::App& command, CacheOptions& options) {
         ->check(whole_number(0, 1LL << 40));
 }
 
-void drop_effects(const std::string& names, Scene& scene) {
-    for (const std::string& name : split(names)) scene.effects.*scene_effect(name) = false;
-}
-
 std::string panel_name(const SceneFile& file, std::size_t panel) {
     const std::string& title = file.panels[panel].title;
     if (!title.empty()) return shown(title);

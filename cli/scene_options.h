@@ -26,9 +26,6 @@ void add_drop(CLI::App& command, std::string& names);
 void add_width(CLI::App& command, int& width);
 void add_cache(CLI::App& command, CacheOptions& options);
 
-/// Switches effects off, whether or not the scene names them.
-void drop_effects(const std::string& names, Scene& scene);
-
 /// Returns the name that messages give a panel: its title, or its number.
 std::string panel_name(const SceneFile& file, std::size_t panel);
 

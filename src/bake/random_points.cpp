@@ -42,9 +42,10 @@ int points_of_many_layers(const PointRange& range) {
     return octaves_of(range.optical_depth) < 2 ? 24 : 12;
 }
 
-/// More in tables of so few layers that it takes more of them to check than to bake.
+/// More in tables of so few layers that it takes more of them to check than to bake; most of a stack,
+/// whose points have 40 cosines on either side.
 int points_of_layer(const PointRange& range) {
-    if (is_one_layer(range)) return 100;
+    if (is_one_layer(range)) return range.layers.empty() ? 100 : 500;
     const int layers = range.albedo.count * range.optical_depth.size() *
                        static_cast<int>(member_count(range.family));
     constexpr int of_usual_check = 2000, most = 40;

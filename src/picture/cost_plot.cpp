@@ -2,7 +2,6 @@
 
 #include <stratus/base/argument.h>
 
-#include "label_placement.h"
 #include "plot_axes.h"
 
 #include <algorithm>
@@ -57,15 +56,7 @@ struct Decades {
     double share(double value) const { return (std::log10(value) - first) / count(); }
 };
 
-/// A panel's plot on the page, and its axes.
-struct Frame {
-    Box box;
-    Decades x, y;
-
-    double across(double value) const { return box.x0 + x.share(value) * box.width(); }
-    double down(double value) const { return box.y1 - y.share(value) * box.height(); }
-    Point at(const PlotPoint& point) const { return {across(point.x), down(point.y)}; }
-};
+using Frame = PlotFrame<Decades>;
 
 void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
     const Box& box = frame.box;
@@ -88,7 +79,7 @@ void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
 // ---- Series
 
 /// Returns the style of a measured series, by its place among them.
-const Style& style_of(const PlotPanel& panel, const PlotSeries& series) {
+const Style& series_style(const PlotPanel& panel, const PlotSeries& series) {
     const auto before = std::count_if(panel.series.data(), &series, [](const PlotSeries& other) {
         return other.role == Role::measured;
     });
@@ -111,7 +102,7 @@ void draw_chosen_mark(const Page& page, Point at) {
 void draw_steps(const Page& page, const Frame& frame, const PlotSeries& series) {
     std::vector<Point> steps;
     for (const PlotPoint& point : series.points) {
-        const Point at = frame.at(point);
+        const Point at = frame.at(point.x, point.y);
         if (!steps.empty()) steps.push_back({at.x, steps.back().y});
         steps.push_back(at);
     }
@@ -124,23 +115,93 @@ void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
             if (series.role != role) continue;
             if (role == Role::frontier) draw_steps(page, frame, series);
             for (const PlotPoint& point : series.points) {
-                if (role == Role::chosen) draw_chosen_mark(page, frame.at(point));
+                if (role == Role::chosen) draw_chosen_mark(page, frame.at(point.x, point.y));
                 if (role == Role::measured)
-                    draw_measured_mark(page, frame.at(point), style_of(panel, series));
+                    draw_measured_mark(page, frame.at(point.x, point.y),
+                                       series_style(panel, series));
             }
         }
 }
 
-Obstacles obstacles_of(const Frame& frame, const PlotPanel& panel) {
+// ---- Labels: each is placed near its point where it covers least
+
+struct PointLabel {
+    Point point;
+    std::string text;
+    bool is_required;  // drawn where it covers other things too, if need be
+};
+
+/// Areas that labels should not cover.
+struct Obstacles {
+    std::vector<Box> marks, lines;
+};
+
+constexpr double label_size = 7, padding = 0.8, descent = 1.2, ascent = 5.4;
+constexpr double near = 8, far = 32;  // from the point
+
+bool overlap(const Box& a, const Box& b) {
+    return a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1;
+}
+
+bool contains(const Box& outer, const Box& inner) {
+    return outer.x0 <= inner.x0 && inner.x1 <= outer.x1 && outer.y0 <= inner.y0 &&
+           inner.y1 <= outer.y1;
+}
+
+double penalty(const Box& label, const Box& plot, const Obstacles& obstacles,
+               const std::vector<Box>& placed) {
+    constexpr double mark = 2, line = 1, other_label = 100, outside = 1000;
+    double sum = contains(plot, label) ? 0 : outside;
+    const auto add = [&](const std::vector<Box>& boxes, double each) {
+        for (const Box& box : boxes) sum += overlap(label, box) ? each : 0;
+    };
+    add(obstacles.marks, mark);
+    add(obstacles.lines, line);
+    add(placed, other_label);
+    return sum;
+}
+
+/// Places labels in their order; those without room are left out unless required.
+void draw_labels(const Page& page, const Box& plot, const Obstacles& obstacles,
+                 const std::vector<PointLabel>& labels) {
+    constexpr double max_optional_penalty = 2;  // from here on a label is left out
+    std::vector<Box> placed;
+    for (const PointLabel& label : labels) {
+        const double width = page.text_width(label.text, label_size) + 2 * padding;
+        const double height = ascent + descent + 2 * padding;
+        Box best{};
+        double best_penalty = infinity;
+        for (int distance = 5; distance <= (label.is_required ? far : near); distance += 3)
+            for (const double angle : {-0.25, 0.0, 0.25, 0.75, 1.0, -0.75, 0.5, -0.5}) {
+                const double across = std::cos(pi * angle), down = -std::sin(pi * angle);
+                const double x = label.point.x + distance * across + across * width / 2;
+                const double y = label.point.y + distance * down + down * height / 2;
+                const Box box{x - width / 2, y - height / 2, x + width / 2, y + height / 2};
+                const double met = penalty(box, plot, obstacles, placed) + 0.02 * distance;
+                if (met >= best_penalty) continue;
+                best_penalty = met;
+                best = box;
+            }
+        if (!label.is_required && penalty(best, plot, obstacles, placed) >= max_optional_penalty)
+            continue;
+        placed.push_back(best);
+        page.fill(best, white);
+        page.text({best.x0 + padding, best.y1 - padding - descent}, label.text, label_size,
+                  label.is_required ? black : grey);
+    }
+}
+
+Obstacles series_obstacles(const Frame& frame, const PlotPanel& panel) {
     Obstacles obstacles;
     for (const PlotSeries& series : panel.series) {
         const double r = series.role == Role::chosen ? 1.25 * chosen_radius : mark_radius;
         for (std::size_t n = 0; n < series.points.size(); ++n) {
-            const auto [x, y] = frame.at(series.points[n]);
+            const auto [x, y] = frame.at(series.points[n].x, series.points[n].y);
             if (series.role != Role::frontier) {
                 obstacles.marks.push_back({x - r, y - r, x + r, y + r});
             } else if (n > 0) {
-                const auto [from_x, from_y] = frame.at(series.points[n - 1]);
+                const auto [from_x, from_y] =
+                    frame.at(series.points[n - 1].x, series.points[n - 1].y);
                 obstacles.lines.push_back({from_x, from_y - 0.5, x, from_y + 0.5});
                 obstacles.lines.push_back({x - 0.5, from_y, x + 0.5, y});
             }
@@ -149,14 +210,15 @@ Obstacles obstacles_of(const Frame& frame, const PlotPanel& panel) {
     return obstacles;
 }
 
-std::vector<PointLabel> labels_of(const Frame& frame, const PlotPanel& panel) {
+std::vector<PointLabel> point_labels(const Frame& frame, const PlotPanel& panel) {
     std::vector<PointLabel> labels;
     for (const Role role : {Role::chosen, Role::frontier, Role::measured})
         for (const PlotSeries& series : panel.series)
             if (series.role == role)
                 for (const PlotPoint& point : series.points)
                     if (!point.label.empty())
-                        labels.push_back({frame.at(point), point.label, role == Role::chosen});
+                        labels.push_back(
+                            {frame.at(point.x, point.y), point.label, role == Role::chosen});
     return labels;
 }
 
@@ -184,7 +246,9 @@ void draw_legend(const Page& page, const PlotPanel& panel, double top) {
         const double y = top + legend_row * static_cast<double>(n / legend_columns) + 6;
         const Point key{x + key_width / 2 - 2, y};
         switch (shown[n]->role) {
-            case Role::measured: draw_measured_mark(page, key, style_of(panel, *shown[n])); break;
+            case Role::measured:
+                draw_measured_mark(page, key, series_style(panel, *shown[n]));
+                break;
             case Role::chosen: draw_chosen_mark(page, key); break;
             case Role::frontier: page.line({x, y}, {x + key_width - 4, y}, {0.9, black}); break;
         }
@@ -222,7 +286,7 @@ void draw_panel(const Page& page, const PlotPanel& panel, double top) {
     draw_legend(page, panel, top + title_height);
     draw_axes(page, frame, panel);
     draw_series(page, frame, panel);
-    draw_labels(page, frame.box, obstacles_of(frame, panel), labels_of(frame, panel));
+    draw_labels(page, frame.box, series_obstacles(frame, panel), point_labels(frame, panel));
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <stratus/base/number_text.h>
 #include <stratus/picture/round_number.h>
 
-#include "lobe_outline.h"
 #include "plot_axes.h"
 
 #include <algorithm>

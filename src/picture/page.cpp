@@ -2,8 +2,6 @@
 
 #include <stratus/picture/png.h>
 
-#include "cairo_handles.h"
-
 #include <cairo-svg.h>
 
 #include <algorithm>

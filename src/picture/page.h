@@ -7,12 +7,39 @@
 
 #include <cairo.h>
 
+#include <cerrno>
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace stratus {
+
+// Cairo's objects, owned, and its failures as exceptions.
+
+struct CairoDelete {
+    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+    void operator()(cairo_t* context) const { cairo_destroy(context); }
+    void operator()(cairo_pattern_t* pattern) const { cairo_pattern_destroy(pattern); }
+};
+using Surface = std::unique_ptr<cairo_surface_t, CairoDelete>;
+using Context = std::unique_ptr<cairo_t, CairoDelete>;
+using Pattern = std::unique_ptr<cairo_pattern_t, CairoDelete>;
+
+/// Reports a file that could not be read or written: with errno's reason or, where that is 0,
+/// Cairo's.
+///
+/// Errors   std::system_error, in which write_atomically replaces the name of its temporary file by
+///          the user's; std::runtime_error with Cairo's reason.
+[[noreturn]] inline void fail(const std::filesystem::path& path, cairo_status_t status) {
+    if (errno != 0) throw std::system_error(errno, std::generic_category(), path.string());
+    throw std::runtime_error(path.string() + ": " + cairo_status_to_string(status));
+}
 
 struct Colour {
     double red, green, blue;
@@ -92,12 +119,25 @@ using Draw = std::function<void(const Page&)>;
 /// A page of this size and background, written to `path` itself; callers who need it whole or not
 /// at all wrap it.
 ///
-/// Errors   as `fail` (cairo_handles.h).
+/// Errors   as `fail`.
 void draw_png(const std::filesystem::path& path, int width, int height, const Colour& background,
               const Draw& draw);
 void draw_svg(const std::filesystem::path& path, double width, double height, const Draw& draw);
 
 /// A page that is not written, to measure text on before the size of an SVG page is known.
 void measure(const Draw& draw);
+
+/// The curve of radii at even angles from one horizon to the other, about the origin. Light comes
+/// from the right and goes on to the left; `up` is 1 above the layer and -1 below.
+inline std::vector<Point> lobe_outline(const std::vector<double>& radii, double scale, double up) {
+    const double steps = static_cast<double>(radii.size()) - 1;
+    std::vector<Point> outline;
+    for (std::size_t k = 0; k < radii.size(); ++k) {
+        const double angle = pi * (static_cast<double>(k) / steps - 0.5);
+        outline.push_back(
+            {-scale * radii[k] * std::sin(angle), -up * scale * radii[k] * std::cos(angle)});
+    }
+    return outline;
+}
 
 }  // namespace stratus

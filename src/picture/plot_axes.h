@@ -29,6 +29,17 @@ std::vector<Tick> decade_ticks(int first, int last, double length, double min_di
 std::vector<Tick> linear_ticks(double low, double high,
                                const std::function<double(double)>& position);
 
+/// A box and where numbers are in it, by axes that know the share of a number.
+template <class PlotAxis>
+struct PlotFrame {
+    Box box;
+    PlotAxis x{}, y{};
+
+    double across(double value) const { return box.x0 + x.share(value) * box.width(); }
+    double down(double value) const { return box.y1 - y.share(value) * box.height(); }
+    Point at(double of_x, double of_y) const { return {across(of_x), down(of_y)}; }
+};
+
 void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
                  const std::string& title);
 void draw_y_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,

@@ -1,10 +1,7 @@
 #include <stratus/io/file_bytes.h>
 #include <stratus/picture/png.h>
 
-#include "cairo_handles.h"
 #include "page.h"
-
-#include <cairo.h>
 
 #include <algorithm>
 #include <cerrno>

@@ -5,7 +5,6 @@
 #include <stratus/picture/png.h>
 #include <stratus/picture/round_number.h>
 
-#include "lobe_outline.h"
 #include "page.h"
 
 #include <algorithm>
@@ -117,13 +116,13 @@ struct Scale {
     int count;
 };
 
-Scale scale_of(const LobeSide& side) {
+Scale ring_scale(const LobeSide& side) {
     const double step = rounded(side.full_radius / 2.4);
     return {step, static_cast<int>(side.full_radius / step)};
 }
 
 void draw_scale(const Page& page, const LobeSide& side, double pixels) {
-    const Scale scale = scale_of(side);
+    const Scale scale = ring_scale(side);
     for (int ring = 1; ring <= scale.count; ++ring)
         page.arc({0, 0}, ring * scale.step / side.full_radius * pixels, side.up > 0 ? pi : 0,
                  side.up > 0 ? 2 * pi : pi, {1, faint, 0.75});
@@ -131,7 +130,7 @@ void draw_scale(const Page& page, const LobeSide& side, double pixels) {
 
 /// The outermost ring's value where it meets the layer, on the beam's side: lobes are small there.
 void label_scale(const Page& page, const LobeSide& side, double pixels) {
-    const Scale scale = scale_of(side);
+    const Scale scale = ring_scale(side);
     const double value = scale.count * scale.step;
     page.haloed_text({value / side.full_radius * pixels - 4, side.up > 0 ? -5.0 : 15.0},
                      short_number(value, 3), 12, quiet, {4, background, 0.85}, Align::right);

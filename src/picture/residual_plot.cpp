@@ -18,7 +18,9 @@ constexpr double residual_page_height = 376, point_radius = 2.2;
 constexpr Colour series_colours[] = {
     {0.10, 0.30, 0.65}, {0.85, 0.45, 0.05}, {0.05, 0.50, 0.35}, {0.70, 0.25, 0.50}};
 
-Colour colour_of(std::size_t series) { return series_colours[series % std::size(series_colours)]; }
+Colour series_colour(std::size_t series) {
+    return series_colours[series % std::size(series_colours)];
+}
 
 /// The range of an axis, widened to round numbers.
 struct AxisRange {
@@ -43,15 +45,7 @@ struct AxisRange {
     double share(double value) const { return (value - low) / (high - low); }
 };
 
-/// A panel and where numbers are in it.
-struct Panel {
-    Box box;
-    AxisRange x, y;
-
-    double across(double value) const { return box.x0 + x.share(value) * box.width(); }
-    double down(double value) const { return box.y1 - y.share(value) * box.height(); }
-    Point at(double of_x, double of_y) const { return {across(of_x), down(of_y)}; }
-};
+using Panel = PlotFrame<AxisRange>;
 
 void draw_axes(const Page& page, const Panel& panel, const std::string& x_title,
                const std::string& y_title) {
@@ -77,7 +71,7 @@ void draw_legend(const Page& page, const std::vector<ResidualSeries>& series, Po
         at.x += page.text_width(name, plot_text_size) + 20;
     };
     for (std::size_t n = 0; n < series.size(); ++n)
-        entry(Marker::circle, series[n].name + ", observed", colour_of(n));
+        entry(Marker::circle, series[n].name + ", observed", series_colour(n));
     entry(Marker::cross, "model", black);
 }
 
@@ -102,7 +96,7 @@ void draw_residual_plot(const ResidualPlot& plot, const std::filesystem::path& s
         page.line(residuals.at(residuals.x.low, 0), residuals.at(residuals.x.high, 0), {0.8, grey});
         for (std::size_t n = 0; n < plot.series.size(); ++n)
             for (const auto& [x, observed, sigma, model] : plot.series[n].points) {
-                const Pen pen{0.9, colour_of(n)};
+                const Pen pen{0.9, series_colour(n)};
                 draw_measured(page, values, x, observed, sigma, pen);
                 page.mark(values.at(x, model), Marker::cross, point_radius, {1, black});
                 draw_measured(page, residuals, x, (observed - model) / sigma, 1, pen);

@@ -64,15 +64,13 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
                const std::vector<std::string>& drop, bool measure, int threads,
                const py::object& progress) {
     std::vector<std::string> notes;
-    SceneFile file =
-        is_path ? read_scene(text_or_path, &notes) : parse_scene(text_or_path, "", &notes);
+    std::vector<SceneFile> film{is_path ? read_scene(text_or_path, &notes)
+                                        : parse_scene(text_or_path, "", &notes)};
+    const SceneFile& file = film[0];
     require(!file.figure, "plan", "scene", "a picture", "a figure");
     if (tolerance != 0 && !(tolerance >= 1e-6 && tolerance <= 0.5))
         require(false, "plan", "tolerance", "in [1e-6, 0.5]", tolerance);
-    for (Scene& scene : file.panels) {
-        if (tolerance != 0) scene.tolerance = tolerance;
-        for (const std::string& name : drop) scene.effects.*scene_effect(name) = false;
-    }
+    change({{}, drop, 0, tolerance}, film);
     py::list plans;
     double seconds = std::numeric_limits<double>::quiet_NaN();
     if (measure) {
@@ -88,9 +86,7 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
     } else {
         const auto planned = [&] {
             const py::gil_scoped_release release;
-            std::vector<Plan> of;
-            for (const Scene& scene : file.panels) of.push_back(plan_scene(scene));
-            return of;
+            return follow_plans(film);
         }();
         for (std::size_t k = 0; k < file.panels.size(); ++k)
             plans.append(dict_of(file.panels[k], planned[k]));
@@ -116,12 +112,7 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
     require(frame >= 0 && frame < film[0].frames, "render", "frame",
             "in [0, " + std::to_string(film[0].frames - 1) + "]", frame);
     require(width >= 0 && width <= 16384, "render", "width", "in [1, 16384]", width);
-    for (SceneFile& file : film)
-        for (Scene& scene : file.panels) {
-            if (!effects.empty()) scene.effects = parse_scene_effects(effects);
-            for (const std::string& name : drop) scene.effects.*scene_effect(name) = false;
-            set_width(width, scene);
-        }
+    change({effects, drop, width}, film);
     const Image image = run_long(threads, py::none(), progress, [&](const BakeOptions& options) {
         if (effects.empty() && table_paths.empty()) follow_plans(film);
         std::vector<PackedTable> given;
@@ -129,7 +120,7 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
         std::optional<TableCache> cache;
         if (cached && !default_cache_folder().empty())
             cache.emplace(default_cache_folder(), default_cache_limit);
-        const std::vector<Scene> scenes = scenes_of(film);
+        const std::vector<Scene> scenes = all_panels(film);
         const auto tables = given.empty() ? bake_for(scenes, options, cache ? &*cache : nullptr)
                                           : adopt_tables(scenes, std::move(given));
         RenderOptions rendering;

@@ -9,8 +9,6 @@
 namespace stratus {
 namespace {
 
-constexpr double min_cosine = 1e-6;  // of scattering_geometry (space.h)
-
 double sun_radius(const Scene& scene) noexcept {
     return scene.effects.sun_size ? scene.sun_diameter / 2 : 0;
 }
@@ -21,7 +19,7 @@ double sun_elevation(const Scene& scene) noexcept {
 }
 
 /// The ground of a planet or slab; null where it is black or there is none.
-const Texture* ground_of(const Scene& scene) noexcept {
+const Texture* reflecting_ground(const Scene& scene) noexcept {
     const Texture* ground = nullptr;
     if (const Planet* const planet = std::get_if<Planet>(&scene.subject)) ground = &planet->surface;
     if (const Slab* const slab = std::get_if<Slab>(&scene.subject))
@@ -29,26 +27,28 @@ const Texture* ground_of(const Scene& scene) noexcept {
     return ground && !ground->is_black() ? ground : nullptr;
 }
 
-bool has_ground(const Slab& slab) noexcept { return slab.surface.has_value(); }
-bool has_ground(const Rings&) noexcept { return false; }
+/// Whether there is ground under a slab, black or not.
+bool has_ground(const Scene& scene) noexcept {
+    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    return slab && slab->surface;
+}
 
-/// A plane in z = 0: its sides are told apart by the signs of z.
-template <class Plane>
-SeenLight seen_light_of_plane(const Scene& scene, const Plane& plane) noexcept {
+/// The sides of a plane in z = 0 are told apart by the signs of z.
+SeenLight seen_light_of_plane(const Scene& scene) noexcept {
     const Camera& camera = scene.camera;
     const double ahead = camera.forward().z;
     const bool from_above = camera.orthographic ? ahead < 0 : camera.position.z > 0,
                from_below = camera.orthographic ? ahead > 0 : camera.position.z < 0;
     const double elevation = sun_elevation(scene), radius = sun_radius(scene);
     const bool sun_above = elevation + radius > 0,
-               sun_below = elevation - radius <= 0 && !has_ground(plane);
+               sun_below = elevation - radius <= 0 && !has_ground(scene);
     SeenLight seen;
     seen.reflection = (sun_above && from_above) || (sun_below && from_below);
     seen.transmission = (sun_above && from_below) || (sun_below && from_above);
     const bool shines_through =
         !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
-    if (has_ground(plane)) {
-        const bool lit_ground = sun_above && ground_of(scene) != nullptr;
+    if (has_ground(scene)) {
+        const bool lit_ground = sun_above && reflecting_ground(scene) != nullptr;
         seen.fluxes = lit_ground || (from_below && shines_through);
         seen.underside = lit_ground && from_below;
     } else {
@@ -57,21 +57,10 @@ SeenLight seen_light_of_plane(const Scene& scene, const Plane& plane) noexcept {
     return seen;
 }
 
-SeenLight seen_light_of(const Scene& scene, const Rings& rings) noexcept {
-    SeenLight seen = seen_light_of_plane(scene, rings);
-    seen.shine =
-        !rings.has_black_planet() && (scene.effects.ringshine || scene.effects.planetshine);
-    if (seen.shine) seen.reflection = seen.transmission = true;
-    return seen;
-}
-SeenLight seen_light_of(const Scene& scene, const Slab& slab) noexcept {
-    return seen_light_of_plane(scene, slab);
-}
-SeenLight seen_light_of(const Scene& scene, const Planet&) noexcept {
-    SeenLight seen;
-    seen.reflection = true;
-    seen.fluxes = ground_of(scene) != nullptr;
-    return seen;
+bool is_shining(const Scene& scene) noexcept {
+    const Rings* const rings = std::get_if<Rings>(&scene.subject);
+    return rings && !rings->has_black_planet() &&
+           (scene.effects.ringshine || scene.effects.planetshine);
 }
 
 // ---- directions ---------------------------------------------------------------------------------
@@ -141,15 +130,15 @@ PictureDirections picture_directions(const Scene& scene) noexcept {
     return all;
 }
 
-/// Distances from the plane's axis at which there may be a layer. Cells of pixels that reach rings
+/// Distance from the plane's axis up to which there may be a layer. Cells of pixels that reach rings
 /// are looked up at their middle, which may lie beside these.
-Range extent_of(const Rings&) noexcept { return {0, infinity}; }
-Range extent_of(const Slab& slab) noexcept {
-    return {0, has_ground(slab) ? infinity : std::sqrt(2.0) * slab.half_size};
+double farthest_layer(const Scene& scene) noexcept {
+    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    return slab && !slab->surface ? std::sqrt(2.0) * slab->half_size : infinity;
 }
 
 /// Cosines at which the part of the plane that may be seen is seen.
-Range cosines_of_view(const Scene& scene, const Range& extent, const Range& z) noexcept {
+Range cosines_of_view(const Scene& scene, const Range& z) noexcept {
     const Camera& camera = scene.camera;
     Range mu{0, 0};
     if (camera.orthographic) {
@@ -160,13 +149,13 @@ Range cosines_of_view(const Scene& scene, const Range& extent, const Range& z) n
                                    : Range{std::max(0.0, z.min), std::max(0.0, z.max)};
         const double height = std::abs(camera.position.z),
                      aside = std::hypot(camera.position.x, camera.position.y);
-        const double near = std::max({0.0, extent.min - aside, aside - extent.max}),
-                     far = extent.max + aside;
+        const double farthest = farthest_layer(scene), near = std::max(0.0, aside - farthest),
+                     far = farthest + aside;
         mu.min = std::max(mu.min, std::isinf(far) ? 0 : height / std::hypot(height, far));
         mu.max = std::min(mu.max, height > 0 ? height / std::hypot(height, near) : 0);
         mu.max = std::max(mu.max, mu.min);
     }
-    return {std::clamp(mu.min, min_cosine, 1.0), std::clamp(mu.max, min_cosine, 1.0)};
+    return {std::clamp(mu.min, least_cosine, 1.0), std::clamp(mu.max, least_cosine, 1.0)};
 }
 
 /// Azimuths between 0 and 180 degrees of a range of differences.
@@ -184,23 +173,22 @@ Range folded(const Range& range) noexcept {
     return around;
 }
 
-template <class Plane>
-SeenDirections directions_of_plane(const Scene& scene, const Plane& plane) noexcept {
+SeenDirections directions_over_plane(const Scene& scene) noexcept {
     const PictureDirections picture = picture_directions(scene);
     const double elevation = sun_elevation(scene), radius = sun_radius(scene);
     SeenDirections seen;
     const auto cosine = [&](double angle) {
-        return std::clamp(std::abs(std::sin(angle)), min_cosine, 1.0);
+        return std::clamp(std::abs(std::sin(angle)), least_cosine, 1.0);
     };
     seen.mu_in = {1, 0};
     if (radius == 0)
-        widen(seen.mu_in, std::clamp(std::abs(scene.to_sun.z), min_cosine, 1.0));
+        widen(seen.mu_in, std::clamp(std::abs(scene.to_sun.z), least_cosine, 1.0));
     else
         for (const double end : {elevation - radius, elevation + radius})
             widen(seen.mu_in, cosine(end));
-    if (std::abs(elevation) < radius) seen.mu_in.min = min_cosine;
+    if (std::abs(elevation) < radius) seen.mu_in.min = least_cosine;
     if (std::abs(elevation) + radius > pi / 2) seen.mu_in.max = 1;
-    seen.mu_out = cosines_of_view(scene, extent_of(plane), picture.z);
+    seen.mu_out = cosines_of_view(scene, picture.z);
     // The sun's light travels away from it, towards the azimuth of -to_sun; an eye straight ahead
     // of it, with the camera's rays reversed, sees azimuth 0.
     const double aside = std::hypot(scene.to_sun.x, scene.to_sun.y);
@@ -214,13 +202,6 @@ SeenDirections directions_of_plane(const Scene& scene, const Plane& plane) noexc
             folded({picture.azimuth.min - sun - width, picture.azimuth.max - sun + width});
     }
     return seen;
-}
-
-SeenDirections directions_of(const Scene& scene, const Rings& rings) noexcept {
-    return seen_light_of(scene, rings).shine ? SeenDirections{} : directions_of_plane(scene, rings);
-}
-SeenDirections directions_of(const Scene& scene, const Slab& slab) noexcept {
-    return directions_of_plane(scene, slab);
 }
 
 /// Between the directions to the sun and to the eye on a globe, radians.
@@ -240,26 +221,26 @@ Range phase_angles(const Scene& scene) noexcept {
 
 /// On a globe all directions occur whose scattering angle is that between sun and eye. Beyond a phase
 /// angle of 90 degrees the brightest point of the visible part lies on its edge.
-SeenDirections directions_of(const Scene& scene, const Planet& planet) noexcept {
+SeenDirections directions_on_globe(const Scene& scene, const Planet& planet) noexcept {
     if (planet.has_rings || seen_shell(scene) > 0) return {};
     const double least = phase_angles(scene).min;
-    const Range mu{min_cosine, least > pi / 2 ? std::sin(least) : 1.0};
+    const Range mu{least_cosine, least > pi / 2 ? std::sin(least) : 1.0};
     return {mu, mu};
 }
 
 /// Over a box of directions, degrees.
-Range scattering_angles_of(const SeenDirections& seen, Side side) noexcept {
+Range scattering_angles_over(const SeenDirections& seen, Side side) noexcept {
     Range angles{180, 0};
     // Over cosines the angle may turn between the corners; so many steps miss little of it, and the
     // range is widened by as much.
     constexpr int steps = 64;
-    const auto step_of = [](const Range& range, int k) {
+    const auto at_step = [](const Range& range, int k) {
         return std::min(1.0, range.min + (range.max - range.min) * k / steps);
     };
     for (int i = 0; i <= steps; ++i)
         for (int j = 0; j <= steps; ++j)
             for (const double azimuth : {seen.azimuth.min, seen.azimuth.max}) {
-                const Geometry geometry{step_of(seen.mu_in, i), step_of(seen.mu_out, j),
+                const Geometry geometry{at_step(seen.mu_in, i), at_step(seen.mu_out, j),
                                         radians(azimuth)};
                 const double cosine = side == Side::reflection
                                           ? cos_scattering_angle_reflected(geometry)
@@ -278,8 +259,14 @@ void widen(Range& range, double value) noexcept {
 }
 
 SeenLight seen_light(const Scene& scene) noexcept {
-    SeenLight seen = std::visit([&](const auto& subject) { return seen_light_of(scene, subject); },
-                                scene.subject);
+    SeenLight seen;
+    if (std::holds_alternative<Planet>(scene.subject)) {
+        seen.reflection = true;
+        seen.fluxes = reflecting_ground(scene) != nullptr;
+    } else {
+        seen = seen_light_of_plane(scene);
+    }
+    if (is_shining(scene)) seen.reflection = seen.transmission = seen.shine = true;
     const SceneEffects& effects = scene.effects;
     seen.reflection = seen.reflection && effects.reflection;
     seen.transmission = seen.transmission && effects.transmission;
@@ -290,8 +277,9 @@ SeenLight seen_light(const Scene& scene) noexcept {
 }
 
 SeenDirections seen_directions(const Scene& scene) noexcept {
-    return std::visit([&](const auto& subject) { return directions_of(scene, subject); },
-                      scene.subject);
+    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
+        return directions_on_globe(scene, *planet);
+    return is_shining(scene) ? SeenDirections{} : directions_over_plane(scene);
 }
 
 Range seen_scattering_angles(const Scene& scene, Side side) noexcept {
@@ -300,7 +288,7 @@ Range seen_scattering_angles(const Scene& scene, Side side) noexcept {
         const Range phase = phase_angles(scene);
         return {180 - degrees(phase.max), 180 - degrees(phase.min)};
     }
-    return scattering_angles_of(seen_directions(scene), side);
+    return scattering_angles_over(seen_directions(scene), side);
 }
 
 std::vector<MatterSpan> matter_spans(const Scene& scene) {
@@ -321,7 +309,7 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
     }
     const RingProfile& profile = rings->profile;
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
-        MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}, profile.radius[k]};
+        MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}};
         for (const std::size_t knot : {k - 1, k}) {
             const Matter matter = profile.at(profile.radius[knot], scene.layer.albedo);
             for (const double factor : {channels.min, channels.max})
@@ -335,7 +323,7 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
 }
 
 double brightest_ground(const Scene& scene) noexcept {
-    const Texture* const ground = scene.effects.background ? ground_of(scene) : nullptr;
+    const Texture* const ground = scene.effects.background ? reflecting_ground(scene) : nullptr;
     if (!ground) return 0;
     const auto brightest = [](const Rgb& colour) {
         return double{std::max({colour.r, colour.g, colour.b})};

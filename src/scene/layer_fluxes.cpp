@@ -17,7 +17,7 @@ std::vector<double> per_intercepted(const std::vector<float>& fluxes, const Tabl
     return divided;
 }
 
-LayerFluxes::Weights weights_of(const AxisView& axis, double value) noexcept {
+LayerFluxes::Weights wide_weights(const AxisView& axis, double value) noexcept {
     const Stencil stencil = axis.stencil(value);
     LayerFluxes::Weights wide{stencil.first, {}};
     for (std::size_t i = 0; i < wide.weight.size(); ++i) wide.weight[i] = double{stencil.weight[i]};
@@ -36,7 +36,7 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
                         per_intercepted(table.plane_albedo, table),
                         {table.spherical_albedo.begin(), table.spherical_albedo.end()}});
     for (std::size_t c = 0; c < own_albedo_.size(); ++c) {
-        const Weights at = weights_of(albedo_, own_albedo_[c]);
+        const Weights at = wide_weights(albedo_, own_albedo_[c]);
         for (const Values& all : all_) {
             Values own;
             for (std::size_t flux = 0; flux < own.size(); ++flux) {
@@ -61,13 +61,13 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
 
 void LayerFluxes::set_cosine(Place& place, double mu) const noexcept {
     place.cosine = mu;
-    place.mu = weights_of(mu_, mu);
+    place.mu = wide_weights(mu_, mu);
 }
 
 void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) const noexcept {
     const bool own = albedo == own_albedo_[channel];
     place.values = own ? &own_[channel] : &all_;
-    place.albedo = own ? Weights{} : weights_of(albedo_, albedo);
+    place.albedo = own ? Weights{} : wide_weights(albedo_, albedo);
 }
 
 void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const noexcept {
@@ -77,7 +77,7 @@ void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const no
         place.optical_depth = {optical_depth_.size() - 1, {1, 0, 0, 0}};
         return;
     }
-    place.optical_depth = weights_of(optical_depth_, optical_depth);
+    place.optical_depth = wide_weights(optical_depth_, optical_depth);
     place.thinness = std::min(1.0, optical_depth / optical_depth_.lowest);
 }
 

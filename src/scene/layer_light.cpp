@@ -6,20 +6,17 @@
 #include <stratus/scene/contents.h>
 
 #include "layer_fluxes.h"
-#include "planet_shine.h"
-#include "ring_orders.h"
-#include "ring_shine.h"
+#include "ring_light.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <type_traits>
 
 namespace stratus {
 namespace {
 
-Rgb3 widened(const Rgb& value) { return {double{value.r}, double{value.g}, double{value.b}}; }
-
-Opposition opposition_of(const Scene& scene) {
+Opposition scene_opposition(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
     if (!on) return {};
     return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
@@ -47,7 +44,7 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
 
 LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads,
                        LightDetail detail)
-    : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
+    : scene_(scene), tables_(tables), opposition_(scene_opposition(scene)) {
     if (std::optional<Scene> planet = planet_scene(scene)) {
         planet_scene_ = std::make_shared<const Scene>(std::move(*planet));
         planet_ = std::make_shared<const LayerLight>(
@@ -67,9 +64,15 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
                     "one without diffuse_transmittance");
     if (!scene.layer.channels.empty()) {
         channel_scenes_ = channel_scenes(scene);
-        for (std::size_t c = 0; c < channel_scenes_.size(); ++c)
-            channels_.emplace_back(channel_scenes_[c],
-                                   tables_ ? tables_->channels[c].get() : nullptr, threads, detail);
+        for (std::size_t c = 0; c < channel_scenes_.size(); ++c) {
+            const LayerTables* const own = tables_ ? tables_->channels[c].get() : nullptr;
+            const bool as_before =
+                c > 0 && channels_[c - 1]->tables_ == own &&
+                are_alike(channel_scenes_[c - 1].layer, channel_scenes_[c].layer);
+            channels_.push_back(as_before ? channels_[c - 1]
+                                          : std::make_shared<const LayerLight>(
+                                                channel_scenes_[c], own, threads, detail));
+        }
         return;
     }
     const bool background_scatters = scene.effects.background && scene.effects.transmission &&
@@ -88,7 +91,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
 }
 
 LayerLight::LayerLight(const Scene& scene, const TableView& table)
-    : scene_(scene), tables_(nullptr), opposition_(opposition_of(scene)) {
+    : scene_(scene), tables_(nullptr), opposition_(scene_opposition(scene)) {
     bind(&table, scene.effects.multiple);
 }
 
@@ -107,7 +110,10 @@ void LayerLight::shine(int threads, LightDetail detail) {
 }
 
 Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
-    return ring_shine_ ? ring_shine_->irradiance(point) : Rgb3{};
+    Rgb3 sum{};
+    if (ring_shine_)
+        for (const LightSource& source : ring_shine_->sources(point)) sum = sum + source.irradiance;
+    return sum;
 }
 
 void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail) {
@@ -116,7 +122,7 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
     if (detail == LightDetail::sketch && !is_stack()) matter.reset();
     if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
-    const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
+    const auto depth = [&](std::size_t c) { return channel_depth(*matter, c); };
     Effects effects;
     effects.single = scene_.effects.single && seen_shell(scene_) == 0;  // else by shell.cpp
     effects.multiple = multiple;
@@ -139,29 +145,24 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
             bound(Medium<3>{{depth(0), depth(1), depth(2)}, {albedo[0], albedo[1], albedo[2]}});
 }
 
-double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noexcept {
+double LayerLight::channel_depth(const Matter& matter, std::size_t c) const noexcept {
     return seen_depth(scene_, matter.optical_depth) * scene_.layer.extinction[c];
 }
 
 template <class Function>
-auto LayerLight::each_channel(const Matter& matter, const Function& of) const noexcept {
+Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const noexcept {
     const auto& extinction = scene_.layer.extinction;
-    std::array<std::invoke_result_t<Function, const Channel&>, 3> value{};
-    for (std::size_t c = 0; c < value.size(); ++c) {
-        const LayerLight& own = channels_.empty() ? *this : channels_[c];
-        const bool as_before = channels_.empty() && c > 0 &&
-                               matter.albedo[c] == matter.albedo[c - 1] &&
-                               extinction[c] == extinction[c - 1];
-        value[c] = as_before ? value[c - 1]
-                             : of(Channel{own, c, matter.albedo[c], seen_depth_of(matter, c)});
-    }
-    return value;
+    Rgb3 all;
+    for (std::size_t c = 0; c < all.size(); ++c)
+        all[c] = c > 0 && extinction[c] == extinction[c - 1] ? all[c - 1]
+                                                             : value(channel_depth(matter, c));
+    return all;
 }
 
 template <class Function>
-Rgb3 LayerLight::of_channels(const Function& of) const noexcept {
+Rgb3 LayerLight::own_channels(const Function& of) const noexcept {
     Rgb3 value;
-    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(channels_[c], c)[c];
+    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(*channels_[c], c)[c];
     return value;
 }
 
@@ -203,7 +204,7 @@ Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
     PackedLayers layers;
     for (std::size_t c = 0; c < 3; ++c) {
         layers.albedo[c] = matter.albedo[c];
-        layers.optical_depth[c] = seen_depth_of(matter, c);
+        layers.optical_depth[c] = channel_depth(matter, c);
     }
     double value[3] = {};
     own->packed.multiple(scattering.side, layers, scattering.geometry, matter.mixture, value);
@@ -212,17 +213,9 @@ Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
 
 Rgb3 LayerLight::once(const Matter& matter, const Scattering& scattering) const noexcept {
     if (!scene_.effects.single || !is_wanted(scattering.side) || seen_shell(scene_) > 0) return {};
-    const auto& extinction = scene_.layer.extinction;
-    Rgb3 value{};
-    double light = 0;
-    for (std::size_t c = 0; c < value.size(); ++c) {
-        if (c == 0 || extinction[c] != extinction[c - 1]) {
-            const double depth = seen_depth_of(matter, c);
-            light = depth == 0 ? 0 : single(matter.mixture, depth, scattering);
-        }
-        value[c] = matter.albedo[c] * light;
-    }
-    return value;
+    return matter.albedo * each_depth(matter, [&](double depth) {
+               return depth == 0 ? 0 : single(matter.mixture, depth, scattering);
+           });
 }
 
 Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const noexcept {
@@ -236,7 +229,7 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     if (!is_wanted(side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
     if (!channels_.empty())
-        return of_channels([&](const LayerLight& light, std::size_t c) {
+        return own_channels([&](const LayerLight& light, std::size_t c) {
             return light.light(channel_matter(matter, c), geometry, side);
         });
     const auto mu_in = static_cast<float>(geometry.mu_in),
@@ -259,11 +252,11 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
 bool LayerLight::has_sums() const noexcept {
     if (recorded_) return false;
     if (channels_.empty()) return !std::holds_alternative<std::monostate>(slice_);
-    return std::ranges::all_of(channels_, &LayerLight::has_sums);
+    return std::ranges::all_of(channels_, [](const auto& each) { return each->has_sums(); });
 }
 
 void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexcept {
-    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    Batch& all = batch(side);
     const std::size_t k = all.count++;
     all.mu_in[k] = static_cast<float>(geometry.mu_in);
     all.mu_out[k] = static_cast<float>(geometry.mu_out);
@@ -273,35 +266,36 @@ void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexc
     if (all.count == most) look_up(side);
 }
 
-template <int channels>
-void LightSum::add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
-                          std::size_t end) noexcept {
-    const OfSide& all = side == Side::reflection ? reflection_ : transmission_;
-    std::array<float, channels * most> value;  // channel after channel
-    if (side == Side::reflection)
-        slice.reflection(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
-                         value.data());
-    else
-        slice.transmission(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
-                           value.data());
-    for (std::size_t c = begin; c < end; ++c)
-        for (std::size_t k = 0; k < all.count; ++k)
-            (*all.sum[k])[c] +=
-                all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
-}
-
 void LightSum::look_up(Side side) noexcept {
-    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    Batch& all = batch(side);
     if (all.count == 0) return;
+    // Values of a layer's slice, into channels [begin, end) of the sums.
+    const auto add_values = [&]<int channels>(const SliceOf<channels>& slice, std::size_t begin,
+                                              std::size_t end) {
+        std::array<float, channels * most> value;  // channel after channel
+        if (side == Side::reflection)
+            slice.reflection(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                             value.data());
+        else
+            slice.transmission(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                               value.data());
+        for (std::size_t c = begin; c < end; ++c)
+            for (std::size_t k = 0; k < all.count; ++k)
+                (*all.sum[k])[c] +=
+                    all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
+    };
     const auto add_light = [&](const LayerLight& light, std::size_t begin, std::size_t end) {
         if (const Slice* const grey = std::get_if<Slice>(&light.slice_))
-            add_values(*grey, side, begin, end);
+            add_values(*grey, begin, end);
         else
-            add_values(std::get<RgbSlice>(light.slice_), side, begin, end);
+            add_values(std::get<RgbSlice>(light.slice_), begin, end);
     };
     if (light_.channels_.empty()) add_light(light_, 0, 3);
-    for (std::size_t c = 0; c < light_.channels_.size(); ++c)
-        add_light(light_.channels_[c], c, c + 1);
+    const auto& channels = light_.channels_;
+    for (std::size_t c = 0, end = 1; c < channels.size(); c = end++) {
+        while (end < channels.size() && channels[end] == channels[c]) ++end;
+        add_light(*channels[c], c, end);
+    }
     all.count = 0;
 }
 
@@ -311,26 +305,16 @@ void LightSum::finish() noexcept {
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
-    const auto& extinction = scene_.layer.extinction;
-    Rgb3 value;
-    for (std::size_t c = 0; c < value.size(); ++c)
-        value[c] = c > 0 && extinction[c] == extinction[c - 1]
-                       ? value[c - 1]
-                       : direct_transmittance(seen_depth_of(matter, c), mu);
-    return value;
+    return each_depth(matter, [&](double depth) { return direct_transmittance(depth, mu); });
 }
 
 /// Where channels find their fluxes at a cosine, one after another: what they share is found once.
 class LayerLight::FluxLookup {
   public:
-    explicit FluxLookup(double mu) noexcept : mu_(mu) {}
-
-    double mu() const noexcept { return mu_; }
-
     const LayerFluxes::Place& place(const Channel& channel) noexcept {
         const LayerFluxes* const fluxes = channel.light.fluxes_.get();
         const bool other = fluxes != fluxes_;
-        if (other) fluxes->set_cosine(place_, mu_);
+        if (other) fluxes->set_cosine(place_, channel.mu);
         if (other || channel.optical_depth != optical_depth_)
             fluxes->set_optical_depth(place_, channel.optical_depth);
         fluxes->set_albedo(place_, channel.index, channel.albedo);
@@ -340,40 +324,57 @@ class LayerLight::FluxLookup {
     }
 
   private:
-    double mu_;
     const LayerFluxes* fluxes_ = nullptr;  // of the last channel
     double optical_depth_ = 0;
     LayerFluxes::Place place_;
 };
 
-double LayerLight::transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept {
-    if (channel.optical_depth == 0) return 1;
-    const double beam = direct_transmittance(channel.optical_depth, fluxes.mu());
-    if (!fluxes_ || !scene_.effects.transmission) return beam;
-    return beam + fluxes_->at(fluxes.place(channel), LayerFluxes::diffuse_transmittance);
+template <class Function>
+auto LayerLight::each_channel(const Matter& matter, double mu,
+                              const Function& value) const noexcept {
+    const auto& extinction = scene_.layer.extinction;
+    std::array<std::invoke_result_t<Function, const LayerLight&, const Channel&>, 3> all{};
+    FluxLookup fluxes;
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        const LayerLight& own = channels_.empty() ? *this : *channels_[c];
+        const bool as_before = channels_.empty() && c > 0 &&
+                               matter.albedo[c] == matter.albedo[c - 1] &&
+                               extinction[c] == extinction[c - 1];
+        all[c] = as_before ? all[c - 1]
+                           : std::invoke(value, own,
+                                         Channel{own, c, matter.albedo[c], channel_depth(matter, c),
+                                                 matter.mixture, mu, fluxes});
+    }
+    return all;
 }
 
-double LayerLight::spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+double LayerLight::transmittance(const Channel& channel) const noexcept {
+    if (channel.optical_depth == 0) return 1;
+    const double beam = direct_transmittance(channel.optical_depth, channel.mu);
+    if (!fluxes_ || !scene_.effects.transmission) return beam;
+    return beam + fluxes_->at(channel.fluxes.place(channel), LayerFluxes::diffuse_transmittance);
+}
+
+double LayerLight::spherical_albedo(const Channel& channel) const noexcept {
     if (!fluxes_ || channel.optical_depth == 0) return 0;
     if (is_stack()) return table(LightPath::fluxes)->headers[0].spherical_albedo_below;
-    return fluxes_->at(fluxes.place(channel), LayerFluxes::spherical_albedo);
+    return fluxes_->at(channel.fluxes.place(channel), LayerFluxes::spherical_albedo);
 }
 
-double LayerLight::diffuse_transmittance(const Matter& matter, const Channel& channel,
-                                         FluxLookup& fluxes) const noexcept {
+double LayerLight::diffuse_transmittance(const Channel& channel) const noexcept {
     double once = 0;
     if (!scattered_once_.empty()) {
-        once = scattered_once_[0](channel.optical_depth, fluxes.mu());
+        once = scattered_once_[0](channel.optical_depth, channel.mu);
         if (scattered_once_.size() > 1)
-            once = matter.mixture * once +
-                   (1 - matter.mixture) * scattered_once_[1](channel.optical_depth, fluxes.mu());
+            once = channel.mixture * once +
+                   (1 - channel.mixture) * scattered_once_[1](channel.optical_depth, channel.mu);
         once *= channel.albedo;
     }
     if (!fluxes_) return scene_.effects.single ? once : 0;
     Stencil mixture{0, {1, 0, 0, 0}};
     const Axis& mixtures = table(LightPath::fluxes)->mixture;
-    if (!mixtures.values.empty()) mixture = mixtures.view().stencil(matter.mixture);
-    const LayerFluxes::Place& place = fluxes.place(channel);
+    if (!mixtures.values.empty()) mixture = mixtures.view().stencil(channel.mixture);
+    const LayerFluxes::Place& place = channel.fluxes.place(channel);
     double all = 0;
     for (int k = 0; k < stencil_size; ++k)
         if (mixture.weight[k] != 0)
@@ -383,14 +384,21 @@ double LayerLight::diffuse_transmittance(const Matter& matter, const Channel& ch
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 
-double LayerLight::plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+double LayerLight::reflected_share(const Channel& channel) const noexcept {
     if (!fluxes_ || !scene_.effects.reflection || channel.optical_depth == 0) return 0;
-    return fluxes_->at(fluxes.place(channel), LayerFluxes::plane_albedo);
+    return fluxes_->at(channel.fluxes.place(channel), LayerFluxes::plane_albedo);
+}
+
+double LayerLight::passing_share(const Channel& channel) const noexcept {
+    const double depth = channel.optical_depth, direct = direct_transmittance(depth, channel.mu);
+    return background_scatters_ && depth > 0 && depth < infinity
+               ? std::min(1.0, direct + diffuse_transmittance(channel))
+               : direct;
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
     if (is_stack() && !channels_.empty())
-        return of_channels([&](const LayerLight& light, std::size_t c) {
+        return own_channels([&](const LayerLight& light, std::size_t c) {
             return light.background(channel_matter(matter, c), mu);
         });
     if (is_stack() && background_scatters_ && matter.optical_depth > 0)
@@ -398,14 +406,7 @@ Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
             const double share = double{stack->background(static_cast<float>(mu))};
             return {share, share, share};
         }
-    FluxLookup fluxes(mu);
-    return each_channel(matter, [&](const Channel& channel) {
-        const LayerLight& light = channel.light;
-        const double depth = channel.optical_depth, direct = direct_transmittance(depth, mu);
-        return light.background_scatters_ && depth > 0 && depth < infinity
-                   ? std::min(1.0, direct + light.diffuse_transmittance(matter, channel, fluxes))
-                   : direct;
-    });
+    return each_channel(matter, mu, &LayerLight::passing_share);
 }
 
 Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept {
@@ -413,13 +414,11 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albed
     struct Passed {
         double transmitted, returned;
     };
-    FluxLookup fluxes(mu_in);
-    const std::array<Passed, 3> passed = each_channel(lit, [&](const Channel& channel) {
-        return Passed{channel.light.transmittance(channel, fluxes),
-                      channel.light.spherical_albedo(channel, fluxes)};
-    });
-    const double ground[] = {double{ground_albedo.r}, double{ground_albedo.g},
-                             double{ground_albedo.b}};
+    const auto passed =
+        each_channel(lit, mu_in, [](const LayerLight& light, const Channel& channel) {
+            return Passed{light.transmittance(channel), light.spherical_albedo(channel)};
+        });
+    const Rgb3 ground = widened(ground_albedo);
     Rgb3 value{};
     for (std::size_t c = 0; c < 3; ++c)
         value[c] = ground[c] * passed[c].transmitted / (1 - ground[c] * passed[c].returned);
@@ -427,17 +426,11 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albed
 }
 
 Rgb3 LayerLight::total_transmittance(const Matter& matter, double mu) const noexcept {
-    FluxLookup fluxes(mu);
-    return each_channel(matter, [&](const Channel& channel) {
-        return channel.light.transmittance(channel, fluxes);
-    });
+    return each_channel(matter, mu, &LayerLight::transmittance);
 }
 
 Rgb3 LayerLight::plane_albedo(const Matter& matter, double mu) const noexcept {
-    FluxLookup fluxes(mu);
-    return each_channel(matter, [&](const Channel& channel) {
-        return channel.light.plane_albedo(channel, fluxes);
-    });
+    return each_channel(matter, mu, &LayerLight::reflected_share);
 }
 
 }  // namespace stratus

@@ -83,8 +83,8 @@ void read_phase_function(const Section& section, const Source& source, SceneLaye
 }
 
 /// The `argument` must be `otherwise` unless these are droplets.
-Mie droplets_of(const PhaseFunction& phase_function, const std::string& argument,
-                const char* otherwise) {
+Mie required_droplets(const PhaseFunction& phase_function, const std::string& argument,
+                      const char* otherwise) {
     const auto& terms = phase_function.terms();
     const Mie* const droplets = std::get_if<Mie>(&terms[0].second);
     require(droplets != nullptr && terms.size() == 1, caller, argument,
@@ -96,9 +96,9 @@ Mie droplets_of(const PhaseFunction& phase_function, const std::string& argument
 /// The albedos that phase functions bring with them: of droplets at the wavelengths of red's, green's
 /// and blue's own, or, of one phase function, at 0.65, 0.55 and 0.45 um; of tables by their
 /// geometric albedo.
-std::array<double, 3> own_albedos(const Section& section, const SceneLayer& layer) {
-    std::array<double, 3> albedo{};
-    constexpr std::array<double, 3> wavelengths = {0.65, 0.55, 0.45};
+Rgb3 own_albedos(const Section& section, const SceneLayer& layer) {
+    Rgb3 albedo{};
+    constexpr Rgb3 wavelengths = {0.65, 0.55, 0.45};
     for (std::size_t c = 0; c < 3; ++c) {
         const bool each = !layer.channels.empty();
         const PhaseFunction& own = each ? layer.channels[c] : layer.components[0];
@@ -116,14 +116,14 @@ std::array<double, 3> own_albedos(const Section& section, const SceneLayer& laye
 }
 
 /// Extinction efficiencies over green's.
-std::array<double, 3> extinction_of_droplets(const Section& section, const SceneLayer& layer) {
+Rgb3 extinction_of_droplets(const Section& section, const SceneLayer& layer) {
     const std::string name = section.at("extinction");
     require(!layer.channels.empty(), caller, name, "absent unless phase_function is a list",
             "\"phase_function\"");
-    const Mie green = droplets_of(layer.channels[1], name, "absent");
-    std::array<double, 3> extinction{};
+    const Mie green = required_droplets(layer.channels[1], name, "absent");
+    Rgb3 extinction{};
     for (std::size_t c = 0; c < 3; ++c) {
-        const Mie own = droplets_of(layer.channels[c], name, "absent");
+        const Mie own = required_droplets(layer.channels[c], name, "absent");
         require(have_same_sizes(own.droplets, green.droplets), caller, name,
                 "absent unless all channels have droplets of the same sizes",
                 layer.channels[c].text());
@@ -133,7 +133,7 @@ std::array<double, 3> extinction_of_droplets(const Section& section, const Scene
 }
 
 /// Layers on top of one another, seen as one material in each colour.
-SceneLayer read_stack_of(const Section& section, const Source& source) {
+SceneLayer read_stack(const Section& section, const Source& source) {
     for (const char* key : {"phase_function", "components", "albedo", "extinction", "optical_depth",
                             "density", "opposition"})
         require_absent(section, key, "beside a stack, whose layers are all that scatters");
@@ -171,7 +171,7 @@ SceneLayer read_layer(const Section& section, const Source& source, bool of_ring
     if (section.has("stack")) {
         require(!of_rings, caller, section.at("stack"),
                 "absent where there are [rings], whose profile mixes two components", "given");
-        return read_stack_of(section, source);
+        return read_stack(section, source);
     }
     SceneLayer layer;
     if (of_rings) {
@@ -186,7 +186,7 @@ SceneLayer read_layer(const Section& section, const Source& source, bool of_ring
         layer.optical_depth = read_depth(section, source, layer);
         if (section.has("extinction")) {
             section.choice("extinction", {"phase_function"});
-            const bool three = layer.extinction != std::array<double, 3>{1, 1, 1};
+            const bool three = layer.extinction != Rgb3{1, 1, 1};
             require(!three, caller, section.at("extinction"), "absent beside three optical depths",
                     "given");
             layer.extinction = extinction_of_droplets(section, layer);

@@ -3,8 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/table/family_member.h>
 
-#include "needed_recipes.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <map>
@@ -86,24 +84,23 @@ std::shared_ptr<const LayerTables> take_tables(const Scene& scene,
 }
 
 /// The tables of each of several scenes, from those of all their channel_scenes.
-std::vector<std::shared_ptr<const LayerTables>> tables_of_all(const std::vector<Scene>& scenes,
-                                                              std::span<const LayerTables> own) {
-    std::vector<std::shared_ptr<const LayerTables>> tables;
+SceneTables scene_tables(const std::vector<Scene>& scenes, std::span<const LayerTables> own) {
+    SceneTables tables;
     for (const Scene& scene : scenes) tables.push_back(take_tables(scene, own));
     return tables;
 }
 
 /// The point of a table's family where it has a scene's phase function.
-FamilyPoint point_of(const Table& table, const PhaseFunction& phase_function) {
+FamilyPoint family_point(const Table& table, const PhaseFunction& phase_function) {
     std::vector<double> values;
     for (const FamilyAxis& axis : table.family) {
         const std::optional<double> value = parameter_of(phase_function, axis.parameter);
-        require(value.has_value(), table_caller, "table.family",
+        require(value.has_value(), "scene", "table.family",
                 "one of parameters of the scene's phase function, " +
                     phase_function.text().substr(0, 80),
                 axis.name());
-        require(holds(axis, *value), table_caller,
-                axis.name() + std::string(" of the phase function"), allowed_text(axis), *value);
+        require(holds(axis, *value), "scene", axis.name() + std::string(" of the phase function"),
+                allowed_text(axis), *value);
         values.push_back(*value);
     }
     return FamilyPoint(values);
@@ -124,11 +121,11 @@ class GivenTable {
         const Recipe& recipe = needed.recipe;
         std::shared_ptr<const LayerTable>& made = made_[family_ ? recipe.phase_text : ""];
         if (!made) {
-            require(mixture_of(recipe) == nullptr, table_caller, "table",
+            require(mixture_of(recipe) == nullptr, "scene", "table",
                     "one with a mixture axis alone where there are rings of two components",
                     "another family");
-            made = make_layer_table(
-                PackedTable(pack(table_at(*family_, point_of(*family_, recipe.phase_function)))));
+            made = make_layer_table(PackedTable(
+                pack(table_at(*family_, family_point(*family_, recipe.phase_function)))));
         }
         check_table(scene, needed, made->packed);
         served_ = true;
@@ -166,8 +163,7 @@ std::shared_ptr<const LayerTable> served(std::vector<GivenTable>& given, const S
 
 }  // namespace
 
-std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<Scene>& scenes,
-                                                             std::vector<PackedTable> tables) {
+SceneTables adopt_tables(const std::vector<Scene>& scenes, std::vector<PackedTable> tables) {
     std::vector<GivenTable> given;
     for (PackedTable& table : tables) given.emplace_back(std::move(table));
     std::vector<LayerTables> adopted;
@@ -180,20 +176,18 @@ std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<S
         }
     }
     for (std::size_t k = 0; k < given.size(); ++k)
-        require(given[k].has_served() || !needs_any, table_caller, "--table",
+        require(given[k].has_served() || !needs_any, "scene", "--table",
                 "a table of something that the scene needs", "number " + std::to_string(k + 1));
-    return tables_of_all(scenes, adopted);
+    return scene_tables(scenes, adopted);
 }
 
-std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
-                                                         const BakeOptions& options,
-                                                         TableCache* cache) {
+SceneTables bake_for(const std::vector<Scene>& scenes, const BakeOptions& options,
+                     TableCache* cache) {
     return make_tables(
         scenes, [&](const Recipe& recipe) { return bake_layer_table(recipe, options, cache); });
 }
 
-std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
-                                                            const TableMaker& make) {
+SceneTables make_tables(const std::vector<Scene>& scenes, const TableMaker& make) {
     const std::vector<Scene> channels = channel_scenes(scenes);
     std::vector<LayerTables> made(channels.size());
     for (const SharedRecipe& shared : shared_recipes(channels)) {
@@ -201,7 +195,7 @@ std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Sc
         for (const std::size_t s : shared.scenes)
             made[s].paths[static_cast<std::size_t>(shared.path)] = table;
     }
-    return tables_of_all(scenes, made);
+    return scene_tables(scenes, made);
 }
 
 }  // namespace stratus

@@ -1,4 +1,4 @@
-#include "needed_recipes.h"
+#include <stratus/scene/layer_tables.h>
 
 #include <stratus/bake/axes.h>
 #include <stratus/base/angle.h>
@@ -117,7 +117,7 @@ Asked asked_by(LightPath path, const Scene& scene) {
 /// (bench/picture_bench.cpp). Light that rings and their planet exchange is a small part of most
 /// pixels, and a sum over many directions, whose errors cancel. Fluxes are judged by what they are
 /// sums of, along one cosine, which varies less with the depth than at grazing ones.
-double tolerance_of(LightPath path, const Scene& scene) {
+double path_tolerance(LightPath path, const Scene& scene) {
     constexpr double coarser = 10, coarsest = 0.1, finer = 3;
     switch (path) {
         case LightPath::shine:
@@ -137,7 +137,7 @@ constexpr double azimuth_step = 5;  // degrees
 constexpr double rounding = 1e-6;  // of ranges against lookups
 
 /// Pairs of cosines that a table solves: where both axes are the same, of two ways round one.
-std::size_t pairs_of(const Range& mu_in, const Range& mu_out) {
+std::size_t solved_pairs(const Range& mu_in, const Range& mu_out) {
     constexpr int samples = 32;  // of all cosines, about as many as are chosen
     const std::size_t in = mu_axis(mu_in, samples).values.size(),
                       out = mu_axis(mu_out, samples).values.size();
@@ -150,8 +150,8 @@ Range tabulated_cosines(const Range& mu_in, const Range& asked) {
     const Range some{*(std::ranges::upper_bound(mu_marks, std::max(0.0, asked.min - rounding)) - 1),
                      *std::ranges::lower_bound(mu_marks, std::min(1.0, asked.max + rounding))};
     const std::size_t all =
-        std::min(pairs_of(mu_in, all_cosines), pairs_of(all_cosines, all_cosines));
-    return 2 * pairs_of(mu_in, some) <= all ? some : all_cosines;
+        std::min(solved_pairs(mu_in, all_cosines), solved_pairs(all_cosines, all_cosines));
+    return 2 * solved_pairs(mu_in, some) <= all ? some : all_cosines;
 }
 
 /// Azimuths to be tabulated for those that are asked for.
@@ -166,7 +166,7 @@ Range tabulated_azimuths(const Range& asked) {
 void take_fewer_pairs(Recipe& recipe) {
     const Range both{std::min(recipe.mu_in.min, recipe.mu_out.min),
                      std::max(recipe.mu_in.max, recipe.mu_out.max)};
-    if (pairs_of(both, both) <= pairs_of(recipe.mu_in, recipe.mu_out))
+    if (solved_pairs(both, both) <= solved_pairs(recipe.mu_in, recipe.mu_out))
         recipe.mu_in = recipe.mu_out = both;
 }
 
@@ -182,36 +182,35 @@ bool have_same_layers(const Recipe& one, const Recipe& other) {
 
 void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable& packed) {
     const Table& table = packed.header();
-    require(!table.lower_boundary.is_present(), table_caller, "table.below", "absent", "one");
+    require(!table.lower_boundary.is_present(), "scene", "table.below", "absent", "one");
     const Recipe* const needed = &need.recipe;
     const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
-        require(met.text() == own.text(), table_caller, name, own.text(), met.text());
+        require(met.text() == own.text(), "scene", name, own.text(), met.text());
     };
     same("table.phase_function", needed->phase_function, table.phase_function);
     Recipe of_table;
     of_table.layers = table.layers;
-    require(have_same_layers(*needed, of_table), table_caller, "table.layers",
+    require(have_same_layers(*needed, of_table), "scene", "table.layers",
             needed->layers.empty() ? "absent" : "those of the scene's stack",
             table.is_stack() ? "another stack" : "none");
     const Range* const mixture = mixture_of(*needed);
-    require(table.has_family() == (mixture != nullptr), table_caller, "table",
+    require(table.has_family() == (mixture != nullptr), "scene", "table",
             mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
     if (mixture)
         same("table.second_phase_function", needed->second_phase_function,
              table.second_phase_function);
     const auto covers = [&](const std::string& name, const AxisView& axis, const Range& range,
                             double slack = 0) {
-        require(axis.lowest <= range.min + slack, table_caller, name + ".min",
+        require(axis.lowest <= range.min + slack, "scene", name + ".min",
                 "at most the scene's, " + shortest_text(range.min), axis.lowest);
-        require(axis.highest >= range.max - slack || axis.ends_at_infinity, table_caller,
-                name + ".max", "at least the scene's, " + shortest_text(range.max), axis.highest);
+        require(axis.highest >= range.max - slack || axis.ends_at_infinity, "scene", name + ".max",
+                "at least the scene's, " + shortest_text(range.max), axis.highest);
     };
     covers("table.albedo", table.albedo.view(), needed->albedo);
     if (mixture) covers("table.mixture", table.family[0].axis.view(), *mixture);
     const AxisView depths = table.optical_depth.view();
     if (std::isinf(needed->optical_depth.max))
-        require(depths.ends_at_infinity, table_caller, "table.optical_depth.max", "inf",
-                depths.highest);
+        require(depths.ends_at_infinity, "scene", "table.optical_depth.max", "inf", depths.highest);
     if (!std::isinf(needed->optical_depth.min))
         covers("table.optical_depth", depths, needed->optical_depth);
     const Asked asked_for = asked_by(need.path, scene);
@@ -225,10 +224,10 @@ void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable
         if (azimuth.count > 1 || azimuth.highest > 0)  // else nothing depends on it
             covers("table.azimuth", azimuth,
                    {radians(asked.azimuth.min), radians(asked.azimuth.max)}, rounding);
-        require(!needed->reflection || packed.has_reflection(), table_caller, "table",
+        require(!needed->reflection || packed.has_reflection(), "scene", "table",
                 "one with reflection", "none");
     }
-    require(!needed->transmission || packed.has_transmission(), table_caller, "table",
+    require(!needed->transmission || packed.has_transmission(), "scene", "table",
             "one with transmission", "none");
 }
 
@@ -260,7 +259,7 @@ std::vector<LightPath> needed_paths(const Scene& scene) {
 namespace {
 
 /// The recipe for the matter of a scene's layer.
-Recipe recipe_of_matter(const Scene& scene, const MatterRange& range) {
+Recipe matter_recipe(const Scene& scene, const MatterRange& range) {
     Recipe recipe;
     if (!scene.layer.stacks.empty()) {
         recipe = recipe_of_stack(scene.layer.stacks[0], {});
@@ -297,9 +296,9 @@ std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
     std::vector<NeededRecipe> needed;
     const MatterRange range = matter_range(scene);
     for (const LightPath path : needed_paths(scene)) {
-        Recipe recipe = recipe_of_matter(scene, range);
+        Recipe recipe = matter_recipe(scene, range);
         const Asked asked = asked_by(path, scene);
-        recipe.tolerance = tolerance_of(path, scene);
+        recipe.tolerance = path_tolerance(path, scene);
         recipe.mu_in = asked.directions.mu_in;
         recipe.mu_out = asked.directions.mu_out;
         const bool has_azimuth = scene.effects.azimuth && path != LightPath::fluxes;

@@ -37,7 +37,7 @@ struct ScatteringMatter {
     double albedo = 0;
 };
 
-ScatteringMatter matter_of(const std::vector<MatterSpan>& spans) {
+ScatteringMatter scattering_matter(const std::vector<MatterSpan>& spans) {
     double deepest = 0, thinnest = infinity, albedo = 0;
     for (const MatterSpan& span : spans) {
         deepest = std::max(deepest, span.optical_depth.max);
@@ -52,8 +52,8 @@ ScatteringMatter matter_of(const std::vector<MatterSpan>& spans) {
 }
 
 /// The phase functions of a scene's matter: of mixtures both ends and the middle.
-std::vector<PhaseFunction> phase_functions_of(const Scene& scene,
-                                              const std::vector<MatterSpan>& spans) {
+std::vector<PhaseFunction> mixed_phase_functions(const Scene& scene,
+                                                 const std::vector<MatterSpan>& spans) {
     const auto& parts = scene.layer.components;
     if (parts.size() < 2) return {parts[0]};
     Range mixture{1, 0};
@@ -195,7 +195,7 @@ class Estimates {
     }
 
   private:
-    static std::string text_of(const LayerSolution& layer) {
+    static std::string layer_text(const LayerSolution& layer) {
         return "optical depth " + short_number(layer.optical_depth, 3) + ", albedo " +
                short_number(layer.albedo, 3);
     }
@@ -211,7 +211,7 @@ class Estimates {
             const SolvedValue& value = values[k];
             if (value.total <= 0) continue;
             const auto where = [&] {
-                return text_of(layer) + ", mu_in " + short_number(pair.mu_in, 3) + ", mu_out " +
+                return layer_text(layer) + ", mu_in " + short_number(pair.mu_in, 3) + ", mu_out " +
                        short_number(pair.mu_out, 3) + ", azimuth " +
                        short_number(degrees(pair.azimuths[k]), 3) + " deg";
             };
@@ -234,13 +234,13 @@ class Estimates {
             if (once)
                 raise(found.multiple,
                       (diffuse - layer.albedo * (*once)(layer.optical_depth, layer.mu(m))) / all,
-                      [&] { return "the background through " + text_of(layer); });
+                      [&] { return "the background through " + layer_text(layer); });
         }
         if (ground > 0)
             raise(found.multiple,
                   1 - least_direct * least_direct *
                           (1 - std::min(1.0, ground * layer.spherical_albedo)),
-                  [&] { return "the ground through " + text_of(layer); });
+                  [&] { return "the ground through " + layer_text(layer); });
     }
 
     const Scene& scene_;
@@ -266,7 +266,7 @@ void join(ChangeEstimate& all, const ChangeEstimate& one) {
 
 OrderEstimates estimate_orders(const Scene& scene, double enough) {
     const std::vector<MatterSpan> spans = matter_spans(scene);
-    const ScatteringMatter matter = matter_of(spans);
+    const ScatteringMatter matter = scattering_matter(spans);
     OrderEstimates all;
     if (matter.albedo == 0 || !seen_light(scene).any()) return all;
     if (!scene.layer.stacks.empty() || seen_shell(scene) > 0) {
@@ -279,7 +279,7 @@ OrderEstimates estimate_orders(const Scene& scene, double enough) {
         // Light that rings scatter is scattered by rings once more.
         if (shines) change.change = 1 - (1 - change.change) * (1 - change.change);
     };
-    for (const PhaseFunction& phase_function : phase_functions_of(scene, spans)) {
+    for (const PhaseFunction& phase_function : mixed_phase_functions(scene, spans)) {
         const Estimates estimates(scene, phase_function, matter);
         const bool isotropic = phase_function.is_isotropic(), smooth = is_smooth(phase_function);
         OrderEstimates one = estimates.find(1, 1, true);

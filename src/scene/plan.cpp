@@ -6,7 +6,7 @@ namespace stratus {
 namespace {
 
 /// Joins the estimates of all channels of a scene; ends at the first that needs both.
-OrderEstimates estimates_of(const Scene& scene, double enough) {
+OrderEstimates channel_estimates(const Scene& scene, double enough) {
     OrderEstimates all;
     for (const Scene& channel : channel_scenes(scene)) {
         const OrderEstimates one = estimate_orders(channel, enough);
@@ -24,14 +24,14 @@ Plan plan_scene(const Scene& scene) {
     const bool needs_table = std::ranges::any_of(
         channel_scenes(scene), [](const Scene& channel) { return !needed_paths(channel).empty(); });
     if (!needs_table) return plan;
-    const auto may_go = [&](bool SceneEffects::*effect) {
+    const auto may_go = [&](EffectFlag effect) {
         return scene.effects.*effect && std::ranges::find(scene.named, effect) == scene.named.end();
     };
     const bool multiple = may_go(&SceneEffects::multiple) && scene.effects.single,
                azimuth = may_go(&SceneEffects::azimuth);
     if (!multiple && !azimuth) return plan;
     const double enough = share_left_out * scene.tolerance;
-    const OrderEstimates estimates = estimates_of(scene, enough);
+    const OrderEstimates estimates = channel_estimates(scene, enough);
     if (multiple && estimates.multiple.change <= enough) {
         plan.effects.multiple = false;
         plan.left_out.push_back({"multiple", estimates.multiple});

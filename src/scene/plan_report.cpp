@@ -1,8 +1,5 @@
 // Reports for people on what each effect of a scene changes and costs.
 #include <stratus/bake/accuracy.h>
-#include <stratus/bake/clock.h>
-#include <stratus/bake/forecast.h>
-#include <stratus/bake/parallel.h>
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
@@ -10,13 +7,13 @@
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
+#include "render_forecast.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <numeric>
 #include <utility>
 
 namespace stratus {
@@ -24,20 +21,8 @@ namespace {
 
 constexpr double min_reference =
     0.01;  // a pixel's change is relative to at least this share of the brightest
-constexpr double timed_rays = 4000;
-constexpr int min_timed_rows = 3;
 constexpr int listed_orders = 5;
 constexpr std::size_t order_places = 3;  // of each side, at which orders are counted
-
-Scene with_effects(Scene scene, const SceneEffects& effects) {
-    scene.effects = effects;
-    return scene;
-}
-
-SceneEffects without(SceneEffects effects, bool SceneEffects::*effect) {
-    effects.*effect = false;
-    return effects;
-}
 
 /// Returns the scene with at most so many pixels, one ray each.
 Scene sparse(Scene scene, double most) {
@@ -114,12 +99,6 @@ std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
     return make_layer_table(PackedTable(pack(solve_table(small))));
 }
 
-double rays_of(const Scene& scene) {
-    return static_cast<double>(scene.width) * scene.height *
-           std::max(static_cast<double>(scene.samples) * scene.samples,
-                    static_cast<double>(sun_directions(scene).size()));
-}
-
 /// Sparse pictures of one scene with some of its effects, looked up in small tables.
 class SparsePictures {
   public:
@@ -190,7 +169,7 @@ ChangeEstimate opposition_estimate(const Scene& scene) {
     return change;
 }
 
-bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
+bool is_seen(const Scene& scene, EffectFlag effect) {
     if (const std::optional<Scene> planet = planet_scene(scene))
         if (is_seen(*planet, effect)) return true;
     const SeenLight seen = seen_light(scene);
@@ -216,7 +195,7 @@ SceneEffects plain_effects(SceneEffects effects) {
 }
 
 /// Pictures with and without an effect.
-PictureChange change_of(bool SceneEffects::*effect, SparsePictures& pictures) {
+PictureChange effect_change(EffectFlag effect, SparsePictures& pictures) {
     SceneEffects effects = plain_effects(pictures.scene().effects);
     const Image& plain = pictures.with(effects);
     for (const auto extra :
@@ -233,7 +212,7 @@ PictureChange change_of(bool SceneEffects::*effect, SparsePictures& pictures) {
     return change_between(pictures.with(effects), pictures.with(without(effects, effect)));
 }
 
-std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
+std::vector<EffectShare> effect_shares(SparsePictures& pictures, const Plan& plan) {
     const Scene& scene = pictures.scene();
     std::vector<EffectShare> shares;
     for (const auto& [name, effect] : scene_effects()) {
@@ -244,7 +223,7 @@ std::vector<EffectShare> shares_of(SparsePictures& pictures, const Plan& plan) {
         share.seen = is_seen(scene, effect);
         share.fate = share.seen ? "kept" : "not seen";
         if (!share.seen) continue;
-        const PictureChange change = change_of(effect, pictures);
+        const PictureChange change = effect_change(effect, pictures);
         share.mean = change.mean;
         share.max = change.max;
         share.changes = change.relative;
@@ -325,7 +304,7 @@ std::string range_text(const std::string& name, const std::vector<SeenPlace>& pl
            (range.min == range.max ? "" : " to " + short_number(range.max, 3));
 }
 
-std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables) {
+std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* tables) {
     std::vector<OrderReport> orders;
     if (!tables || !whole.effects.single || seen_shell(whole) > 0 || !whole.layer.stacks.empty())
         return orders;
@@ -360,158 +339,6 @@ std::vector<OrderReport> orders_of(const Scene& whole, const LayerTables* tables
     return orders;
 }
 
-// ---- costs --------------------------------------------------------------------------------------
-
-/// A table that some scenes share.
-struct ForecastTable {
-    SharedRecipe shared;
-    Recipe resolved;
-    TableCost cost;
-};
-
-/// Packing solves all layers once and those that it is founded on once more, which makes up most of a
-/// small table; finding functions takes about as long per byte of samples whatever these are.
-double packing_solves(double layers) {
-    constexpr double founding_layers = 1000;  // with those that they share a run of doubling with
-    return 1.1 + std::min(1.0, founding_layers / layers);
-}
-constexpr double packing_seconds_per_byte = 5.5e-9;
-
-/// Chooses what a recipe leaves open, for the render to find, and times pieces of its bake.
-ForecastTable forecast_table(const SharedRecipe& shared, const BakeOptions& options,
-                             TableCache* cache) {
-    ForecastTable table{shared, shared.recipe, {}};
-    if (cache && cache->find(shared.recipe)) return table;
-    BakeOptions choosing = options;
-    const std::unique_ptr<Checkpoint> kept = cache ? cache->open_choices(shared.recipe) : nullptr;
-    if (kept) {
-        choosing.log.find = [&](const std::string& piece) { return kept->find(piece); };
-        choosing.log.keep = [&](const std::string& piece, std::span<const char> result) {
-            kept->keep(piece, result);
-        };
-    }
-    const double started = processor_seconds();
-    const Resolution resolution = resolve_as_first(shared.recipe, choosing);
-    table.resolved = resolution.recipe;
-    table.cost.choose_seconds = processor_seconds() - started;
-    const Forecast ahead = forecast_of(resolution, table_options(options));
-    const auto& units = ahead.unit_seconds;
-    const double all_layers = std::accumulate(units.begin(), units.end(), 0.0);
-    table.cost.solve_seconds = packing_solves(size_of(table.resolved).layers) * all_layers;
-    table.cost.pack_seconds = packing_seconds_per_byte * ahead.bytes;
-    table.cost.check_seconds = ahead.check_seconds * thread_count(options.threads);
-    table.cost.bytes = ahead.bytes;
-    return table;
-}
-
-/// Cost of a recipe that is sampled like a table's, by its layers, modes and bytes.
-TableCost cost_like(const ForecastTable& table, const Recipe& recipe) {
-    if (table.cost.bytes == 0) return {};  // the table is kept already
-    Recipe resolved = recipe;
-    resolved.discretisation = table.resolved.discretisation;
-    Discretisation& d = resolved.discretisation;
-    if (recipe.discretisation.modes == 1) d.modes = d.azimuth_samples = 1;
-    const auto work = [](const Recipe& of) { return size_of(of).layers * of.discretisation.modes; };
-    const double share = work(resolved) / work(table.resolved);
-    const TableCost& whole = table.cost;
-    return {share * whole.choose_seconds, share * whole.solve_seconds, share * whole.check_seconds,
-            share * whole.pack_seconds, size_of(resolved).bytes};
-}
-
-/// Cost of a scene's tables that are sampled like those for all; `first` is its first channel.
-TableCost cost_like(const std::vector<ForecastTable>& tables, const Scene& scene,
-                    std::size_t first) {
-    TableCost sum;
-    const std::vector<Scene> channels = channel_scenes(scene);
-    for (std::size_t c = 0; c < channels.size(); ++c)
-        for (const ForecastTable& table : tables) {
-            if (std::ranges::find(table.shared.scenes, first + c) == table.shared.scenes.end())
-                continue;
-            for (const auto& [path, recipe] : needed_recipes(channels[c])) {
-                if (path != table.shared.path) continue;
-                const TableCost one = cost_like(table, recipe);
-                sum.solve_seconds += one.seconds();
-                sum.bytes += one.bytes;
-            }
-        }
-    return sum;
-}
-
-void add_table_costs(const std::vector<ForecastTable>& tables, const Scene& scene,
-                     std::size_t first, std::vector<EffectShare>& shares) {
-    const TableCost all = cost_like(tables, scene, first);
-    for (EffectShare& share : shares) {
-        if (!share.seen) continue;
-        const TableCost less =
-            cost_like(tables, with_effects(scene, without(scene.effects, share.effect)), first);
-        share.table_seconds = std::max(0.0, all.seconds() - less.seconds());
-        share.table_bytes = std::max(0.0, all.bytes - less.bytes);
-    }
-}
-
-/// Lights of layers for timing rays. Those of uniform layers take long to bind, so that scenes whose
-/// layers are alike share one.
-class TimedLights {
-  public:
-    struct Timed {
-        std::string layer;
-        Scene scene;  // that the light refers to
-        std::optional<LayerLight> light;
-        double seconds = 0;  // that a render takes to prepare it
-    };
-
-    const Timed& prepare(const Scene& scene, const LayerTables* tables) {
-        const bool uniform = uniform_matter(scene).has_value();
-        const std::string layer = uniform ? layer_text(scene, tables) : "";
-        for (const auto& timed : timed_)
-            if (uniform && timed->layer == layer) return *timed;
-        Timed& timed = *timed_.emplace_back(std::make_unique<Timed>(Timed{layer, scene, {}}));
-        const double started = processor_seconds();
-        timed.light.emplace(timed.scene, tables, 1,
-                            uniform ? LightDetail::fine : LightDetail::sketch);
-        const bool shines = seen_light(scene).shine;
-        timed.seconds = (shines ? fine_over_sketch : 1) * (processor_seconds() - started);
-        return timed;
-    }
-
-  private:
-    static std::string layer_text(const Scene& scene, const LayerTables* tables) {
-        const SceneLayer& layer = scene.layer;
-        std::string text = joined(scene_effect_names(scene.effects)) +
-                           std::to_string(reinterpret_cast<std::uintptr_t>(tables));
-        for (const auto* const functions : {&layer.components, &layer.channels})
-            for (const PhaseFunction& each : *functions) text += each.text() + ";";
-        for (std::size_t c = 0; c < 3; ++c)
-            text += shortest_text(layer.albedo[c]) + " " + shortest_text(layer.extinction[c]) + " ";
-        for (const double number :
-             {layer.optical_depth.max, layer.density, layer.opposition.width,
-              layer.opposition.amplitude, static_cast<double>(layer.opposition.law),
-              static_cast<double>(scene.background.is_black()),
-              static_cast<double>(scene.background.pattern)})
-            text += shortest_text(number) + " ";
-        return text;
-    }
-
-    std::vector<std::unique_ptr<Timed>> timed_;
-};
-
-/// Adds what light and rays of a scene take, from a few whole rows: neighbouring rays, as in the
-/// picture, are faster than scattered ones.
-void add_ray_costs(const Scene& scene, const LayerTables* tables, TimedLights& lights,
-                   RenderCost& cost) {
-    const TimedLights::Timed& timed = lights.prepare(scene, tables);
-    cost.light_seconds += timed.seconds;
-    RenderOptions few;
-    few.threads = 1;
-    const int rows = std::clamp(static_cast<int>(timed_rays * scene.height / rays_of(scene)),
-                                std::min(min_timed_rows, scene.height), scene.height);
-    few.row_step = std::max(1, scene.height / rows);
-    const double started = processor_seconds();
-    render(scene, *timed.light, few);
-    cost.ray_seconds +=
-        (processor_seconds() - started) * samples_of(scene) / samples_of(scene, few.row_step);
-}
-
 }  // namespace
 
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
@@ -531,37 +358,22 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
     }
     for (std::size_t k = 0; k < later.size(); ++k)
         leave_out(file.scenes[k % scenes.size()].plan, planned.emplace_back(later[k]));
-    std::vector<ForecastTable> forecast;
-    for (const SharedRecipe& shared : shared_recipes(channel_scenes(planned))) {
-        forecast.push_back(forecast_table(shared, options, cache));
-        const TableCost& one = forecast.back().cost;
-        TableCost& sum = file.cost.tables;
-        sum.choose_seconds += one.choose_seconds;
-        sum.solve_seconds += one.solve_seconds;
-        sum.check_seconds += one.check_seconds;
-        sum.pack_seconds += one.pack_seconds;
-        sum.bytes += one.bytes;
-    }
-    if (cache) {
-        file.kept_seconds = file.cost.tables.choose_seconds;
-        file.cost.tables.choose_seconds = 0;
-    }
+    RenderForecast forecast(planned, options, cache);
     const auto tables = make_tables(to_bake, small_table);
     const std::size_t each = scenes.empty() ? 0 : tables.size() / scenes.size();
-    TimedLights lights;
-    std::size_t first_channel = 0;
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         PlanReport& report = file.scenes[s];
         pictures[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
-        report.shares = shares_of(pictures[s], report.plan);
-        add_table_costs(forecast, scenes[s], first_channel, report.shares);
+        report.shares = effect_shares(pictures[s], report.plan);
+        forecast.add_table_costs(scenes[s], report.shares);
         const SceneEffects plain = plain_effects(scenes[s].effects);
         report.picture = pictures[s].with(plain);
         const Scene few = sparse(with_effects(scenes[s], plain), few_pixels);
-        report.orders = orders_of(few, pictures[s].tables(scenes[s].effects));
-        add_ray_costs(planned[s], pictures[s].tables(planned[s].effects), lights, file.cost);
-        first_channel += channel_scenes(scenes[s]).size();
+        report.orders = order_reports(few, pictures[s].tables(scenes[s].effects));
+        forecast.add_rays(planned[s], pictures[s].tables(planned[s].effects));
     }
+    file.cost = forecast.cost();
+    if (cache) std::swap(file.kept_seconds, file.cost.tables.choose_seconds);
     return file;
 }
 

@@ -70,7 +70,7 @@ Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal)
                 view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 
-Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
+Rgb3 ray_radiance(const Planet& planet, const View& view) noexcept {
     if (seen_shell(view.scene) > 0) return shell_radiance(planet, view);
     const double distance = distance_to_sphere(view.ray);
     if (distance < 0)

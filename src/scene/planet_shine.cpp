@@ -1,4 +1,4 @@
-#include "planet_shine.h"
+#include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
@@ -14,7 +14,7 @@
 namespace stratus {
 namespace {
 
-constexpr std::size_t nodes = 16;  // of chi and psi, on either half of the globe
+constexpr std::size_t globe_nodes = 16;  // of chi and psi, on either half of the globe
 
 /// Cells of either half, along chi and psi.
 struct Cells {
@@ -28,14 +28,14 @@ constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 struct GridCounts {
     std::size_t azimuths, globe_radii, rows;
 };
-constexpr GridCounts grid_of(LightDetail detail) noexcept {
+constexpr GridCounts grid_counts(LightDetail detail) noexcept {
     return detail == LightDetail::fine ? GridCounts{24, 16, 1} : GridCounts{6, 6, 3};
 }
 
 /// Linear interpolation between radii holds where neither changes by more.
 constexpr double max_step = 0.05, max_intercepted_step = 0.1;
 
-std::vector<double> radii_of(const RingProfile& profile, const GridCounts& counts) {
+std::vector<double> tabulated_radii(const RingProfile& profile, const GridCounts& counts) {
     std::vector<double> radii{profile.inner()};
     if (counts.rows > 1) {
         for (std::size_t k = counts.rows; k + 1 < profile.radius.size(); k += counts.rows)
@@ -62,7 +62,8 @@ template <Cells cells>
 using Sources = std::array<LightSource, 2 * cells.chi * cells.psi>;
 
 /// The cell of `parts` that holds a cell of `whole`, or a node.
-constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cells& parts) noexcept {
+constexpr std::size_t cell_holding(std::size_t source, const Cells& whole,
+                                   const Cells& parts) noexcept {
     const std::size_t psi = source % whole.psi, chi = source / whole.psi % whole.chi,
                       half = source / (whole.psi * whole.chi);
     return (half * parts.chi + chi * parts.chi / whole.chi) * parts.psi +
@@ -72,16 +73,16 @@ constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cell
 /// Returns the globe as a point of the rings sees it. Directions of cells are sums weighted by light.
 Sources<small_cells> sources_at(const Rings& rings, const View& view,
                                 const Vector3& point) noexcept {
-    static const GaussLegendre gauss(nodes);
+    static const GaussLegendre gauss(globe_nodes);
     const double pole = 1 - rings.flattening, radius = std::hypot(point.x, point.y);
     const Vector3 inward{-point.x / radius, -point.y / radius, 0}, along = cross({0, 0, 1}, inward);
     Sources<small_cells> sources;
-    for (std::size_t i = 0; i < nodes; ++i) {
+    for (std::size_t i = 0; i < globe_nodes; ++i) {
         const double chi = pi / 4 * (1 + gauss.x[i]), sine = std::sin(chi) / radius,
                      cosine = std::sqrt(1 - sine * sine);
         const double distance = radius * cosine - std::cos(chi);
         const double ring = gauss.weight[i] * pi / 4 * sine * std::cos(chi) / (radius * cosine);
-        for (std::size_t k = 0; k < nodes; ++k) {
+        for (std::size_t k = 0; k < globe_nodes; ++k) {
             const double psi = pi / 2 * (1 + gauss.x[k]);
             for (const std::size_t half : {0u, 1u}) {
                 Vector3 direction = cosine * inward + sine * std::cos(psi) * along +
@@ -97,8 +98,8 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
                 const Rgb3 light =
                     solid_angle * std::abs(direction.z) / pi *
                     globe_light(rings, {view.scene, view.light, to_globe, view.to_sun}, on_globe);
-                LightSource& cell =
-                    sources[cell_of((half * nodes + i) * nodes + k, {nodes, nodes}, small_cells)];
+                LightSource& cell = sources[cell_holding((half * globe_nodes + i) * globe_nodes + k,
+                                                         {globe_nodes, globe_nodes}, small_cells)];
                 cell = cell + LightSource{brightness(light) * direction, light};
             }
         }
@@ -110,28 +111,10 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
 Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
     Sources<large_cells> few;
     for (std::size_t s = 0; s < sources.size(); ++s) {
-        LightSource& cell = few[cell_of(s, small_cells, large_cells)];
+        LightSource& cell = few[cell_holding(s, small_cells, large_cells)];
         cell = cell + sources[s];
     }
     return few;
-}
-
-/// Light of it that the rings scatter towards the eye.
-template <class SomeSources>
-Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter& matter,
-               const Vector3& to_eye) noexcept {
-    Rgb3 sum{};
-    for (const LightSource& source : sources) {
-        if (source.irradiance == Rgb3{}) continue;
-        const Vector3 direction = normalised(source.direction);
-        const Side side =
-            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
-        const Scattering way =
-            light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye));
-        sum = sum + source.irradiance *
-                        (light.once(matter, way) + light.multiple(matter, way, LightPath::shine));
-    }
-    return sum;
 }
 
 /// A source, and its light's way to the eye.
@@ -141,8 +124,8 @@ struct Lamp {
 };
 
 template <class SomeSources>
-std::vector<Lamp> lamps_of(const SomeSources& sources, const LayerLight& light,
-                           const Vector3& to_eye) {
+std::vector<Lamp> lamps_towards(const SomeSources& sources, const LayerLight& light,
+                                const Vector3& to_eye) {
     std::vector<Lamp> lamps;
     for (const LightSource& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
@@ -177,27 +160,27 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
 
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
                          int threads, LightDetail detail)
-    : azimuths_(grid_of(detail).azimuths),
-      radius_(radii_of(rings.profile, grid_of(detail))),
+    : azimuths_(grid_counts(detail).azimuths),
+      radius_(tabulated_radii(rings.profile, grid_counts(detail))),
       grid_(radius_.size() * azimuths_) {
-    const std::size_t globe_radii = grid_of(detail).globe_radii;
+    const std::size_t globe_radii = grid_counts(detail).globe_radii;
     const auto globe_radius = [&](std::size_t r) {
         const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1);
         return rings.profile.inner() +
                share * share * (rings.profile.outer() - rings.profile.inner());
     };
-    const auto azimuth_of = [&](int k) {
+    const auto towards_azimuth = [&](int k) {
         return direction_at(0, 2 * pi * k / static_cast<double>(azimuths_));
     };
     parallel_for(static_cast<int>(azimuths_), threads, [&](int k) {
         std::vector<GlobeLamps> globe;
         for (std::size_t r = 0; r < globe_radii; ++r) {
-            const Vector3 point = globe_radius(r) * azimuth_of(k),
+            const Vector3 point = globe_radius(r) * towards_azimuth(k),
                           to_eye = stratus::to_camera(scene.camera, point);
             const Ray ray{point, -to_eye};
             const auto sources = sources_at(rings, {scene, light, ray, scene.to_sun}, point);
-            globe.push_back(
-                {lamps_of(sources, light, to_eye), lamps_of(merged(sources), light, to_eye)});
+            globe.push_back({lamps_towards(sources, light, to_eye),
+                             lamps_towards(merged(sources), light, to_eye)});
         }
         std::size_t above = 1;
         for (std::size_t row = 0; row < radius_.size(); ++row) {
@@ -227,7 +210,9 @@ Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vecto
                                double radius, const Matter& matter) noexcept {
     const View alone{view.scene, view.light, view.ray, view.to_sun};
     const Vector3 at = radius / std::hypot(point.x, point.y) * point;
-    return scattered(sources_at(rings, alone, at), view.light, matter, -view.ray.direction);
+    const std::vector<Lamp> lamps =
+        lamps_towards(sources_at(rings, alone, at), view.light, -view.ray.direction);
+    return scattered(GlobeLamps{lamps, lamps}, view.scene, view.light, matter);
 }
 
 }  // namespace stratus

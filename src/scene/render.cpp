@@ -18,7 +18,7 @@ namespace {
 constexpr int min_suns = 9;  // directions to the sun's disk in each pixel
 
 Rgb3 radiance_seen(const View& view) {
-    return std::visit([&](const auto& subject) { return radiance_of(subject, view); },
+    return std::visit([&](const auto& subject) { return ray_radiance(subject, view); },
                       view.scene.subject);
 }
 
@@ -50,7 +50,8 @@ class RowRenderer {
           rays_(scene.camera, scene.width, scene.height),
           suns_(sun_directions(scene)) {}
 
-    std::vector<Rgb> row(int y, int begin, int end) const {
+    /// Writes red, green and blue of each pixel to `light`.
+    void row(int y, int begin, int end, float* light) const {
         std::vector<Rgb3> sums(static_cast<std::size_t>(end - begin), Rgb3{});
         LightSum scattered(light_);
         for (int x = begin; x < end; ++x)
@@ -58,12 +59,8 @@ class RowRenderer {
         scattered.finish();
         const double share =
             1.0 / std::max(scene_.samples * scene_.samples, static_cast<int>(suns_.size()));
-        std::vector<Rgb> pixels;
         for (const Rgb3& sum : sums)
-            pixels.push_back({static_cast<float>(share * sum[0]),
-                              static_cast<float>(share * sum[1]),
-                              static_cast<float>(share * sum[2])});
-        return pixels;
+            for (const double channel : sum) *light++ = static_cast<float>(share * channel);
     }
 
   private:
@@ -103,9 +100,7 @@ class RowRenderer {
 
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
     const bool plain = scene.background.pattern == Texture::Pattern::plain;
-    const Rgb colour =
-        plain ? scene.background.colour : scene.background.at(sphere_point(direction));
-    return {double{colour.r}, double{colour.g}, double{colour.b}};
+    return widened(plain ? scene.background.colour : scene.background.at(sphere_point(direction)));
 }
 
 bool is_sun_along(const Scene& scene, const Vector3& direction) noexcept {
@@ -116,8 +111,7 @@ bool is_sun_along(const Scene& scene, const Vector3& direction) noexcept {
 Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept {
     if (!is_sun_along(scene, direction)) return {};
     const double quarter = std::sin(scene.sun_diameter / 4);  // the solid angle is 4 pi its square
-    return 1 / (4 * quarter * quarter) *
-           Rgb3{scene.sun_colour[0], scene.sun_colour[1], scene.sun_colour[2]};
+    return 1 / (4 * quarter * quarter) * scene.sun_colour;
 }
 
 std::vector<Vector3> sun_directions(const Scene& scene) {
@@ -146,10 +140,12 @@ Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
 }
 
 Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y) {
-    return RowRenderer(scene, light).row(y, x, x + 1)[0];
+    float pixel[3];
+    RowRenderer(scene, light).row(y, x, x + 1, pixel);
+    return {pixel[0], pixel[1], pixel[2]};
 }
 
-double samples_of(const Scene& scene, int row_step) {
+double sample_count(const Scene& scene, int row_step) {
     const PictureRays rays(scene.camera, scene.width, scene.height);
     const std::size_t suns = sun_directions(scene).size();
     double samples = 0;
@@ -169,15 +165,9 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     parallel_for(
         tiles, options.threads,
         [&](int t) {
-            for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y) {
-                if (y % options.row_step != options.row_step / 2) continue;
-                float* pixel = image.pixel(0, y);
-                for (const Rgb& value : rows.row(y, 0, scene.width)) {
-                    *pixel++ = value.r;
-                    *pixel++ = value.g;
-                    *pixel++ = value.b;
-                }
-            }
+            for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y)
+                if (y % options.row_step == options.row_step / 2)
+                    rows.row(y, 0, scene.width, image.pixel(0, y));
         },
         [&](int done) {
             if (options.progress) options.progress(static_cast<double>(done) / tiles, "rendering");
@@ -185,8 +175,7 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     return image;
 }
 
-Image render(const std::vector<SceneFile>& film, int frame,
-             const std::vector<std::shared_ptr<const LayerTables>>& tables,
+Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& tables,
              const RenderOptions& options) {
     const SceneFile& file = film[static_cast<std::size_t>(frame)];
     const std::size_t first = static_cast<std::size_t>(frame) * file.panels.size();

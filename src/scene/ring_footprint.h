@@ -3,7 +3,6 @@
 #pragma once
 
 #include <stratus/base/constants.h>
-#include <stratus/scene/camera.h>
 #include <stratus/scene/scene.h>
 
 #include <algorithm>
@@ -47,7 +46,7 @@ class RingFootprint {
     /// The mean of many cells is right then too; that of one has a standard deviation of that of the
     /// light within what a radius stands for, over the root of their number.
     template <class Visit>
-    void visit(const RingProfile& profile, const std::array<double, 3>& tint, double slant,
+    void visit(const RingProfile& profile, const Rgb3& tint, double slant,
                const Visit& visit) const;
 
   private:
@@ -57,8 +56,8 @@ class RingFootprint {
 };
 
 template <class Visit>
-void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3>& tint,
-                          double slant, const Visit& visit) const {
+void RingFootprint::visit(const RingProfile& profile, const Rgb3& tint, double slant,
+                          const Visit& visit) const {
     if (wide_ == 0) return visit(profile.at(centre_, tint), centre_, 1.0);
     const auto& radius = profile.radius;
     const double from = std::max(begin(), profile.inner()), to = std::min(end(), profile.outer());

@@ -1,4 +1,4 @@
-#include "ring_orders.h"
+#include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>

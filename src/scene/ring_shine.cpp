@@ -1,4 +1,4 @@
-#include "ring_shine.h"
+#include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/angle.h>
@@ -22,7 +22,7 @@ constexpr int ringlets = 64;  // of equal width
 struct Counts {
     int cosines, azimuths, latitudes, solar_times;
 };
-constexpr Counts counts_of(LightDetail detail) noexcept {
+constexpr Counts sample_counts(LightDetail detail) noexcept {
     return detail == LightDetail::fine ? Counts{20, 9, 32, 25} : Counts{7, 4, 9, 8};
 }
 
@@ -66,7 +66,7 @@ struct RingShine::Light {
           azimuth_count(static_cast<std::size_t>(counts.azimuths)),
           inner(rings.profile.inner()),
           width((rings.profile.outer() - inner) / ringlets),
-          to_sun(std::max(std::abs(scene.to_sun.z), 1e-6)),
+          to_sun(std::max(std::abs(scene.to_sun.z), least_cosine)),
           components(scene.layer.components),
           has_more(scene.effects.multiple) {
         for (const std::size_t side : {0u, 1u}) {
@@ -74,7 +74,7 @@ struct RingShine::Light {
             if (has_more) orders[side].resize(ringlets * cosine_count * azimuth_count);
         }
         parallel_for(ringlets, threads, [&](int ringlet) {
-            const auto parts = parts_of(scene, rings, ringlet);
+            const auto parts = ringlet_parts(scene, rings, ringlet);
             if (scene.effects.single) fill_once(scene, parts, ringlet);
             if (has_more) fill_orders(layer, parts, ringlet);
         });
@@ -82,7 +82,7 @@ struct RingShine::Light {
 
     /// Matter of a ringlet, and its shares in the area.
     using Parts = std::vector<std::pair<double, Matter>>;
-    Parts parts_of(const Scene& scene, const Rings& rings, int ringlet) const {
+    Parts ringlet_parts(const Scene& scene, const Rings& rings, int ringlet) const {
         const double from = inner + ringlet * width, to = from + width;
         std::vector<double> edges{from, from + width / 2, to};
         for (const double radius : rings.profile.radius)
@@ -184,30 +184,25 @@ struct RingShine::Light {
 RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
                      LightDetail detail)
     : to_sun_(scene.to_sun),
+      sun_azimuth_(std::atan2(to_sun_.y, to_sun_.x)),
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),
       latitude_(make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()),
-                          counts_of(detail).latitudes)),
-      solar_time_(make_axis(AxisScale::linear, 0, pi, counts_of(detail).solar_times)) {
-    const Counts counts = counts_of(detail);
+                          sample_counts(detail).latitudes)),
+      solar_time_(make_axis(AxisScale::linear, 0, pi, sample_counts(detail).solar_times)) {
+    const Counts counts = sample_counts(detail);
     const Light light(scene, rings, layer, threads, counts);
     const auto solar_time_count = static_cast<std::size_t>(counts.solar_times);
-    const std::size_t places = static_cast<std::size_t>(counts.latitudes) * solar_time_count;
-    for (const std::size_t side : {0u, 1u}) {
-        grid_[side].resize(places);
-        for (auto& part : sources_[side]) part.resize(places);
-    }
+    for (auto& side : grid_)
+        for (auto& part : side)
+            part.resize(static_cast<std::size_t>(counts.latitudes) * solar_time_count);
     parallel_for(counts.latitudes, threads, [&](int i) {
         const auto row = static_cast<std::size_t>(i);
         for (std::size_t k = 0; k < solar_time_count; ++k) {
             const auto sides = integrals(light, latitude_.values[row], solar_time_.values[k]);
-            const std::size_t place = row * solar_time_count + k;
             for (const std::size_t side : {0u, 1u})
-                for (std::size_t part = 0; part < parts; ++part) {
-                    const LightSource& source = sides[side][part];
-                    sources_[side][part][place] = source;
-                    grid_[side][place] = grid_[side][place] + source.irradiance;
-                }
+                for (std::size_t part = 0; part < parts; ++part)
+                    grid_[side][part][row * solar_time_count + k] = sides[side][part];
         }
     });
 }
@@ -261,31 +256,20 @@ std::array<RingShine::Sources, 2> RingShine::integrals(const Light& light, doubl
     return sources;
 }
 
-template <class Grid>
-auto RingShine::at(const Vector3& point, double solar_time, const Grid& grid) const noexcept {
+RingShine::Sources RingShine::sources(const Vector3& point) const noexcept {
     const AxisView latitudes = latitude_.view(), solar_times = solar_time_.view();
     const double latitude =
         std::atan2(std::abs(point.z) / (1 - flattening_), std::hypot(point.x, point.y));
-    using Value = typename Grid::value_type;
-    if (latitude >= latitudes.highest) return Value{};
-    return interpolated(grid.data(), solar_times.count, latitudes.stencil(latitude),
-                        solar_times.mirrored_stencil(std::abs(solar_time)));
-}
-
-double RingShine::solar_time(const Vector3& point) const noexcept {
-    return std::remainder(std::atan2(point.y, point.x) - std::atan2(to_sun_.y, to_sun_.x), 2 * pi);
-}
-
-Rgb3 RingShine::irradiance(const Vector3& point) const noexcept {
-    return at(point, solar_time(point), grid_[is_lit(point)]);
-}
-
-RingShine::Sources RingShine::sources(const Vector3& point) const noexcept {
-    const double time = solar_time(point), azimuth = std::atan2(to_sun_.y, to_sun_.x);
-    const Vector3 sun = direction_at(0, azimuth), aside = direction_at(0, azimuth + pi / 2);
+    if (latitude >= latitudes.highest) return {};
+    const double time = std::remainder(std::atan2(point.y, point.x) - sun_azimuth_, 2 * pi);
+    const Stencil along = latitudes.stencil(latitude),
+                  around = solar_times.mirrored_stencil(std::abs(time));
+    const Vector3 sun = direction_at(0, sun_azimuth_),
+                  aside = direction_at(0, sun_azimuth_ + pi / 2);
     Sources sources;
     for (std::size_t part = 0; part < parts; ++part) {
-        sources[part] = at(point, time, sources_[is_lit(point)][part]);
+        const auto& grid = grid_[(point.z > 0) == (to_sun_.z > 0)][part];
+        sources[part] = interpolated(grid.data(), solar_times.count, along, around);
         Vector3& v = sources[part].direction;
         v = v.x * sun + (time < 0 ? -v.y : v.y) * aside + Vector3{0, 0, point.z < 0 ? -v.z : v.z};
     }

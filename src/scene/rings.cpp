@@ -1,9 +1,7 @@
 #include <stratus/base/constants.h>
 
-#include "planet_shine.h"
 #include "ring_footprint.h"
-#include "ring_orders.h"
-#include "ring_shine.h"
+#include "ring_light.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -31,7 +29,7 @@ bool meets_rings(const Rings& rings, const RingFootprint& footprint) noexcept {
 
 /// Footprint of the view's cell, from `radius_along(ray)` of its middle and its sides.
 template <class RadiusAlong>
-RingFootprint footprint_of(const View& view, const RadiusAlong& radius_along) noexcept {
+RingFootprint cell_footprint(const View& view, const RadiusAlong& radius_along) noexcept {
     const double radius = radius_along(view.ray);
     if (!view.cell || std::isinf(radius)) return RingFootprint(radius);
     std::array<double, 4> radii;
@@ -47,14 +45,14 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
     };
     const RingFootprint footprint =
         view.cell
-            ? footprint_of(view,
-                           [&](const Ray& ray) {
-                               const double distance = distance_to_globe(ray, rings.flattening);
-                               return distance > 0 ? radius_over(ray.at(distance)) : infinity;
-                           })
+            ? cell_footprint(view,
+                             [&](const Ray& ray) {
+                                 const double distance = distance_to_globe(ray, rings.flattening);
+                                 return distance > 0 ? radius_over(ray.at(distance)) : infinity;
+                             })
             : RingFootprint(radius_over(point));
     if (!meets_rings(rings, footprint)) return {1, 1, 1};
-    const double mu = std::max(std::abs(view.to_sun.z), 1e-6);
+    const double mu = std::max(std::abs(view.to_sun.z), least_cosine);
     Rgb3 share{};
     footprint.visit(rings.profile, view.scene.layer.albedo, seen_depth(view.scene, 1) / mu,
                     [&](const Matter& matter, double, double part) {
@@ -65,14 +63,41 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
 
 }  // namespace
 
-Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
+std::array<Ray, 4> Cell::sides() const noexcept {
+    const double x = (left + right) / 2, y = (top + bottom) / 2;
+    return {rays.through(left, y), rays.through(right, y), rays.through(x, top),
+            rays.through(x, bottom)};
+}
+
+RingFootprint::RingFootprint(double radius, const std::array<double, 4>& sides) noexcept
+    : centre_(radius) {
+    const double sum = sides[0] + sides[1] + sides[2] + sides[3];
+    if (!std::isfinite(sum)) return;
+    const double by_columns = std::abs(sides[1] - sides[0]),
+                 by_rows = std::abs(sides[3] - sides[2]);
+    centre_ = sum / 4;
+    wide_ = std::max(by_columns, by_rows);
+    narrow_ = std::min(by_columns, by_rows);
+}
+
+double RingFootprint::within(double radius) const noexcept {
+    const double beyond = std::abs(radius - centre_), flat = (wide_ - narrow_) / 2,
+                 edge = (wide_ + narrow_) / 2;
+    double outside = 0.5 - beyond / wide_;  // share farther out on the same side
+    if (beyond >= edge)
+        outside = 0;
+    else if (beyond > flat)
+        outside = (edge - beyond) * (edge - beyond) / (2 * wide_ * narrow_);
+    return radius < centre_ ? outside : 1 - outside;
+}
+
+Matter RingProfile::at(double at_radius, const Rgb3& tint) const noexcept {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
     const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
     return after(static_cast<std::size_t>(above - radius.begin()) - 1, at_radius, tint);
 }
 
-Matter RingProfile::after(std::size_t row, double at_radius,
-                          const std::array<double, 3>& tint) const noexcept {
+Matter RingProfile::after(std::size_t row, double at_radius, const Rgb3& tint) const noexcept {
     const double share = (at_radius - radius[row]) / (radius[row + 1] - radius[row]);
     auto linear = [&](const std::vector<double>& rows) {
         return rows[row] + share * (rows[row + 1] - rows[row]);
@@ -100,20 +125,19 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noe
             for (const LightSource& source : shine->sources(point)) {
                 if (source.irradiance == Rgb3{}) continue;
                 const Vector3 direction = normalised(source.direction);
-                light = light + 1 / std::max(std::abs(dot(normal, direction)), 1e-6) *
+                light = light + 1 / std::max(std::abs(dot(normal, direction)), least_cosine) *
                                     (source.irradiance * lit_from(direction));
             }
         return light;
     }
     const Rgb3 share = view.light.ringshine(point) + mu_in * sunlit;
-    const Rgb albedo = rings.surface.at(sphere_point(normal));
-    return irradiance(view, 1) * share * Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}};
+    return view.scene.sun_colour * share * widened(rings.surface.at(sphere_point(normal)));
 }
 
 /// Rings count by area (ring_footprint.h).
 double waves_within(const Rings&, const SceneLayer&, const Cell&) noexcept { return 0; }
 
-Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
+Rgb3 ray_radiance(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
     auto planet = [&] { return globe_light(rings, view, view.ray.at(to_planet)); };
@@ -123,7 +147,7 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     if (std::isinf(crossing.distance) || (to_planet > 0 && to_planet < crossing.distance))
         return behind();
     const RingFootprint footprint =
-        footprint_of(view, [](const Ray& ray) { return ring_crossing(ray).radius; });
+        cell_footprint(view, [](const Ray& ray) { return ring_crossing(ray).radius; });
     if (!meets_rings(rings, footprint)) return behind();
     const Vector3 point = view.ray.at(crossing.distance);
     const bool dark =

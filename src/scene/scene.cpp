@@ -3,7 +3,6 @@
 #include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/scene/scene_keys.h>
 
 #include "sections.h"
 
@@ -24,7 +23,7 @@ namespace {
 const std::vector<std::string> subjects{"rings", "planet", "slab", "lobes", "lambert"};
 
 /// The one subject of a file.
-std::string subject_of(const Section& root) {
+std::string subject_name(const Section& root) {
     constexpr const char* allowed = "of one kind: [rings], [planet], [slab], [lobes] or [lambert]";
     std::string subject;
     for (const std::string& name : subjects) {
@@ -102,7 +101,7 @@ void check_shell(const Section& root, const Scene& scene) {
 }
 
 Scene read_panel(const Section& root, const Source& source) {
-    const std::string subject = subject_of(root);
+    const std::string subject = subject_name(root);
     require(!is_figure(subject), caller, root.at(subject.c_str()), "absent from pictures", "given");
     Scene scene;
     scene.title = root.text("title");
@@ -189,7 +188,7 @@ SceneFile read_frame(const std::string& text, const TomlFile& origin, const Sour
     file.frames = animate(parsed, origin, frame).frames;
     const Section root(parsed, origin, scene_keys());
     file.title = root.text("title");
-    const std::string subject = subject_of(root);
+    const std::string subject = subject_name(root);
     if (is_figure(subject))
         file.figure = read_figure(root, subject, source);
     else
@@ -197,16 +196,35 @@ SceneFile read_frame(const std::string& text, const TomlFile& origin, const Sour
     return file;
 }
 
-/// Reads frames by `read`(origin, source). Panels and frames repeat one another's notes.
-template <class Read>
-auto with_notes(const std::string& directory, std::vector<std::string>* notes,
-                const std::string& name, const Read& read) {
-    std::vector<std::string> all;
+/// Reads every frame, or the first alone.
+std::vector<SceneFile> read_frames(const std::string& text, const std::string& directory,
+                                   std::vector<std::string>* notes, const std::string& name,
+                                   bool every) {
+    std::vector<std::string> all_notes;  // panels and frames repeat one another's
     std::map<std::string, std::shared_ptr<const Image>> images;
-    auto result = read(TomlFile{caller, name}, Source{directory, &all, &images});
-    for (const std::string& note : all)
+    std::map<std::string, Texture> oceans;
+    const Source source{directory, &all_notes, &images, &oceans};
+    const TomlFile origin{caller, name};
+    toml::table parsed = parse_toml(text, origin);
+    const Animation animation = animate(parsed, origin, 0);
+    // Frames with keys come first: refusals of what these say name its line.
+    std::vector<int> order = every ? animation.keyed : std::vector<int>{};
+    for (int frame = 0; frame < (every ? animation.frames : 1); ++frame)
+        if (!every || !std::ranges::binary_search(animation.keyed, frame)) order.push_back(frame);
+    std::vector<SceneFile> film(order.size());
+    for (const int frame : order) {
+        TomlFile own = origin;
+        if (film.size() > 1)
+            own.name += (own.name.empty() ? "frame " : ", frame ") + std::to_string(frame);
+        film[static_cast<std::size_t>(frame)] = read_frame(text, own, source, frame);
+    }
+    for (const SceneFile& each : film)
+        require(each.figure || (each.panels[0].width == film[0].panels[0].width &&
+                                each.panels[0].height == film[0].panels[0].height),
+                caller, "picture", "of one size in all frames", "several sizes");
+    for (const std::string& note : all_notes)
         if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
-    return result;
+    return film;
 }
 
 }  // namespace
@@ -214,35 +232,12 @@ auto with_notes(const std::string& directory, std::vector<std::string>* notes,
 
 SceneFile parse_scene(const std::string& text, const std::string& directory,
                       std::vector<std::string>* notes, const std::string& name) {
-    using namespace scene_file;
-    return with_notes(directory, notes, name, [&](const TomlFile& origin, const Source& source) {
-        return read_frame(text, origin, source, 0);
-    });
+    return scene_file::read_frames(text, directory, notes, name, false)[0];
 }
 
 std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory,
                                   std::vector<std::string>* notes, const std::string& name) {
-    using namespace scene_file;
-    return with_notes(directory, notes, name, [&](const TomlFile& origin, const Source& source) {
-        toml::table parsed = parse_toml(text, origin);
-        const Animation animation = animate(parsed, origin, 0);
-        // Frames with keys come first: refusals of what these say name its line.
-        std::vector<int> order = animation.keyed;
-        for (int frame = 0; frame < animation.frames; ++frame)
-            if (!std::ranges::binary_search(animation.keyed, frame)) order.push_back(frame);
-        std::vector<SceneFile> film(order.size());
-        for (const int frame : order) {
-            TomlFile own = origin;
-            if (film.size() > 1)
-                own.name += (own.name.empty() ? "frame " : ", frame ") + std::to_string(frame);
-            film[static_cast<std::size_t>(frame)] = read_frame(text, own, source, frame);
-        }
-        for (const SceneFile& each : film)
-            require(each.figure || (each.panels[0].width == film[0].panels[0].width &&
-                                    each.panels[0].height == film[0].panels[0].height),
-                    caller, "picture", "of one size in all frames", "several sizes");
-        return film;
-    });
+    return scene_file::read_frames(text, directory, notes, name, true);
 }
 
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
@@ -254,14 +249,20 @@ std::vector<SceneFile> read_film(const std::filesystem::path& path,
     return parse_film(read_text(path), path.parent_path().string(), notes, path.string());
 }
 
-void set_width(int width, Scene& scene) {
-    if (width == 0) return;
-    scene.height = std::max(
-        1, static_cast<int>(std::lround(static_cast<double>(scene.height) * width / scene.width)));
-    scene.width = width;
+void change(const SceneChanges& changes, std::vector<SceneFile>& film) {
+    for (SceneFile& frame : film)
+        for (Scene& scene : frame.panels) {
+            if (!changes.effects.empty()) scene.effects = parse_scene_effects(changes.effects);
+            for (const std::string& name : changes.drop) scene.effects.*scene_effect(name) = false;
+            if (changes.tolerance > 0) scene.tolerance = changes.tolerance;
+            if (changes.width == 0) continue;
+            const double height = static_cast<double>(scene.height) * changes.width / scene.width;
+            scene.height = std::max(1, static_cast<int>(std::lround(height)));
+            scene.width = changes.width;
+        }
 }
 
-std::vector<Scene> scenes_of(const std::vector<SceneFile>& film) {
+std::vector<Scene> all_panels(const std::vector<SceneFile>& film) {
     std::vector<Scene> scenes;
     for (const SceneFile& frame : film)
         scenes.insert(scenes.end(), frame.panels.begin(), frame.panels.end());

@@ -1,4 +1,5 @@
 #include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/scene/scene.h>
 
 #include <algorithm>
@@ -10,8 +11,8 @@
 
 namespace stratus {
 
-const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects() {
-    static const std::vector<std::pair<const char*, bool SceneEffects::*>> effects{
+const std::vector<std::pair<const char*, EffectFlag>>& scene_effects() {
+    static const std::vector<std::pair<const char*, EffectFlag>> effects{
         {"single", &SceneEffects::single},
         {"multiple", &SceneEffects::multiple},
         {"azimuth", &SceneEffects::azimuth},
@@ -46,7 +47,7 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
     return effects;
 }
 
-bool SceneEffects::*scene_effect(const std::string& name) {
+EffectFlag scene_effect(const std::string& name) {
     const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
                                     [&](const auto& effect) { return effect.first == name; });
     if (found != scene_effects().end()) return found->second;
@@ -94,6 +95,27 @@ std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes) {
     for (const Scene& scene : scenes)
         for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
     return channels;
+}
+
+bool are_alike(const SceneLayer& one, const SceneLayer& other) {
+    const auto text = [](const SceneLayer& layer) {
+        std::string all;
+        const auto add = [&](const PhaseFunction& function, std::initializer_list<double> numbers) {
+            all += function.text() + ";";
+            for (const double number : numbers) all += shortest_text(number) + ";";
+        };
+        for (const auto* const functions : {&layer.components, &layer.channels})
+            for (const PhaseFunction& each : *functions) add(each, {});
+        for (const std::vector<StackLayer>& stack : layer.stacks)
+            for (const StackLayer& each : stack)
+                add(each.phase_function, {each.albedo, each.optical_depth});
+        return all;
+    };
+    const Opposition &a = one.opposition, &b = other.opposition;
+    return one.albedo == other.albedo && one.extinction == other.extinction &&
+           one.optical_depth.max == other.optical_depth.max && one.density == other.density &&
+           a.law == b.law && a.amplitude == b.amplitude && a.width == b.width &&
+           text(one) == text(other);
 }
 
 double seen_shell(const Scene& scene) noexcept {

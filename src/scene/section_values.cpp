@@ -70,7 +70,7 @@ Vector3 read_vector(const Section& section, const char* key) {
 double read_angle(const Section& section, const char* key) { return radians(section.number(key)); }
 
 Rgb read_colour(const Section& section, const char* key) {
-    const std::array<double, 3> c = section.three(key);
+    const Rgb3 c = section.three(key);
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 

@@ -3,7 +3,6 @@
 
 #include <stratus/bake/toml_section.h>
 #include <stratus/scene/scene.h>
-#include <stratus/scene/scene_keys.h>
 
 #include <array>
 #include <cstddef>
@@ -21,8 +20,9 @@ constexpr const char* caller = "scene";
 struct Source {
     std::filesystem::path directory;
     std::vector<std::string>* notes;
-    std::map<std::string, std::shared_ptr<const Image>>*
-        images;  // already read, which frames share
+    // What panels and frames share, already read: images, and oceans by their text.
+    std::map<std::string, std::shared_ptr<const Image>>* images;
+    std::map<std::string, Texture>* oceans;
 
     /// Returns the image that a section names; refuses numbers that are not in [0, most].
     std::shared_ptr<const Image> image(const Section& section, double most) const;

@@ -126,7 +126,7 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept {
     double mu_in = std::max(0.0, to_sun);
     if (green > 0) {
         mu_in = shell_cosine(green, planet.shell, to_sun);
-        geometry.mu_in = std::max(mu_in, 1e-6);
+        geometry.mu_in = std::max(mu_in, least_cosine);
         // Nowhere along the ray is its cosine larger than at the top.
         geometry.mu_out = std::min(half / top, cosine_of_mean_depth(green, scattered_at));
         const double seen = (1 - through[1]) / -std::expm1(-green / geometry.mu_out);

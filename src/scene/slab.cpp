@@ -13,8 +13,6 @@ namespace {
 /// Beyond it, an integer no longer counts the cells of patterns: the horizon.
 constexpr double max_distance = 1e13;
 
-constexpr double min_cosine = 1e-6;  // of a sun that lights the ground
-
 bool is_on(const Slab& slab, const Vector3& point) noexcept {
     return std::abs(point.x) <= slab.half_size && std::abs(point.y) <= slab.half_size;
 }
@@ -34,7 +32,7 @@ Matter lit_through(const Slab& slab, const View& view, const Vector3& point) noe
 /// Radiance of the ground at one of its points, by Lambert's law.
 Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noexcept {
     const double mu_in = view.to_sun.z;
-    if (!slab.surface || mu_in <= min_cosine) return {};
+    if (!slab.surface || mu_in <= least_cosine) return {};
     const Matter lit = lit_through(slab, view, point);
     const Rgb albedo = slab.surface->at(plane_point(point.x, point.y, slab.image_size));
     return irradiance(view, mu_in) * view.light.ground(lit, mu_in, albedo);
@@ -43,7 +41,7 @@ Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noex
 /// The sun that an ocean mirrors at one of its points.
 Rgb3 sun_in_water(const Slab& slab, const View& view, const Vector3& point,
                   const Matter& seen) noexcept {
-    if (!slab.surface || !slab.surface->mirror || view.to_sun.z <= min_cosine) return {};
+    if (!slab.surface || !slab.surface->mirror || view.to_sun.z <= least_cosine) return {};
     return mirrored_sun(view, *slab.surface, lit_through(slab, view, point), seen,
                         scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction));
 }
@@ -112,7 +110,7 @@ double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell)
     return waves * std::max(apart(sides[0], sides[1]), apart(sides[2], sides[3]));
 }
 
-Rgb3 radiance_of(const Slab& slab, const View& view) noexcept {
+Rgb3 ray_radiance(const Slab& slab, const View& view) noexcept {
     const double to_layer = distance_to_plane(view.ray, 0),
                  to_ground = distance_to_plane(view.ray, -slab.height);
     if (!std::isinf(to_layer)) {

@@ -26,9 +26,9 @@ struct View {
     LightSum* scattered = nullptr;  // takes the layer's light where it is not null
 };
 
-Rgb3 radiance_of(const Rings& rings, const View& view) noexcept;
-Rgb3 radiance_of(const Planet& planet, const View& view) noexcept;
-Rgb3 radiance_of(const Slab& slab, const View& view) noexcept;
+Rgb3 ray_radiance(const Rings& rings, const View& view) noexcept;
+Rgb3 ray_radiance(const Planet& planet, const View& view) noexcept;
+Rgb3 ray_radiance(const Slab& slab, const View& view) noexcept;
 
 /// The background's radiance in a direction, without the sun's disk.
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept;
@@ -74,10 +74,7 @@ inline Vector3 to_camera(const Camera& camera, const Vector3& point) noexcept {
 }
 
 /// Irradiance of a surface that sees the sun at cosine `mu`, over that of one that faces a white sun.
-inline Rgb3 irradiance(const View& view, double mu) noexcept {
-    const auto& colour = view.scene.sun_colour;
-    return {mu * colour[0], mu * colour[1], mu * colour[2]};
-}
+inline Rgb3 irradiance(const View& view, double mu) noexcept { return mu * view.scene.sun_colour; }
 
 /// Returns the sun's light that the layer sends, from its lit side or through it. Nothing here, but to the
 /// view's sum, where it has one.
@@ -97,7 +94,6 @@ inline Rgb3 layer_light(const View& view, const Matter& matter, const Geometry& 
 inline Rgb3 mirrored_sun(const View& view, const Texture& surface, const Matter& lit,
                          const Matter& seen, const Geometry& geometry) noexcept {
     if (!surface.mirror || !view.scene.effects.background) return {};
-    constexpr double least_cosine = 1e-6;
     const Geometry at{std::max(geometry.mu_in, least_cosine),
                       std::max(geometry.mu_out, least_cosine), geometry.azimuth};
     return ((*surface.mirror)(at)-surface.mirror_albedo) *

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <sstream>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -24,7 +25,7 @@ constexpr const char* ending = packed_ending;
 constexpr const char* choices_ending = ".choices";
 
 /// FNV-1a.
-std::string hash_of(const std::string& text) {
+std::string text_hash(const std::string& text) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const char letter : text) {
         hash ^= static_cast<unsigned char>(letter);
@@ -36,14 +37,14 @@ std::string hash_of(const std::string& text) {
 }
 
 /// Ranges that may be wider than asked, in the order of a file's name.
-std::vector<Range> ranges_of(const Recipe& recipe) {
+std::vector<Range> recipe_ranges(const Recipe& recipe) {
     const Range* const mixture = mixture_of(recipe);
     return {recipe.optical_depth, recipe.albedo, mixture ? *mixture : Range{1, 1},
             recipe.mu_in,         recipe.mu_out, recipe.azimuth};
 }
 
 /// Returns the part of a recipe that tables of one kind share.
-std::string kind_of(Recipe recipe) {
+std::string table_kind(Recipe recipe) {
     recipe.title.clear();
     // The semi-infinite layer alone is another kind than depths up to infinity.
     const bool infinite =
@@ -62,27 +63,24 @@ std::string kind_of(Recipe recipe) {
            resolved_text(recipe);
 }
 
-std::string name_of(const Recipe& recipe) {
-    std::vector<std::string> fields{hash_of(kind_of(recipe)),
+std::string file_name(const Recipe& recipe) {
+    std::vector<std::string> fields{text_hash(table_kind(recipe)),
                                     recipe.reflection ? recipe.transmission ? "rt" : "r" : "t"};
-    for (const Range& range : ranges_of(recipe))
+    for (const Range& range : recipe_ranges(recipe))
         for (const double end : {range.min, range.max}) fields.push_back(shortest_text(end));
     return joined(fields, "_") + ending;
 }
 
-std::string key_of(const Recipe& recipe) { return name_of(recipe) + "\n" + kind_of(recipe); }
+std::string cache_key(const Recipe& recipe) {
+    return file_name(recipe) + "\n" + table_kind(recipe);
+}
 
 /// The fields of a file's name; empty: of none of ours.
-std::vector<std::string> fields_of(const fs::path& path) {
+std::vector<std::string> name_fields(const fs::path& path) {
     if (path.extension() != ending && path.extension() != choices_ending) return {};
-    const std::string stem = path.stem().string();
+    std::istringstream stem(path.stem().string());
     std::vector<std::string> fields;
-    std::size_t start = 0;
-    for (std::size_t at = 0; at <= stem.size(); ++at)
-        if (at == stem.size() || stem[at] == '_') {
-            fields.push_back(stem.substr(start, at - start));
-            start = at + 1;
-        }
+    for (std::string field; std::getline(stem, field, '_');) fields.push_back(field);
     const bool ours = fields.size() > 2 && fields[0].size() == 16 &&
                       fields[0].find_first_not_of("0123456789abcdef") == std::string::npos;
     return ours ? fields : std::vector<std::string>{};
@@ -90,8 +88,8 @@ std::vector<std::string> fields_of(const fs::path& path) {
 
 /// Whether a file of such a name serves a recipe.
 bool serves(const fs::path& path, const Recipe& recipe, const std::string& kind) {
-    const std::vector<std::string> fields = fields_of(path);
-    const std::vector<Range> asked = ranges_of(recipe);
+    const std::vector<std::string> fields = name_fields(path);
+    const std::vector<Range> asked = recipe_ranges(recipe);
     if (path.extension() != ending || fields.size() != 2 + 2 * asked.size() || fields[0] != kind)
         return false;
     const auto has = [&](char side) { return fields[1].find(side) != std::string::npos; };
@@ -118,7 +116,7 @@ std::vector<KeptFile> kept_files(const fs::path& folder) {
     std::error_code failure;
     for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
          entry.increment(failure)) {
-        if (fields_of(entry->path()).empty()) continue;
+        if (name_fields(entry->path()).empty()) continue;
         std::error_code unknown;
         const KeptFile file{entry->path(), entry->file_size(unknown),
                             entry->last_write_time(unknown)};
@@ -148,11 +146,11 @@ TableCache::TableCache(fs::path folder, std::uintmax_t limit)
     : folder_(std::move(folder)), limit_(limit) {}
 
 std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
-    const std::string kind = kind_of(recipe), hash = hash_of(kind);
+    const std::string kind = table_kind(recipe), hash = text_hash(kind);
     std::vector<KeptFile> files = kept_files(folder_);
     std::erase_if(files, [&](const KeptFile& file) { return !serves(file.path, recipe, hash); });
     // Its own first, then the smallest.
-    const std::string own = name_of(recipe);
+    const std::string own = file_name(recipe);
     std::ranges::sort(files, {}, [&](const KeptFile& file) {
         return std::pair(file.path.filename() != own, file.size);
     });
@@ -168,11 +166,11 @@ std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
 }
 
 std::vector<char> TableCache::keep(const Recipe& recipe, Table header, std::vector<char> packed) {
-    header.attributes[key_attribute] = key_of(recipe);
+    header.attributes[key_attribute] = cache_key(recipe);
     packed = restated(std::move(packed), header);
     try {
         fs::create_directories(folder_);
-        const fs::path path = folder_ / name_of(recipe);
+        const fs::path path = folder_ / file_name(recipe);
         write_content_atomically(path, packed);
         fs::remove(fs::path(path).replace_extension(choices_ending));
         remove_oldest(path);
@@ -187,7 +185,7 @@ std::unique_ptr<Checkpoint> TableCache::open_choices(const Recipe& recipe) {
     try {
         fs::create_directories(folder_);
         return std::make_unique<Checkpoint>(
-            (folder_ / name_of(recipe)).replace_extension(choices_ending),
+            (folder_ / file_name(recipe)).replace_extension(choices_ending),
             CheckpointOwner{baking_program(), resolved_text(recipe)});
     } catch (const std::exception&) {  // of another process, or of a folder that is only read
         return nullptr;

@@ -101,7 +101,7 @@ LobeCurve make_lobes(const TableView& table, double albedo, double optical_depth
     LobeCurve lobes;
     for (int k = 0; k < lobe_samples; ++k) {
         const double angle = pi * (k / (lobe_samples - 1.0) - 0.5);
-        const Geometry geometry{std::cos(beam_angle), std::max(std::cos(angle), 1e-6),
+        const Geometry geometry{std::cos(beam_angle), std::max(std::cos(angle), least_cosine),
                                 angle >= 0 ? 0 : pi};
         const auto radius = [&](const Scattered& light) {
             return (single ? light.single : light.total()) * geometry.mu_out;

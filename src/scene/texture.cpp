@@ -32,7 +32,7 @@ constexpr PerInstructionSet<NoiseKernel> noise_kernels{&generic::noise_kernel, n
 
 double unit_random(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed) noexcept {
     std::uint32_t n = seed_hash(seed);
-    for (const std::int64_t cell : {i, j, k}) n = hash_of(n, static_cast<std::uint32_t>(cell));
+    for (const std::int64_t cell : {i, j, k}) n = chained_hash(n, static_cast<std::uint32_t>(cell));
     return n * 0x1p-32;
 }
 
@@ -42,7 +42,7 @@ Rgb mixed(const Rgb& a, const Rgb& b, double share) noexcept {
 }
 
 /// Bilinear; repeats, but for rows over a sphere, which end at its poles.
-Rgb pixel_of(const Image& image, const SurfacePoint& point) noexcept {
+Rgb interpolated_pixel(const Image& image, const SurfacePoint& point) noexcept {
     const double u = point.u - std::floor(point.u),
                  v = point.on_sphere ? point.v : point.v - std::floor(point.v);
     const double x = u * image.width - 0.5, y = v * image.height - 0.5;
@@ -57,7 +57,9 @@ Rgb pixel_of(const Image& image, const SurfacePoint& point) noexcept {
                  y - j);
 }
 
-double waves_of(const Image& image, double extent) noexcept { return image.width / (4 * extent); }
+double image_waves(const Image& image, double extent) noexcept {
+    return image.width / (4 * extent);
+}
 
 /// The level below which `share` of the noise lies. The noise is close to a normal distribution of
 /// this width about 0, whose distribution function the logistic one approximates.
@@ -108,7 +110,7 @@ Rgb Texture::at(const SurfacePoint& point) const noexcept {
                                  0.25 * std::sin(2 * pi * 4.3 * scale * point.v + 2);
             return mixed(colour, other, std::clamp(0.5 + 0.3 * waves, 0.0, 1.0));
         }
-        case Pattern::image: return pixel_of(*image, point);
+        case Pattern::image: return interpolated_pixel(*image, point);
     }
     return colour;
 }
@@ -117,7 +119,7 @@ double Texture::waves(double extent) const noexcept {
     switch (pattern) {
         case Pattern::plain: return 0;
         case Pattern::continents: return scale;
-        case Pattern::image: return waves_of(*image, extent);
+        case Pattern::image: return image_waves(*image, extent);
         case Pattern::squares: break;
         case Pattern::bands: return 4.3 * 2 * scale / extent;
     }
@@ -129,7 +131,7 @@ bool Texture::is_black() const noexcept {
 }
 
 double DepthMap::waves(double extent) const noexcept {
-    if (pattern == Pattern::image) return waves_of(*image, extent);
+    if (pattern == Pattern::image) return image_waves(*image, extent);
     return is_plain() ? 0 : scale;
 }
 
@@ -143,7 +145,7 @@ double DepthMap::at(const SurfacePoint& point) const noexcept {
             return max * risen * risen * (3 - 2 * risen);
         }
         case Pattern::image: {
-            const Rgb bright = pixel_of(*image, point);
+            const Rgb bright = interpolated_pixel(*image, point);
             return max * static_cast<double>((bright.r + bright.g + bright.b) / 3);
         }
     }

@@ -18,23 +18,24 @@ Texture::Pattern read_pattern(const Section& section) {
 }
 
 /// Water: Lambert's law by its colour, and the sun that its facets mirror.
-Texture read_ocean(const Section& section) {
+Texture read_ocean(const Section& section, const Source& source) {
     for (const char* other : {"image", "pattern", "other"})
-        require(!section.has(other), caller, section.at(other), "absent where there is wind",
-                "one");
-    Texture texture;
-    texture.colour = read_colour(section, "colour");
-    const std::string facets = "ocean:wind=" + shortest_text(section.number("wind")) +
-                               ",index=" + shortest_text(section.number("index"));
-    texture.mirror = section.placed("colour", [&] {
-        const float most = std::max({texture.colour.r, texture.colour.g, texture.colour.b});
-        read_ground_law(facets + ",albedo=" + shortest_text(double{most}));
-        return read_ground_law(facets);
-    });
-    texture.mirror_albedo = spherical_albedo(*texture.mirror);
-    for (float* const channel : {&texture.colour.r, &texture.colour.g, &texture.colour.b})
-        *channel += static_cast<float>(texture.mirror_albedo);
-    return texture;
+        require_absent(section, other, "where there is wind");
+    Rgb colour = read_colour(section, "colour");
+    // The law refuses a colour too bright for it; an albedo is as much of R as of its mean.
+    const double most = double{std::max({colour.r, colour.g, colour.b})};
+    const std::string law = "ocean:wind=" + shortest_text(section.number("wind")) +
+                            ",index=" + shortest_text(section.number("index")) +
+                            ",albedo=" + shortest_text(most);
+    Texture& ocean = (*source.oceans)[law];
+    if (!ocean.mirror) {
+        ocean.mirror = section.placed("colour", [&] { return read_ground_law(law); });
+        ocean.mirror_albedo = spherical_albedo(*ocean.mirror);
+    }
+    for (float* const channel : {&colour.r, &colour.g, &colour.b})
+        *channel += static_cast<float>(ocean.mirror_albedo - most);
+    ocean.colour = colour;
+    return ocean;
 }
 
 }  // namespace
@@ -48,7 +49,7 @@ Texture read_surface(const Section& parent, const Source& source) {
         return texture;
     }
     const Section section = parent.section(key, "surface");
-    if (section.has("wind")) return read_ocean(section);
+    if (section.has("wind")) return read_ocean(section, source);
     if (has_image(section, "pattern")) return read_image(section, source, 1);
     texture.pattern = read_pattern(section);
     texture.colour = read_colour(section, "colour");

@@ -87,6 +87,10 @@ StackPath::StackPath(const std::vector<StackLayer>& layers,
         most_kept_to_path = std::max(most_kept_to_path, w * chi[k][1]);
     }
     peak_.topRows(kept_.rows()) -= kept_;
+    constexpr double rounding = 1e-14;
+    while (alike_ < kept_.rows() &&
+           (peak_.row(alike_).transpose() - truncated_).cwiseAbs().maxCoeff() <= rounding)
+        ++alike_;
     deepest_ = 24 / (1 - most_kept_to_path);
 }
 
@@ -126,8 +130,13 @@ std::vector<double> StackPath::legendre(Side side, std::size_t above, double mu_
     for (const Turn& turn : turns(side, above, mu_in, mu_out)) {
         const double S = turn.slant.sum(), F = truncated_.dot(turn.slant);
         const double unscattered = std::exp(-S), passing = std::exp(F - S);
+        // Where all peaks are f, the truncated problem's widening is the path's own.
+        sum.head(alike_) +=
+            turn.weight * ((mean_exponential(-S, unscattered, F) - unscattered) *
+                               peak_.col(turn.layer).head(alike_) +
+                           (passing - unscattered) * kept_.col(turn.layer).head(alike_));
         const VectorXd peak = peak_ * turn.slant, kept = kept_ * turn.slant;
-        for (Index l = 0; l < sum.size(); ++l) {
+        for (Index l = alike_; l < sum.size(); ++l) {
             const double P = peak(l), p = peak_(l, turn.layer);
             double added = p * (mean_exponential(-S, unscattered, P) - unscattered);
             if (l < kept.size() && kept_(l, turn.layer) != 0) {

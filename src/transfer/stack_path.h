@@ -61,6 +61,7 @@ class StackPath {
 
     Eigen::VectorXd depth_, truncated_;  // of each layer; truncated: w f
     Eigen::MatrixXd peak_, kept_;  // w p_l and, of the moments that are kept, w c_l; l x layers
+    Eigen::Index alike_ = 0;       // rows before it have w p_l = w f in every layer
     double deepest_ = 0;           // slant depth beyond which nothing that turns is added any more
 };
 

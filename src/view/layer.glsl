@@ -55,7 +55,7 @@ vec3 ground_through(float mu_in, float ground) {
 }
 
 /// As seen by an eye, of light from the sun, on a layer with this normal.
-Geometry geometry_of(vec3 normal, vec3 to_sun, vec3 to_eye) {
+Geometry seen_geometry(vec3 normal, vec3 to_sun, vec3 to_eye) {
     float cosine_in = dot(normal, to_sun), cosine_out = dot(normal, to_eye);
     vec3 going_in = cosine_in * normal - to_sun, going_out = to_eye - cosine_out * normal;
     return Geometry(clamp(abs(cosine_in), 1e-6, 1.0), clamp(abs(cosine_out), 1e-6, 1.0),

@@ -47,7 +47,7 @@ Seen planet(Ray ray) {
     vec3 normal = normalize(ray.origin + far * ray.direction);
     if (dot(normal, to_sun) <= 0.0) return seen;
     seen.of_layer = true;
-    seen.geometry = geometry_of(normal, to_sun, -ray.direction);
+    seen.geometry = seen_geometry(normal, to_sun, -ray.direction);
     float mu = seen.geometry.mu_in;
     if (ground > 0.0) seen.light = mu * transmittance(seen.geometry.mu_out) * ground_through(mu, ground);
     return seen;
@@ -85,7 +85,7 @@ Seen rings(Ray ray) {
     int zone = cross_at.y < 0.0 || (to_planet > 0.0 && to_planet < cross_at.y) ? -1 : ring_zone(cross_at.x);
     seen.light = behind;
     if (zone < 0) return seen;
-    seen.geometry = geometry_of(vec3(0, 0, 1), to_sun, -ray.direction);
+    seen.geometry = seen_geometry(vec3(0, 0, 1), to_sun, -ray.direction);
     seen.zone = zone;
     seen.light *= stratus_direct(depths[zone], seen.geometry.mu_out);
     Ray to_light = Ray(ray.origin + cross_at.y * ray.direction, to_sun);
@@ -111,7 +111,7 @@ Seen slab(Ray ray) {
     vec3 above = ray.origin + far * ray.direction;
     vec3 below = above - slab_height / ray.direction.z * ray.direction;
     vec3 lit_through = below + slab_height / to_sun.z * to_sun;
-    seen.geometry = geometry_of(vec3(0, 0, 1), to_sun, -ray.direction);
+    seen.geometry = seen_geometry(vec3(0, 0, 1), to_sun, -ray.direction);
     float mu = seen.geometry.mu_in, own = ground_at(below.xy);
     seen.light = mu * (on_slab(lit_through.xy) ? ground_through(mu, own) : vec3(own));
     if (!on_slab(above.xy)) return seen;
@@ -136,7 +136,7 @@ vec3 srgb(vec3 light) {
                vec3(greaterThan(clipped, vec3(0.0031308))));
 }
 
-vec4 bytes_of(float value) {
+vec4 float_bytes(float value) {
     uint bits = floatBitsToUint(value);
     return vec4(bits & 255u, bits >> 8 & 255u, bits >> 16 & 255u, bits >> 24) / 255.0;
 }
@@ -145,7 +145,7 @@ vec4 bytes_of(float value) {
 Seen lobe(int angle) {
     float turn = 2.0 * pi * (float(angle) + 0.5) / float(size);
     vec3 light = vec3(-sqrt(1.0 - to_sun.z * to_sun.z), 0, to_sun.z);
-    return Seen(vec3(0), true, geometry_of(vec3(0, 0, 1), light, vec3(sin(turn), 0, cos(turn))), 0);
+    return Seen(vec3(0), true, seen_geometry(vec3(0, 0, 1), light, vec3(sin(turn), 0, cos(turn))), 0);
 }
 
 /// Numbers instead of a picture, one a pixel, as the bytes of a float: of lobes over angle and colour, else of the
@@ -174,6 +174,6 @@ void main() {
         if (seen.of_layer) value = scattered(seen.geometry, seen.zone);
         light += seen.light + seen.geometry.mu_in * value;
     }
-    if (probing) colour = bytes_of(number_at(pixel, seen, value, light));
+    if (probing) colour = float_bytes(number_at(pixel, seen, value, light));
     else colour = vec4(srgb(light / (white * float(count))), 1);
 }

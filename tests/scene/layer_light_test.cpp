@@ -109,6 +109,28 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     }
 }
 
+TEST(LayerLight, ColoursThatAreAlikeAreSummedAsOne) {
+    Scene scene = small_planet(0, 2, 1);
+    scene.effects.multiple = false;
+    const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.6);
+    scene.layer.channels = {forward, forward, PhaseFunction::isotropic()};
+    scene.layer.components = {forward};
+    scene.layer.albedo = {0.9, 0.9, 0.9};
+    const LayerLight light(scene, nullptr);
+    ASSERT_TRUE(light.has_sums());
+    const Geometry geometry{0.8, 0.3, 0.4};
+    Rgb3 sum{};
+    LightSum sums(light);
+    sums.into(sum);
+    sums.add(Side::reflection, geometry, {0.5, 2, 4});
+    sums.finish();
+    const double share[] = {0.5, 2, 4}, cosine = cos_scattering_angle_reflected(geometry);
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double phase = scene.layer.channels[c](cosine);
+        EXPECT_NEAR(sum[c] / share[c], single_reflection(phase, 0.9, 2, 0.8, 0.3), 1e-6) << c;
+    }
+}
+
 TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
     Scene scene = small_planet(0, 4, 1);
     scene.layer.albedo = {0.6, 0.9, 0.98};

@@ -1,4 +1,4 @@
-#include <stratus/scene/scene_keys.h>
+#include <stratus/scene/scene.h>
 
 #include <stratus/picture/png.h>
 #include <stratus/scene/scene.h>

@@ -534,6 +534,41 @@ TEST_F(RingProfileFile, MayBeOfAPlanetWithALayerOfItsOwn) {
         {"planet.layer", "absent without [rings]"});
 }
 
+TEST(SceneFile, SharesOceansBetweenPanelsAndKeepsTheirColours) {
+    const std::vector<Scene> panels = parse_scene(R"(
+[camera]
+distance = 3
+field_of_view_deg = 10
+[sun]
+phase_angle_deg = 30
+[layer]
+phase_function = "isotropic"
+albedo = 0
+optical_depth = 0
+[planet]
+surface = { wind = 4, colour = [0.01, 0.02, 0.04] }
+[[panels]]
+[[panels]]
+planet.surface = { wind = 4, colour = [0.04, 0.02, 0.03] }
+[[panels]]
+planet.surface = { wind = 9, colour = 0.04 }
+)")
+                                          .panels;
+    const auto ocean = [&](std::size_t panel) -> const Texture& {
+        return std::get<Planet>(panels[panel].subject).surface;
+    };
+    EXPECT_EQ(ocean(0).mirror, ocean(1).mirror);
+    EXPECT_NE(ocean(0).mirror, ocean(2).mirror);
+    const auto facets = read_ground_law("ocean:wind=4");
+    const double mirrored = spherical_albedo(*facets);
+    const Rgb colour = ocean(1).colour;
+    const double channels[] = {double{colour.r}, double{colour.g}, double{colour.b}};
+    const double given[] = {0.04, 0.02, 0.03};
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(channels[c] - mirrored, given[c], 1e-7) << c;
+    const Geometry glint{0.6, 0.6, 0};
+    EXPECT_NEAR((*ocean(1).mirror)(glint)-ocean(1).mirror_albedo, (*facets)(glint)-mirrored, 1e-9);
+}
+
 TEST(SceneFile, RefusesShellsBeyondTheirRange) {
     const auto planet = [](const std::string& layer, const std::string& shell) {
         return "[camera]\ndistance = 1.04\northographic_width = 1.0\n[sun]\nelevation_deg = 20.0\n"
@@ -630,7 +665,7 @@ TEST(Film, ChangesNumbersLinearlyBetweenKeysAndAllElseAtThem) {
         EXPECT_EQ(scene.layer.optical_depth.offset.y, 2);
         EXPECT_EQ(scene.layer.optical_depth.coverage, 0.4) << "as without keys";
     }
-    EXPECT_EQ(scenes_of(film).size(), 9u);
+    EXPECT_EQ(all_panels(film).size(), 9u);
     const std::vector<SceneFile> still = parse_film(cloud);
     ASSERT_EQ(still.size(), 1u);
     EXPECT_EQ(still[0].panels[0].camera.position.x, 3);

@@ -14,8 +14,8 @@ using Reals = double __attribute__((vector_size(8 * noise_octaves)));
 using Longs = std::uint64_t __attribute__((vector_size(8 * noise_octaves)));
 using Words = std::uint32_t __attribute__((vector_size(4 * noise_octaves)));
 
-STRATUS_INLINE Longs bits_of(Reals x) { return reinterpret_cast<Longs>(x); }
-STRATUS_INLINE Reals reals_of(Longs bits) { return reinterpret_cast<Reals>(bits); }
+STRATUS_INLINE Longs as_bits(Reals x) { return reinterpret_cast<Longs>(x); }
+STRATUS_INLINE Reals as_reals(Longs bits) { return reinterpret_cast<Reals>(bits); }
 
 STRATUS_INLINE Reals rounded_down(Reals x) {
     for (int o = 0; o < noise_octaves; ++o) x[o] = __builtin_floor(x[o]);
@@ -23,9 +23,9 @@ STRATUS_INLINE Reals rounded_down(Reals x) {
 }
 
 /// An integer modulo 2^32.
-STRATUS_INLINE Words word_of(Reals whole) {
+STRATUS_INLINE Words as_word(Reals whole) {
     const Reals rest = whole - 0x1p32 * rounded_down(0x1p-32 * whole);
-    return __builtin_convertvector(bits_of(rest + 0x1p52), Words);
+    return __builtin_convertvector(as_bits(rest + 0x1p52), Words);
 }
 
 STRATUS_INLINE Reals eased(Reals t) { return t * t * t * (t * (6.0 * t - 15.0) + 10.0); }
@@ -41,25 +41,26 @@ STRATUS_INLINE Reals slope_at(Words hash, Reals x, Reals y, Reals z) {
     const Longs multiple = wide(third < 0x55555556u),
                 leaves_2 = wide(third < 0xaaaaaaabu) & ~multiple;
     const auto choose = [](Longs where, Reals yes, Reals no) {
-        return (where & bits_of(yes)) | (~where & bits_of(no));
+        return (where & as_bits(yes)) | (~where & as_bits(no));
     };
     const Longs signs = __builtin_convertvector(hash, Longs);
     const Longs first = choose(leaves_2, y, x) ^ (signs << 63),
                 second = choose(multiple, y, z) ^ ((signs >> 1) << 63);
-    return reals_of(first) + reals_of(second);
+    return as_reals(first) + as_reals(second);
 }
 
 STRATUS_INLINE Reals gradient_noise(Reals px, Reals py, Reals pz, Words seed) {
     const Reals fx = rounded_down(px), fy = rounded_down(py), fz = rounded_down(pz);
-    const Words i = word_of(fx), j = word_of(fy), k = word_of(fz);
+    const Words i = as_word(fx), j = as_word(fy), k = as_word(fz);
     const Reals x = px - fx, y = py - fy, z = pz - fz;
     const Reals u = eased(x), v = eased(y), w = eased(z);
     const Words start = seed_hash(seed);
-    const Words left = hash_of(start, i), right = hash_of(start, i + 1u);
+    const Words left = chained_hash(start, i), right = chained_hash(start, i + 1u);
     const auto row = [&](unsigned dj, unsigned dk) {
         const Reals ry = y - static_cast<double>(dj), rz = z - static_cast<double>(dk);
-        return between(slope_at(hash_of(hash_of(left, j + dj), k + dk), x, ry, rz),
-                       slope_at(hash_of(hash_of(right, j + dj), k + dk), x - 1.0, ry, rz), u);
+        return between(slope_at(chained_hash(chained_hash(left, j + dj), k + dk), x, ry, rz),
+                       slope_at(chained_hash(chained_hash(right, j + dj), k + dk), x - 1.0, ry, rz),
+                       u);
     };
     return between(between(row(0, 0), row(1, 0), v), between(row(0, 1), row(1, 1), v), w);
 }

@@ -27,7 +27,7 @@ template <class Words>
 
 /// Hash of a place along one axis, after that of the axes before it; of the seed, for the first.
 template <class Words>
-[[gnu::always_inline]] inline Words hash_of(Words before, Words cell) {
+[[gnu::always_inline]] inline Words chained_hash(Words before, Words cell) {
     return scrambled(before ^ cell);
 }
 

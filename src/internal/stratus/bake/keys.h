@@ -1,5 +1,5 @@
 // Keys of the TOML files that users write: one table of recipes here, one of scenes in
-// stratus/scene/scene_keys.h. Files are read by these tables alone: a key without a row is refused,
+// stratus/scene/scene.h. Files are read by these tables alone: a key without a row is refused,
 // ranges are checked and defaults taken as the row says. A new key is a new row, and the line that
 // reads it.
 #pragma once

@@ -45,7 +45,6 @@ Range seen_scattering_angles(const Scene& scene, Side side) noexcept;
 /// Matter between two places of the layer: all depths and albedos in these ranges may occur.
 struct MatterSpan {
     Range optical_depth, albedo, mixture{1, 1};
-    double radius = 0;  // of rings: the span's outer end
 };
 
 /// All that the layer is made of, with the effect of density: the spans between the knots of a

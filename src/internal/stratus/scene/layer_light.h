@@ -16,18 +16,6 @@
 
 namespace stratus {
 
-using Rgb3 = std::array<double, 3>;
-
-inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {
-    return {factor * light[0], factor * light[1], factor * light[2]};
-}
-inline Rgb3 operator*(const Rgb3& share, const Rgb3& light) noexcept {
-    return {share[0] * light[0], share[1] * light[1], share[2] * light[2]};
-}
-inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
-    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-}
-
 /// The lookups of a picture in its layer: directions, matter and sides.
 struct LookupRange {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
@@ -51,8 +39,6 @@ enum class LightDetail { fine, sketch };
 
 /// About how many times as long the former takes where rings and their planet light one another.
 constexpr double fine_over_sketch = 11;
-
-inline double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
 
 /// A part of what lights a surface.
 struct LightSource {
@@ -157,19 +143,25 @@ class LayerLight {
     friend class LightSum;
 
     /// The depth that one channel sees.
-    double seen_depth_of(const Matter& matter, std::size_t c) const noexcept;
-    /// One channel of the layer where it is looked up.
+    double channel_depth(const Matter& matter, std::size_t c) const noexcept;
+    class FluxLookup;
+    /// One channel of the layer where it is looked up, at a cosine.
     struct Channel {
         const LayerLight& light;  // with its tables
         std::size_t index;
-        double albedo, optical_depth;  // as seen
+        double albedo, optical_depth, mixture;  // as seen
+        double mu;
+        FluxLookup& fluxes;
     };
-    /// `of(channel)` of each, evaluated once where neighbours are alike.
+    /// `value(light, channel)` of each, evaluated once where neighbours are alike.
     template <class Function>
-    auto each_channel(const Matter& matter, const Function& of) const noexcept;
+    auto each_channel(const Matter& matter, double mu, const Function& value) const noexcept;
+    /// `value(depth)` of each channel, evaluated once where neighbours are as deep.
+    template <class Function>
+    Rgb3 each_depth(const Matter& matter, const Function& value) const noexcept;
     /// `of(light, c)` of each channel's own light.
     template <class Function>
-    Rgb3 of_channels(const Function& of) const noexcept;
+    Rgb3 own_channels(const Function& of) const noexcept;
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     bool is_stack() const noexcept { return !scene_.layer.stacks.empty(); }
@@ -182,17 +174,16 @@ class LayerLight {
     bool is_wanted(Side side) const noexcept {
         return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
     }
-    class FluxLookup;
-    double transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept;
-    double spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
-    double plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
-    double diffuse_transmittance(const Matter& matter, const Channel& channel,
-                                 FluxLookup& fluxes) const noexcept;
+    double transmittance(const Channel& channel) const noexcept;
+    double spherical_albedo(const Channel& channel) const noexcept;
+    double reflected_share(const Channel& channel) const noexcept;
+    double diffuse_transmittance(const Channel& channel) const noexcept;
+    double passing_share(const Channel& channel) const noexcept;
 
     const Scene& scene_;
     const LayerTables* tables_;
     std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
-    std::vector<LayerLight> channels_;
+    std::vector<std::shared_ptr<const LayerLight>> channels_;  // those alike share one
     std::variant<std::monostate, Slice, RgbSlice> slice_;  // of a uniform layer; grey or coloured
     std::shared_ptr<const LayerFluxes> fluxes_;            // null without tables
     Opposition opposition_;                                // as it is seen
@@ -222,20 +213,20 @@ class LightSum {
 
   private:
     static constexpr std::size_t most = 64;
-    struct OfSide {
+    struct Batch {
         std::size_t count = 0;
         std::array<float, most> mu_in, mu_out, azimuth;
         std::array<Rgb3, most> share;
         std::array<Rgb3*, most> sum;
     };
     void look_up(Side side) noexcept;
-    /// Values of a layer's slice, into channels [begin, end) of the sums.
-    template <int channels>
-    void add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
-                    std::size_t end) noexcept;
 
     const LayerLight& light_;
-    OfSide reflection_, transmission_;
+    Batch& batch(Side side) noexcept {
+        return side == Side::reflection ? reflection_ : transmission_;
+    }
+
+    Batch reflection_, transmission_;
     Rgb3* sum_ = nullptr;
 };
 

@@ -49,6 +49,9 @@ struct NeededRecipe {
 /// are such that the picture keeps the scene's (tests/scene/picture_test.cpp).
 std::vector<NeededRecipe> needed_recipes(const Scene& scene);
 
+/// Refuses a table that does not serve a light path of a scene, for which it needs a recipe.
+void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable& packed);
+
 /// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table
 /// cannot serve both.
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
@@ -86,14 +89,16 @@ struct LayerTables {
     }
 };
 
+/// Tables of several scenes, in their order; null where none is needed.
+using SceneTables = std::vector<std::shared_ptr<const LayerTables>>;
+
 /// Tables for each of several scenes out of those that are given: each light path of each channel
 /// gets the first that serves it. One of a family that has the phase functions of scenes and channels
 /// among its members serves all of these, each of which becomes a table of its own (table_at).
 ///
 /// Errors   std::invalid_argument where none of the tables serves what a scene needs, saying why the
 ///          last does not; for a table that serves nothing.
-std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<Scene>& scenes,
-                                                             std::vector<PackedTable> tables);
+SceneTables adopt_tables(const std::vector<Scene>& scenes, std::vector<PackedTable> tables);
 
 /// The layer's matter, if it is uniform.
 std::optional<Matter> uniform_matter(const Scene& scene);
@@ -112,13 +117,11 @@ struct SharedRecipe {
 std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes);
 
 /// Tables for each of several scenes, shared where possible, from the cache where that has them.
-std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
-                                                         const BakeOptions& options = {},
-                                                         TableCache* cache = nullptr);
+SceneTables bake_for(const std::vector<Scene>& scenes, const BakeOptions& options = {},
+                     TableCache* cache = nullptr);
 
 /// Makes the table of a recipe.
 using TableMaker = std::function<std::shared_ptr<const LayerTable>(const Recipe& recipe)>;
-std::vector<std::shared_ptr<const LayerTables>> make_tables(const std::vector<Scene>& scenes,
-                                                            const TableMaker& make);
+SceneTables make_tables(const std::vector<Scene>& scenes, const TableMaker& make);
 
 }  // namespace stratus

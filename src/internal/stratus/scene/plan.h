@@ -54,7 +54,7 @@ std::vector<Plan> follow_plans(std::vector<SceneFile>& film);
 /// The change that one effect makes in a scene's picture, and what it adds to the cost of tables.
 struct EffectShare {
     std::string name;
-    bool SceneEffects::*effect = nullptr;
+    EffectFlag effect = nullptr;
     bool seen = true;  // by the camera; not: nothing below counts
     bool estimated =
         false;        // `max` is an estimate over the scene's contents, else the largest of pixels
@@ -72,6 +72,12 @@ struct TableCost {
     double bytes = 0;
 
     double seconds() const { return choose_seconds + solve_seconds + check_seconds + pack_seconds; }
+    void add(double share, const TableCost& more) {
+        for (const auto part :
+             {&TableCost::choose_seconds, &TableCost::solve_seconds, &TableCost::check_seconds,
+              &TableCost::pack_seconds, &TableCost::bytes})
+            this->*part += share * (more.*part);
+    }
 };
 
 /// Shares of the orders of scattering in the light that is seen of one side of the layer.

@@ -40,15 +40,14 @@ struct RenderOptions {
 
 /// Rays and suns that are seen together in one row of so many: samples squared a pixel, a sun or several
 /// each, and more where a pixel covers many waves of clouds or of a surface.
-double samples_of(const Scene& scene, int row_step = 1);
+double sample_count(const Scene& scene, int row_step = 1);
 
 /// The whole picture.
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options = {});
 
 /// The panels of one of a film's frames, side by side, each in the light of its tables, which are those
-/// of scenes_of(film) (layer_tables.h).
-Image render(const std::vector<SceneFile>& film, int frame,
-             const std::vector<std::shared_ptr<const LayerTables>>& tables,
+/// of all_panels(film) (layer_tables.h).
+Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& tables,
              const RenderOptions& options = {});
 
 /// Pictures of one size side by side, row after row of `columns`.

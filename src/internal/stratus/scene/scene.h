@@ -15,17 +15,17 @@
 //     [planet]
 //     surface = 0.3
 //
-// docs/scenes.md and `stratus render --keys` have every key (scene_keys.h).
+// docs/scenes.md and `stratus render --keys` have every key.
 //
 // Radiance is relative to that of a white Lambert surface which faces the sun: I = mu0 R.
 // Lengths are in equatorial radii of the planet, or in any unit over a slab; angles in degrees.
 #pragma once
 
+#include <stratus/bake/keys.h>
 #include <stratus/bake/recipe.h>
 #include <stratus/layer/effects.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/phase/phase_function.h>
-#include <stratus/scene/camera.h>
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>
 
@@ -59,8 +59,11 @@ struct SceneEffects {
     bool operator==(const SceneEffects&) const = default;
 };
 
+/// One of them.
+using EffectFlag = bool SceneEffects::*;
+
 /// Effects by name, in the order above.
-const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects();
+const std::vector<std::pair<const char*, EffectFlag>>& scene_effects();
 
 /// From names: "all", "NAME", and "-NAME", which switches one off. A list that starts with "-NAME"
 /// starts from all.
@@ -71,7 +74,7 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names);
 /// The effect of a name.
 ///
 /// Errors   as above.
-bool SceneEffects::*scene_effect(const std::string& name);
+EffectFlag scene_effect(const std::string& name);
 
 /// The inverse: "all", and "-NAME" for each that is off.
 std::vector<std::string> scene_effect_names(const SceneEffects& effects);
@@ -79,16 +82,16 @@ std::vector<std::string> scene_effect_names(const SceneEffects& effects);
 /// The matter of the layer at one point.
 struct Matter {
     double optical_depth = 0;
-    std::array<double, 3> albedo{1, 1, 1};  // red, green, blue
-    double mixture = 1;                     // share of the first component in the albedo
+    Rgb3 albedo{1, 1, 1};  // red, green, blue
+    double mixture = 1;    // share of the first component in the albedo
 };
 
 /// The layer that scatters, wherever it lies.
 struct SceneLayer {
-    std::vector<PhaseFunction> components;      // two in rings, which mix them; else one
-    std::vector<PhaseFunction> channels;        // red's, green's and blue's own; empty: all alike
-    std::array<double, 3> extinction{1, 1, 1};  // of red, green and blue; multiplies the depth
-    std::array<double, 3> albedo{1, 1, 1};
+    std::vector<PhaseFunction> components;  // two in rings, which mix them; else one
+    std::vector<PhaseFunction> channels;    // red's, green's and blue's own; empty: all alike
+    Rgb3 extinction{1, 1, 1};               // of red, green and blue; multiplies the depth
+    Rgb3 albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
     // The layers of a stack, that which the sun meets first; of red, green and blue where channels
     // differ; empty: one layer. Components, channels, albedo and depth are of mean_layer.
@@ -106,9 +109,9 @@ struct RingProfile {
     double inner() const { return radius.front(); }
     double outer() const { return radius.back(); }
     /// Albedos are multiplied by `tint`.
-    Matter at(double radius, const std::array<double, 3>& tint) const noexcept;
+    Matter at(double radius, const Rgb3& tint) const noexcept;
     /// The matter at a radius known to lie between two rows, `row` and the next.
-    Matter after(std::size_t row, double radius, const std::array<double, 3>& tint) const noexcept;
+    Matter after(std::size_t row, double radius, const Rgb3& tint) const noexcept;
 };
 
 /// A planet, flattened at its poles, and its rings in its equatorial plane.
@@ -141,13 +144,13 @@ struct Scene {
     std::string title;
     double tolerance = 2e-3;
     SceneEffects effects;
-    std::vector<bool SceneEffects::*> named;      // asked for by name, or by a key that makes them
+    std::vector<EffectFlag> named;                // asked for by name, or by a key that makes them
     int width = 1024, height = 768, samples = 2;  // pixels; samples squared a pixel
     double white = 1;                             // radiance
     Camera camera;
     Vector3 to_sun{0, 0, 1};
     double sun_diameter = 0;  // radians
-    std::array<double, 3> sun_colour{1, 1, 1};
+    Rgb3 sun_colour{1, 1, 1};
     bool sun_visible = false;
     Texture background;
     SceneLayer layer;
@@ -163,6 +166,11 @@ struct SceneFile {
     std::vector<Scene> panels;  // all of one size; one where there are no [[panels]]
     std::optional<Figure> figure;
 };
+
+/// Keys of scene files, with units, ranges and defaults; docs/scenes.md shows them. Tables that may stand
+/// under several keys have rows of their own: "surface" is that of planet.surface, rings.surface and
+/// slab.surface.
+Keys scene_keys();
 
 /// Reads a scene from TOML text, at the first frame of its [animation]; paths in it are relative to `directory`. Notes for the user are
 /// appended to `notes`. `name`: of its file, in refusals.
@@ -185,10 +193,20 @@ std::vector<SceneFile> read_film(const std::filesystem::path& path,
                                  std::vector<std::string>* notes = nullptr);
 
 /// The panels of all frames, frame after frame: the scenes that a film's tables serve.
-std::vector<Scene> scenes_of(const std::vector<SceneFile>& film);
+std::vector<Scene> all_panels(const std::vector<SceneFile>& film);
 
-/// Makes a picture so many pixels wide, in the same shape; 0: as it is.
-void set_width(int width, Scene& scene);
+/// What a user changes in all pictures of a film; what is empty or 0 stays as it is.
+struct SceneChanges {
+    std::vector<std::string> effects;  // in place of the scenes' own
+    std::vector<std::string> drop;     // switched off, whether or not a scene names them
+    int width = 0;                     // pixels, in the same shape
+    double tolerance = 0;
+};
+
+/// Makes the changes.
+///
+/// Errors   std::invalid_argument for an unknown effect.
+void change(const SceneChanges& changes, std::vector<SceneFile>& film);
 
 /// The planet of rings as a scene of its own, where it has a layer: for the layer's light and tables.
 std::optional<Scene> planet_scene(const Scene& scene);
@@ -199,6 +217,9 @@ std::vector<Scene> channel_scenes(const Scene& scene);
 
 /// The channel scenes of several scenes, one after the other.
 std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
+
+/// Whether two layers are of the same matter, depths and albedos: they scatter alike.
+bool are_alike(const SceneLayer& one, const SceneLayer& other);
 
 /// The height of the layer as a spherical shell, with its effect; 0: plane, or nothing scatters.
 double seen_shell(const Scene& scene) noexcept;

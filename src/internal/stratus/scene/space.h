@@ -1,4 +1,4 @@
-// Points and directions of a scene. z is up; directions are of unit length; a planet's equator lies
+// Points, directions and cameras of a scene. z is up; directions are of unit length; a planet's equator lies
 // in z = 0.
 #pragma once
 
@@ -44,9 +44,39 @@ struct Ray {
     Vector3 at(double distance) const noexcept { return origin + distance * direction; }
 };
 
-/// Cosines (at least 1e-6) and azimuth of one scattering by a layer, whichever its sides: those are
+constexpr double least_cosine = 1e-6;  // of light along a layer
+
+/// Cosines (at least least_cosine) and azimuth of one scattering by a layer, whichever its sides: those are
 /// given by the signs of dot(normal, to_sun) and dot(normal, to_eye).
 Geometry scattering_geometry(const Vector3& normal, const Vector3& to_sun,
                              const Vector3& to_eye) noexcept;
+
+/// Looks from `position` at `look_at`; z is up in the picture (y where it looks along z).
+struct Camera {
+    Vector3 position{1, 0, 0}, look_at{0, 0, 0};
+    bool orthographic = false;
+    double width = 0.6;  // of the picture: an angle in radians; orthographic: a length
+
+    /// The picture's axes.
+    Vector3 right() const noexcept;
+    Vector3 up() const noexcept;
+    Vector3 forward() const noexcept;
+};
+
+/// The rays through a picture of so many pixels.
+class PictureRays {
+  public:
+    PictureRays(const Camera& camera, int width, int height) noexcept;
+
+    /// Through the point (x, y): (0, 0) is the upper left corner, (width, height) the lower right
+    /// one.
+    Ray through(double x, double y) const noexcept;
+
+  private:
+    Vector3 position_, forward_, right_, up_;
+    bool orthographic_;
+    double half_width_;  // of the picture, in perspective at distance 1
+    int width_, height_;
+};
 
 }  // namespace stratus

@@ -7,10 +7,30 @@
 #include <stratus/layer/ground_law.h>
 #include <stratus/scene/space.h>
 
+#include <array>
 #include <memory>
 #include <numbers>
 
 namespace stratus {
+
+/// Light or a share of it: red, green and blue.
+using Rgb3 = std::array<double, 3>;
+
+inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {
+    return {factor * light[0], factor * light[1], factor * light[2]};
+}
+inline Rgb3 operator*(const Rgb3& share, const Rgb3& light) noexcept {
+    return {share[0] * light[0], share[1] * light[1], share[2] * light[2]};
+}
+inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+
+inline Rgb3 widened(const Rgb& light) noexcept {
+    return {double{light.r}, double{light.g}, double{light.b}};
+}
+
+inline double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
 
 /// A point of a surface: in space, for patterns, and on an image, (0, 0) the upper left corner and
 /// (1, 1) the lower right one; images repeat beyond, but end at the poles of a sphere.
@@ -49,7 +69,8 @@ struct Texture {
     double scale = 1;  // squares or bands per half turn (or unit of length); detail per unit
     unsigned seed = 1;
     std::shared_ptr<const Image> image;
-    // The law of an ocean that mirrors; `colour` then includes the spherical albedo of the mirror.
+    // The law of an ocean that mirrors, with its brightest colour as its Lambert part, and the
+    // spherical albedo of both; `colour` then includes that of the mirror.
     std::shared_ptr<const GroundLaw> mirror;
     double mirror_albedo = 0;
 

@@ -1,4 +1,4 @@
-#include <stratus/scene/camera.h>
+#include <stratus/scene/space.h>
 
 #include <algorithm>
 
@@ -6,10 +6,10 @@ namespace stratus {
 
 Geometry scattering_geometry(const Vector3& normal, const Vector3& to_sun,
                              const Vector3& to_eye) noexcept {
-    constexpr double min_cosine = 1e-6;
     const double in = dot(normal, to_sun), out = dot(normal, to_eye);
     const Vector3 travelling_in = in * normal - to_sun, travelling_out = to_eye - out * normal;
-    return {std::clamp(std::abs(in), min_cosine, 1.0), std::clamp(std::abs(out), min_cosine, 1.0),
+    return {std::clamp(std::abs(in), least_cosine, 1.0),
+            std::clamp(std::abs(out), least_cosine, 1.0),
             std::atan2(length(cross(travelling_in, travelling_out)),
                        dot(travelling_in, travelling_out))};
 }

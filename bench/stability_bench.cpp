@@ -44,7 +44,7 @@ struct Worst {
     }
 };
 
-SolverOptions options_of(std::size_t contestant, int nodes) {
+SolverOptions make_options(std::size_t contestant, int nodes) {
     SolverOptions options;
     options.nodes = nodes;
     if (contestant == 2) return options;
@@ -79,7 +79,7 @@ std::optional<double> reference_transmittance(const Cell& cell) {
     if (cell.nodes < 32 || std::isinf(cell.optical_depth)) return {};
     const std::vector<double> next = cell.of.phase_function.moments(2 * cell.nodes + 1);
     if (std::abs(next.back()) > 1e-6) return {};
-    SolverOptions options = options_of(2, 2 * cell.nodes);
+    SolverOptions options = make_options(2, 2 * cell.nodes);
     options.modes = 1;
     const double reference = solve(cell, options).total_transmittance;
     if (reference < 1e-290) return {};
@@ -90,7 +90,7 @@ Worst measure(const Cell& cell, std::size_t contestant, std::optional<double> re
     Worst result;
     result.cells = 1;
     try {
-        const LayerSolution layer = solve(cell, options_of(contestant, cell.nodes));
+        const LayerSolution layer = solve(cell, make_options(contestant, cell.nodes));
         if (!std::isfinite(layer.spherical_albedo + layer.total_transmittance))
             throw std::runtime_error("not finite");
         if (cell.albedo == 1) result.energy = energy_defect(layer);

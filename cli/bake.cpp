@@ -118,7 +118,7 @@ void write_files(const Table& table, const std::vector<char>& packed, const Bake
 }
 
 /// Told on standard error.
-BakeOptions options_of(const BakeCommand& command, Progress& progress) {
+BakeOptions make_options(const BakeCommand& command, Progress& progress) {
     BakeOptions options;
     options.threads = command.threads;
     options.note = [&](const std::string& line) { progress.note("  " + line); };
@@ -136,10 +136,10 @@ void run_dry(const BakeCommand& command) {
         tolerance = recipe.tolerance;
         Progress progress(command.quiet);
         for (const std::string& note : notes) progress.note("note: " + note);
-        ahead = forecast(recipe, options_of(command, progress));
+        ahead = forecast(recipe, make_options(command, progress));
     }
     std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
-    for (const Shortfall& axis : ahead.shortfalls) std::printf("%s\n", sentence_of(axis).c_str());
+    for (const Shortfall& axis : ahead.shortfalls) std::printf("%s\n", describe(axis).c_str());
     if (command.accept || !ahead.misses(tolerance)) return;
     throw std::runtime_error("bake: " + command.recipe +
                              ": the tolerance is out of reach (--accept: exit code 0)");
@@ -178,7 +178,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     const auto started = Clock::now();
     Progress progress(command.quiet);
     for (const std::string& note : notes) progress.note("note: " + note);
-    BakeOptions options = options_of(command, progress);
+    BakeOptions options = make_options(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
     std::optional<SampleFiles> samples(std::filesystem::path(command.output).parent_path());

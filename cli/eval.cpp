@@ -127,7 +127,7 @@ struct QueryPoint {
     Geometry geometry;
 };
 
-std::vector<QueryPoint> points_of(const Query& query, const Table& table) {
+std::vector<QueryPoint> make_points(const Query& query, const Table& table) {
     const CsvTable& rows = query.table;
     const auto value = [&](std::size_t r, const std::string& name) {
         return rows.rows[r][static_cast<std::size_t>(rows.column(name))];
@@ -261,12 +261,13 @@ class LayerLookup {
     bool through_slices_ = false, clamped_ = false;
 };
 
-std::vector<Answer> answers_of(const TableView& table, const std::vector<QueryPoint>& points,
-                               const CsvTable& query, const Effects& asked, OutsideTable outside) {
-    std::map<LayerKey, std::vector<std::size_t>> rows_of;
-    for (std::size_t r = 0; r < points.size(); ++r) rows_of[points[r].layer].push_back(r);
+std::vector<Answer> look_up_points(const TableView& table, const std::vector<QueryPoint>& points,
+                                   const CsvTable& query, const Effects& asked,
+                                   OutsideTable outside) {
+    std::map<LayerKey, std::vector<std::size_t>> rows_by_layer;
+    for (std::size_t r = 0; r < points.size(); ++r) rows_by_layer[points[r].layer].push_back(r);
     std::vector<Answer> answers(points.size());
-    for (const auto& [layer, rows] : rows_of) {
+    for (const auto& [layer, rows] : rows_by_layer) {
         try {
             const LayerLookup lookup(table, layer, asked, outside);
             for (const std::size_t r : rows) answers[r] = lookup.at(points[r].geometry);
@@ -357,13 +358,13 @@ void run_eval(const EvalOptions& options) {
     const AnyTable table = read_any_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table.table());
     const Query query = read_query(options.query, columns.required, columns.optional);
-    const std::vector<QueryPoint> points = points_of(query, table.table());
+    const std::vector<QueryPoint> points = make_points(query, table.table());
 
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
     const std::vector<Answer> answers =
-        answers_of(view, points, query.table, effects,
-                   options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+        look_up_points(view, points, query.table, effects,
+                       options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(points, answers, view, asked.density);
 
     const std::vector<std::string> answered = answer_columns(effects);

@@ -35,7 +35,7 @@ struct ExportCommand {
 
 constexpr const char* endings[] = {".bsdf", ".bsdf", ".bsdf", ".nc", ".exr", ".safetensors"};
 
-MaterialFormat format_of(const std::string& name) {
+MaterialFormat find_format(const std::string& name) {
     const std::vector<std::string>& names = material_format_names();
     return static_cast<MaterialFormat>(std::find(names.begin(), names.end(), name) - names.begin());
 }
@@ -52,7 +52,7 @@ Stack layer_of_table(const std::string& path, const std::string& at, const ReadO
     const std::string name = "TABLE " + path;
     require(table.highest_order == 0, "export", name, "of all orders of scattering",
             "orders up to " + std::to_string(table.highest_order));
-    const FamilyPoint point = point_of("export", at, table.family, path);
+    const FamilyPoint point = parse_point("export", at, table.family, path);
     return {{{table.view().at(point).chosen_phase_function(), 0, 0}}, table.lower_boundary};
 }
 
@@ -127,7 +127,7 @@ Material read_material(const ExportCommand& command, std::vector<std::string>& n
 }
 
 void run_export(ExportCommand command) {
-    const MaterialFormat format = format_of(command.format);
+    const MaterialFormat format = find_format(command.format);
     require_writable("export", "--output", command.output,
                      {endings[static_cast<std::size_t>(format)]});
     const std::filesystem::path json =

@@ -35,18 +35,18 @@ namespace {
 
 // ---- Rows of observations, as text and as a figure
 
-std::size_t place_of(const CsvTable& table, const std::string& column) {
+std::size_t column_index(const CsvTable& table, const std::string& column) {
     return static_cast<std::size_t>(table.column(column));
 }
 
 /// Returns the light that a row observes.
-Light light_of(const RowDirection& direction) {
+Light observed_light(const RowDirection& direction) {
     if (!direction.side) return Light::beam;
     return *direction.side == Side::reflection ? Light::reflected : Light::transmitted;
 }
 
 /// Returns the word for it in the column side.
-const char* name_of(Light light) {
+const char* light_word(Light light) {
     constexpr const char* names[] = {"lit", "unlit", "beam"};
     return names[static_cast<int>(light)];
 }
@@ -59,7 +59,7 @@ bool all_are_beams(const Query& rows) {
 /// Writes the rows with columns model and residual; `model` has a value for each row.
 void write_rows(std::ostream& out, const Query& query, const std::vector<double>& model) {
     const CsvTable& table = query.table;
-    const std::size_t brightness = place_of(table, "brightness");
+    const std::size_t brightness = column_index(table, "brightness");
     const std::vector<std::string> columns{"model", "residual"};
     write_answer_header(out, query, columns);
     for (std::size_t r = 0; r < model.size(); ++r)
@@ -94,7 +94,7 @@ std::pair<std::string, std::vector<double>> plot_places(const Query& query) {
     std::vector<double> wavelengths, phases, emissions;
     if (table.has_column("wavelength")) {
         for (const std::vector<double>& row : table.rows)
-            wavelengths.push_back(row[place_of(table, "wavelength")]);
+            wavelengths.push_back(row[column_index(table, "wavelength")]);
         return {"wavelength (um)", wavelengths};
     }
     for (const RowDirection& direction : query.directions) {
@@ -108,16 +108,17 @@ std::pair<std::string, std::vector<double>> plot_places(const Query& query) {
 
 ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) {
     const CsvTable& table = query.table;
-    const std::size_t brightness = place_of(table, "brightness"), sigma = place_of(table, "sigma");
+    const std::size_t brightness = column_index(table, "brightness"),
+                      sigma = column_index(table, "sigma");
     ResidualPlot plot;
     plot.title = "Fit of " + std::filesystem::path(table.name).filename().string();
     const auto [x_title, places] = plot_places(query);
     plot.x_title = x_title;
     plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";
     for (const Light light : {Light::reflected, Light::transmitted, Light::beam}) {
-        ResidualSeries series{name_of(light), {}};
+        ResidualSeries series{light_word(light), {}};
         for (std::size_t r = 0; r < model.size(); ++r)
-            if (light_of(query.directions[r]) == light)
+            if (observed_light(query.directions[r]) == light)
                 series.points.push_back(
                     {places[r], table.rows[r][brightness], table.rows[r][sigma], model[r]});
         if (!series.points.empty()) plot.series.push_back(std::move(series));
@@ -171,8 +172,8 @@ std::vector<int> family_columns(const CsvTable& rows, const std::vector<FamilyAx
 }
 
 /// Parameters of the family that a row states; not-a-number for the others.
-FamilyPoint known_of(const CsvTable& rows, std::size_t r, const std::vector<FamilyAxis>& family,
-                     const std::vector<int>& columns) {
+FamilyPoint known_point(const CsvTable& rows, std::size_t r, const std::vector<FamilyAxis>& family,
+                        const std::vector<int>& columns) {
     std::vector<double> known(family.size(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t k = 0; k < family.size(); ++k) {
         if (columns[k] < 0) continue;
@@ -186,25 +187,26 @@ FamilyPoint known_of(const CsvTable& rows, std::size_t r, const std::vector<Fami
 }
 
 /// Bins in the order in which their places appear; a single one without a column of them.
-std::vector<Bin> bins_of(const Query& query, const LayerModel& model) {
+std::vector<Bin> make_bins(const Query& query, const LayerModel& model) {
     const CsvTable& rows = query.table;
     const std::vector<FamilyAxis> family = model.family();
     const std::vector<int> of_family = family_columns(rows, family);
     const std::string place_column = column_of_bins(rows, family);
-    const std::size_t brightness = place_of(rows, "brightness"), sigma = place_of(rows, "sigma");
+    const std::size_t brightness = column_index(rows, "brightness"),
+                      sigma = column_index(rows, "sigma");
     std::vector<Bin> bins;
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         const std::vector<double>& row = rows.rows[r];
-        const Light light = light_of(query.directions[r]);
+        const Light light = observed_light(query.directions[r]);
         if (!model.has(light))
             throw std::invalid_argument(rows.name + ", line " + std::to_string(rows.lines[r]) +
                                         ": side must be one that the table holds, got " +
-                                        name_of(light));
-        const double place = place_column.empty() ? 0 : row[place_of(rows, place_column)];
+                                        light_word(light));
+        const double place = place_column.empty() ? 0 : row[column_index(rows, place_column)];
         auto bin = std::ranges::find(bins, place, &Bin::place);
         if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
         bin->observations.push_back({query.directions[r].geometry, light, row[brightness],
-                                     row[sigma], known_of(rows, r, family, of_family)});
+                                     row[sigma], known_point(rows, r, family, of_family)});
         bin->rows.push_back(r);
     }
     if (bins.empty()) throw std::invalid_argument(rows.name + ": no observations");
@@ -229,7 +231,7 @@ std::string option_name(const LayerModel& model, int parameter) {
 }
 
 /// A parameter's value; of lengths um or nm may follow. Not-a-number where it is none.
-double value_of(const std::string& text, const std::string& name) {
+double parse_value(const std::string& text, const std::string& name) {
     if (const auto parameter = parameter_named(name)) return parameter_value(text, *parameter);
     double value = 0;
     const std::size_t end = read_number(text, value);
@@ -237,10 +239,10 @@ double value_of(const std::string& text, const std::string& name) {
 }
 
 /// The parameter of that name.
-int parameter_of(const std::string& option, const std::string& form, const LayerModel& model,
-                 const std::string& name, const std::string& met) {
+int require_parameter(const std::string& option, const std::string& form, const LayerModel& model,
+                      const std::string& name, const std::string& met) {
     std::vector<std::string> names;
-    for (const int p : fit_parameters_of(model)) {
+    for (const int p : model_parameters(model)) {
         names.push_back(option_name(model, p));
         if (names.back() == name) return p;
     }
@@ -248,16 +250,16 @@ int parameter_of(const std::string& option, const std::string& form, const Layer
                                 ", got " + met);
 }
 
-FitOptions options_of(const FitCommand& command, const LayerModel& model) {
+FitOptions make_options(const FitCommand& command, const LayerModel& model) {
     FitOptions options;
     options.density = parse_density("fit", command.density);
     options.opposition = parse_opposition("fit", command.opposition, options.density);
     for (const std::string& text : command.fixed) {
         const std::size_t equals = text.find('=');
         const std::string name = text.substr(0, equals);
-        const int p = parameter_of("--fix", "NAME=VALUE with a name", model, name, text);
+        const int p = require_parameter("--fix", "NAME=VALUE with a name", model, name, text);
         const double value =
-            value_of(equals == std::string::npos ? "" : text.substr(equals + 1), name);
+            parse_value(equals == std::string::npos ? "" : text.substr(equals + 1), name);
         if (std::isnan(value))
             throw std::invalid_argument("fit: --fix must be NAME=VALUE, got " + text);
         std::optional<double>& held = options.*held_fields[static_cast<std::size_t>(p)];
@@ -267,7 +269,7 @@ FitOptions options_of(const FitCommand& command, const LayerModel& model) {
         held = value;
     }
     for (const std::string& name : command.free) {
-        const int p = parameter_of("--free", "a name", model, name, name);
+        const int p = require_parameter("--free", "a name", model, name, name);
         if (options.*held_fields[static_cast<std::size_t>(p)])
             throw std::invalid_argument("fit: --free must not name what --fix holds, got " + name);
         if (p == fit_g1) options.free_g1 = true;
@@ -282,7 +284,7 @@ struct Prediction {
     std::unique_ptr<LayerModel> model;
 };
 
-Prediction prediction_of(const FitCommand& command, bool beams_alone) {
+Prediction make_prediction(const FitCommand& command, bool beams_alone) {
     const bool has_table = !command.table.empty(), has_phase = !command.phase.empty();
     if (has_table && (has_phase || command.single))
         throw std::invalid_argument(
@@ -321,11 +323,11 @@ struct Columns {
 };
 
 /// Albedos and the depth, and what else is free.
-Columns columns_of(const LayerModel& model, const std::array<bool, fit_parameters>& free,
-                   const std::string& place) {
+Columns fit_columns(const LayerModel& model, const std::array<bool, fit_parameters>& free,
+                    const std::string& place) {
     Columns columns;
     columns.place = place;
-    for (const int p : fit_parameters_of(model)) {
+    for (const int p : model_parameters(model)) {
         if (p >= fit_g1 && !free[static_cast<std::size_t>(p)]) continue;
         columns.parameters.push_back(p);
         columns.names.push_back(fit_parameter_names(model)[static_cast<std::size_t>(p)]);
@@ -387,10 +389,10 @@ void run_fit(const FitCommand& command) {
                                           {"radius", "pixel", "g", "wavelength", "variance"});
     const CsvTable& rows = query.table;
     const Prediction prediction =
-        prediction_of(command, !rows.rows.empty() && all_are_beams(query));
+        make_prediction(command, !rows.rows.empty() && all_are_beams(query));
     const LayerModel& model = *prediction.model;
-    const FitOptions options = options_of(command, model);
-    const std::vector<Bin> bins = bins_of(query, model);
+    const FitOptions options = make_options(command, model);
+    const std::vector<Bin> bins = make_bins(query, model);
     const std::vector<Observation>& first = bins.front().observations;
     const std::string place_column = column_of_bins(rows, model.family());
     check_counts(bins, rows, place_column, free_parameter_count(model, first, options));
@@ -399,7 +401,8 @@ void run_fit(const FitCommand& command) {
         const auto at = static_cast<std::size_t>(b);
         fits[at] = fit_layer(model, bins[at].observations, options);
     });
-    const Columns columns = columns_of(model, free_parameters(model, first, options), place_column);
+    const Columns columns =
+        fit_columns(model, free_parameters(model, first, options), place_column);
     write_answer(command.output, [&](std::ostream& out) {
         write_header(out, columns);
         for (std::size_t b = 0; b < fits.size(); ++b) write_fit(out, columns, bins[b], fits[b]);

@@ -71,7 +71,7 @@ std::string described(const Axis& axis, const char* scale_name, double unit = 1,
     return text;
 }
 
-std::string sides_of(const TableView& table) {
+std::string describe_sides(const TableView& table) {
     if (!table.has_reflection()) return "transmission";
     if (!table.has_transmission()) return "reflection";
     return "reflection, transmission";
@@ -89,7 +89,7 @@ std::string lower_boundary_text(const Table& table) {
     }
 }
 
-std::string orders_of(const Table& table) {
+std::string describe_orders(const Table& table) {
     const std::string multiple =
         table.highest_order == 0 ? "2 and above"
         : table.highest_order == 2
@@ -141,8 +141,8 @@ void print_content(const Table& table, const TableView& view) {
     print("mu_out", described(table.mu_out, axis_scale_name(table.mu_out.scale)));
     print("azimuth",
           described(table.azimuth, axis_scale_name(table.azimuth.scale), pi / 180, " degrees"));
-    print("sides", sides_of(view));
-    print("orders", orders_of(table));
+    print("sides", describe_sides(view));
+    print("orders", describe_orders(table));
 }
 
 void print_size(const AnyTable& given, const std::string& path) {

@@ -11,14 +11,14 @@
 namespace stratus {
 namespace {
 
-std::vector<Geometry> geometries_of(const Query& query) {
+std::vector<Geometry> make_geometries(const Query& query) {
     std::vector<Geometry> geometries;
     for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
     return geometries;
 }
 
 /// The largest relative error of what the rows ask for.
-double worst_error_of(const SolvedGeometries& solved, const Query& query) {
+double worst_error(const SolvedGeometries& solved, const Query& query) {
     double worst = 0;
     for (std::size_t r = 0; r < solved.at.size(); ++r) {
         const SolvedGeometry& at = solved.at[r];
@@ -60,14 +60,14 @@ std::string answer_query_inside(const LevelsCommand& command) {
         "downward_error"};
     require_different_files("solve", command.query, command.output);
     const Query query = read_query(command.query, {});
-    const std::vector<Geometry> geometries = geometries_of(query);
+    const std::vector<Geometry> geometries = make_geometries(query);
     double worst = 0;
     write_answer(command.output, [&](std::ostream& out) {
         write_answer_header(out, query, columns);
         for (const double level : command.levels) {
             const SolvedGeometries solved = solve_geometries_inside(
                 stack.layers, stack.lower_boundary, level, geometries, command.options);
-            worst = std::max(worst, worst_error_of(solved, query));
+            worst = std::max(worst, worst_error(solved, query));
             for (std::size_t r = 0; r < geometries.size(); ++r) {
                 const auto& [up, down, up_error, down_error] = solved.at[r];
                 write_answer_row(out, query, r, columns,

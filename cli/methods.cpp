@@ -51,8 +51,8 @@ std::vector<double> beams(double optical_depth, const std::vector<double>& mu) {
 
 /// Fluxes of a solution. `absorptance`: under uniform illumination, with the name it goes by.
 template <class Solution>
-MethodFluxes fluxes_of(const Solution& solution, const std::vector<double>& mu,
-                       double optical_depth, std::pair<std::string, double> absorptance) {
+MethodFluxes list_fluxes(const Solution& solution, const std::vector<double>& mu,
+                         double optical_depth, std::pair<std::string, double> absorptance) {
     MethodFluxes fluxes;
     fluxes.uniform = {{"spherical_albedo", solution.spherical_albedo},
                       {"total_transmittance", solution.total_transmittance},
@@ -67,7 +67,7 @@ MethodFluxes fluxes_of(const Solution& solution, const std::vector<double>& mu,
 
 /// Absorptance of a layer under uniform illumination. `orders`: the last one that is solved, 0: all.
 template <class Solution>
-std::pair<std::string, double> absorptance_of(const Solution& layer, int orders) {
+std::pair<std::string, double> labelled_absorptance(const Solution& layer, int orders) {
     return {orders ? "absorptance_and_higher_orders" : "absorptance",
             1 - layer.spherical_albedo - layer.total_transmittance};
 }
@@ -122,9 +122,9 @@ Method by_classic(const LayerQuestion& question) {
     method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); });
     method.fluxes = [=](const std::vector<double>& mu) {
         const LayerSolution solution = solve(mu, flux_only(options));
-        auto absorptance = absorptance_of(solution, 0);
+        auto absorptance = labelled_absorptance(solution, 0);
         if (question.albedo == 1) absorptance.second = 0;
-        return fluxes_of(solution, mu, question.optical_depth, std::move(absorptance));
+        return list_fluxes(solution, mu, question.optical_depth, std::move(absorptance));
     };
     return method;
 }
@@ -139,11 +139,11 @@ MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
         depth += layer.optical_depth;
         is_conservative = is_conservative && layer.albedo == 1;
     }
-    auto absorptance = absorptance_of(solved, options.orders);
+    auto absorptance = labelled_absorptance(solved, options.orders);
     // The boundary's share is part of it: what falls on the boundary is not lost.
     if (is_over) absorptance.second = 1 - solved.spherical_albedo;
     if (is_conservative) absorptance.second = 0;
-    MethodFluxes fluxes = fluxes_of(solved, mu, depth, std::move(absorptance));
+    MethodFluxes fluxes = list_fluxes(solved, mu, depth, std::move(absorptance));
     if (is_over) {
         fluxes.uniform.emplace_back("ground_absorptance", solved.spherical_ground_absorptance);
         if (!mu.empty())
@@ -224,9 +224,9 @@ Method by_h_function(const LayerQuestion& question) {
     };
     method.fluxes = [=](const std::vector<double>& mu) {
         const IsotropicSolution solution = solve(mu);
-        auto absorptance = absorptance_of(solution, 0);
+        auto absorptance = labelled_absorptance(solution, 0);
         if (question.albedo == 1) absorptance.second = 0;
-        return fluxes_of(solution, mu, question.optical_depth, std::move(absorptance));
+        return list_fluxes(solution, mu, question.optical_depth, std::move(absorptance));
     };
     return method;
 }
@@ -263,8 +263,8 @@ Method by_markov(const LayerQuestion& question) {
     };
     method.fluxes = [=](const std::vector<double>& mu) {
         const MarkovSolution solution = solve(mu, flux_only(options));
-        MethodFluxes fluxes = fluxes_of(solution.layer, mu, question.optical_depth,
-                                        absorptance_of(solution.layer, question.orders));
+        MethodFluxes fluxes = list_fluxes(solution.layer, mu, question.optical_depth,
+                                          labelled_absorptance(solution.layer, question.orders));
         fluxes.uniform.emplace_back("error", solution.flux_error);
         return fluxes;
     };
@@ -333,16 +333,16 @@ Method by_photons(const LayerQuestion& question) {
 
 }  // namespace
 
-Method method_of(const LayerQuestion& question) {
+Method make_method(const LayerQuestion& question) {
     if (question.scheme == "h-function") return by_h_function(question);
     if (question.scheme == "markov") return by_markov(question);
     if (question.scheme == "photons") return by_photons(question);
     if (question.scheme == "classic") return by_classic(question);
-    return method_of(
+    return make_method(
         Stack{{{question.phase_function, question.albedo, question.optical_depth}}, {}}, question);
 }
 
-SolverOptions options_of(const LayerQuestion& question) {
+SolverOptions make_options(const LayerQuestion& question) {
     SolverOptions options;
     if (question.nodes)
         options.nodes = question.nodes;
@@ -351,8 +351,8 @@ SolverOptions options_of(const LayerQuestion& question) {
     return options;
 }
 
-Method method_of(const Stack& stack, const LayerQuestion& question) {
-    SolverOptions options = options_of(question);
+Method make_method(const Stack& stack, const LayerQuestion& question) {
+    SolverOptions options = make_options(question);
     options.orders = question.orders;
     Method method;
     // With orders, these are solved at all cosines that are given at once.

@@ -55,11 +55,11 @@ struct Method {
 };
 
 /// Options of the solver, harmonic, without orders.
-SolverOptions options_of(const LayerQuestion& question);
+SolverOptions make_options(const LayerQuestion& question);
 
 /// Errors   std::invalid_argument for what a scheme cannot solve.
-Method method_of(const LayerQuestion& question);
-Method method_of(const Stack& stack, const LayerQuestion& how);  // by the solver
+Method make_method(const LayerQuestion& question);
+Method make_method(const Stack& stack, const LayerQuestion& how);  // by the solver
 
 struct LevelsCommand {
     Stack stack;

@@ -80,7 +80,7 @@ std::string summary(const PhaseFunction& phi) {
 }
 
 /// Over the scattering angle, y in whole decades that hold all values above 1e-6 of the largest.
-LinePlot plot_of(const PhaseFunctions& functions) {
+LinePlot make_plot(const PhaseFunctions& functions) {
     LinePlot plot;
     plot.title = functions.size() == 1 ? "Phase function" : "Phase functions";
     plot.x_title = "scattering angle (degrees)";
@@ -127,7 +127,7 @@ void run_phase(const PhaseCommand& command) {
             write_values(out, functions, command.step_deg);
     });
     if (command.svg.empty()) return;
-    const LinePlot plot = plot_of(functions);
+    const LinePlot plot = make_plot(functions);
     write_file(command.svg,
                [&](const std::filesystem::path& temporary) { draw_line_plot(plot, temporary); });
 }

@@ -225,7 +225,7 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 /// Says in one sentence what a scene should simulate.
-std::string answer_of(const PlanReport& report) {
+std::string describe_plan(const PlanReport& report) {
     std::vector<std::string> kept, idle;
     for (const EffectShare& share : report.shares)
         if (share.seen && report.plan.effects.*share.effect)
@@ -244,7 +244,7 @@ std::string answer_of(const PlanReport& report) {
 void print_answers(const SceneFile& file, const std::vector<PlanReport>& reports) {
     std::vector<std::pair<std::string, std::vector<std::string>>> answers;
     for (std::size_t k = 0; k < reports.size(); ++k) {
-        const std::string answer = answer_of(reports[k]);
+        const std::string answer = describe_plan(reports[k]);
         auto same = std::ranges::find(answers, answer, [](const auto& each) { return each.first; });
         if (same == answers.end()) same = answers.insert(answers.end(), {answer, {}});
         same->second.push_back(panel_name(file, k));

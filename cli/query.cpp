@@ -58,7 +58,7 @@ bool is_observed(const CsvTable& rows) {
                                [&](const std::string& name) { return rows.has_column(name); });
 }
 
-std::string line_of(const CsvTable& rows, std::size_t r) {
+std::string row_place(const CsvTable& rows, std::size_t r) {
     return rows.name + ", line " + std::to_string(rows.lines[r]);
 }
 
@@ -91,7 +91,7 @@ void check_values(const CsvTable& query, bool signed_mu_out) {
             const double value =
                 query.rows[r][static_cast<std::size_t>(query.column(range.column))];
             if (range.holds(value)) continue;
-            throw std::invalid_argument(line_of(query, r) + ": " + range.column + " must be " +
+            throw std::invalid_argument(row_place(query, r) + ": " + range.column + " must be " +
                                         range.allowed + ", got " + shortest_text(value));
         }
 }
@@ -130,7 +130,7 @@ class Row {
 
 RowDirection observed_direction(const Row& row, const std::string& line) {
     const ObservedAngles angles{row["incidence_deg"], row["emission_deg"], row["phase_deg"]};
-    const auto [geometry, side] = geometry_of(angles, line.c_str());
+    const auto [geometry, side] = observed_geometry(angles, line.c_str());
     return {geometry, side};
 }
 
@@ -142,7 +142,7 @@ RowDirection cosine_direction(const Row& row) {
 RowDirection beam_direction(const Row& row, const std::string& line) {
     if (!row.has("emission_deg")) return {{row["mu_out"], row["mu_out"], 0}};
     const double emission = row["emission_deg"];
-    return {geometry_of({0, emission, emission}, line.c_str()).geometry};
+    return {observed_geometry({0, emission, emission}, line.c_str()).geometry};
 }
 
 RowDirection observation_direction(const Row& row, const std::string& line) {
@@ -172,7 +172,7 @@ Query read_query(const std::string& path, const std::vector<std::string>& requir
                   optional);
     check_values(rows, false);
     for (std::size_t r = 0; r < rows.rows.size(); ++r)
-        query.directions.push_back(observed ? observed_direction({rows, r}, line_of(rows, r))
+        query.directions.push_back(observed ? observed_direction({rows, r}, row_place(rows, r))
                                             : cosine_direction({rows, r}));
     return query;
 }
@@ -186,7 +186,7 @@ Query read_observations(const std::string& path, const std::vector<std::string>&
     check_columns(rows, is_observed(rows) ? observed_columns : cosine_columns, {1}, required, more);
     check_values(rows, !rows.has_column("side"));
     for (std::size_t r = 0; r < rows.rows.size(); ++r)
-        query.directions.push_back(observation_direction({rows, r}, line_of(rows, r)));
+        query.directions.push_back(observation_direction({rows, r}, row_place(rows, r)));
     return query;
 }
 

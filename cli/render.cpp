@@ -76,14 +76,14 @@ std::string name_of_frame(const std::string& pattern, int frame) {
            number + pattern.substr(end + 1);
 }
 
-std::string output_of(const RenderCommand& command, const std::string& output, int frame) {
+std::string frame_output(const RenderCommand& command, const std::string& output, int frame) {
     return command.frames.empty() ? output : name_of_frame(output, frame);
 }
 
 void check_outputs(const RenderCommand& command, const FrameRange& frames) {
     for (const std::string& each : command.outputs)
         for (int frame = frames.first; frame <= frames.last; ++frame) {
-            const std::string output = output_of(command, each, frame);
+            const std::string output = frame_output(command, each, frame);
             require_writable("render", "--output", output, {".png", ".exr", ".svg"});
             require_different_files("render", command.scene, output);
             for (const std::string& table : command.tables)
@@ -117,7 +117,7 @@ SceneTables tables_for(const RenderCommand& command, const std::vector<Scene>& s
 }
 
 /// The title of each panel, in its lower left corner.
-std::vector<Label> labels_of(const SceneFile& file) {
+std::vector<Label> panel_labels(const SceneFile& file) {
     std::vector<Label> labels;
     if (file.panels.size() < 2) return labels;
     for (std::size_t k = 0; k < file.panels.size(); ++k) {
@@ -143,7 +143,7 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
     const bool png = std::filesystem::path(output).extension() == ".png";
     write_file(output, [&](const std::filesystem::path& temporary) {
         if (png)
-            write_png(image, file.panels[0].white, labels_of(file), temporary);
+            write_png(image, file.panels[0].white, panel_labels(file), temporary);
         else
             write_exr_image(image,
                             {{"title", file.title},
@@ -208,7 +208,7 @@ void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
         };
         const Image image = render(film, k, tables, options);
         for (const std::string& output : command.outputs)
-            write_picture(file, image, output_of(command, output, k));
+            write_picture(file, image, frame_output(command, output, k));
         if (k == frames.first) note_exposure(command, image, file.panels[0].white, progress);
         if (k < frames.last) continue;
         char line[160];

@@ -105,8 +105,8 @@ std::string textures_header(const std::vector<ShaderTexture>& textures) {
 }
 
 /// The bound medium: one layer for all colours, or one for each, or a stack. None: nothing is bound.
-std::optional<Medium<3>> medium_of(const TableView& table, std::vector<double> optical_depth,
-                                   std::vector<double> albedo) {
+std::optional<Medium<3>> make_medium(const TableView& table, std::vector<double> optical_depth,
+                                     std::vector<double> albedo) {
     if (table.is_stack() && albedo.empty()) {
         const AxisView& depth = table.optical_depth;
         optical_depth = {depth.count > 0 ? depth.lowest : infinity};
@@ -141,7 +141,7 @@ void run_shader(const ShaderOptions& options) {
             "left out for cpp, whose class Layer binds any", "both");
     const PackedTable table = read_member("shader", options.input, options.reading, options.at);
     std::vector<ShaderTexture> textures;
-    const auto medium = medium_of(table.view(), options.optical_depth, options.albedo);
+    const auto medium = make_medium(table.view(), options.optical_depth, options.albedo);
     std::optional<FilteredLight> filtered;
     if (options.filtered) {
         filtered = medium ? filtered_layer(table, *medium) : filtered_layers(table);

@@ -35,7 +35,7 @@ struct SolveCommand {
     bool quiet = false;
 };
 
-std::vector<double> values_of(const MethodRow& answer) {
+std::vector<double> row_values(const MethodRow& answer) {
     const SolvedValue &R = answer.reflection, &T = answer.transmission;
     std::vector<double> values{R.total, T.total, R.single, T.single, R.multiple, T.multiple};
     values.insert(values.end(), answer.more.begin(), answer.more.end());
@@ -96,7 +96,7 @@ Findings answer_query(const SolveCommand& command, const Method& method) {
                 cosines.insert({geometries.back().mu_in, geometries.back().mu_out});
             }
             for (const MethodRow& answer : method.rows(geometries)) {
-                write_answer_row(stream, query, first, columns, values_of(answer));
+                write_answer_row(stream, query, first, columns, row_values(answer));
                 findings.look_at(query.directions[first++], answer);
             }
         }
@@ -160,7 +160,7 @@ double read_albedo(const std::string& text, const PhaseFunction& phase_function)
 }
 
 /// The stack of a file, or the one layer that options describe.
-Stack stack_of(SolveCommand& command, std::vector<std::string>& notes) {
+Stack make_stack(SolveCommand& command, std::vector<std::string>& notes) {
     if (!command.layers.empty()) return read_stack(command.layers, &notes);
     LayerQuestion& question = command.question;
     question.phase_function = read_phase_function(command.phase, "", &notes);
@@ -170,8 +170,8 @@ Stack stack_of(SolveCommand& command, std::vector<std::string>& notes) {
 }
 
 /// Describes the stack by its numbers.
-std::vector<std::pair<std::string, double>> medium_of(const SolveCommand& command,
-                                                      const Stack& stack) {
+std::vector<std::pair<std::string, double>> describe_medium(const SolveCommand& command,
+                                                            const Stack& stack) {
     if (command.layers.empty())
         return {{"albedo", command.question.albedo},
                 {"optical_depth", command.question.optical_depth}};
@@ -186,7 +186,7 @@ std::string answer_levels(const SolveCommand& command, const Stack& stack) {
                                command.mu_in.empty() ? std::vector<double>{1} : command.mu_in,
                                command.query,
                                command.output,
-                               options_of(command.question)};
+                               make_options(command.question)};
     return command.asked ? answer_query_inside(inside) : answer_fluxes_inside(inside);
 }
 
@@ -196,7 +196,7 @@ void run_solve(SolveCommand command) {
         if (!command.quiet) say("note: " + text);
     };
     const LayerQuestion& question = command.question;
-    const Stack stack = stack_of(command, notes);
+    const Stack stack = make_stack(command, notes);
     for (const std::string& text : notes) note(text);
     const auto refuse_unless_accepted = [&](const std::string& missing) {
         if (missing.empty() || command.accept) return;
@@ -206,9 +206,9 @@ void run_solve(SolveCommand command) {
     };
     if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
     const bool is_layer = command.layers.empty() && command.over.empty();
-    const Method method = is_layer ? method_of(question) : method_of(stack, question);
+    const Method method = is_layer ? make_method(question) : make_method(stack, question);
     if (!command.asked) {
-        const bool misses = answer_fluxes(command, method, medium_of(command, stack));
+        const bool misses = answer_fluxes(command, method, describe_medium(command, stack));
         return refuse_unless_accepted(misses ? "see error" : "");
     }
     const Findings findings = answer_query(command, method);

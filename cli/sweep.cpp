@@ -142,7 +142,8 @@ class SweepFolder {
         if (!fs::exists(table(row))) return std::nullopt;
         try {
             const PackedTable found(table(row).string());
-            if (found.is_intact() && is_baked_of(found.header(), row.recipe)) return found.header();
+            if (found.is_intact() && is_baked_from(found.header(), row.recipe))
+                return found.header();
         } catch (const std::exception&) {  // damaged, or of something else
         }
         return std::nullopt;

@@ -13,7 +13,7 @@ namespace stratus {
 namespace {
 
 /// A family's first member, as an example.
-std::string example_of(const std::vector<FamilyAxis>& family) {
+std::string example_point(const std::vector<FamilyAxis>& family) {
     std::vector<std::string> parts;
     for (const FamilyAxis& axis : family)
         parts.push_back(std::string(axis.name()) + "=" + shortest_text(axis.axis.values.front()));
@@ -37,14 +37,14 @@ std::string at_help(const std::string& more) {
            more;
 }
 
-FamilyPoint point_of(const char* caller, const std::string& at,
-                     const std::vector<FamilyAxis>& family, const std::string& path) {
+FamilyPoint parse_point(const char* caller, const std::string& at,
+                        const std::vector<FamilyAxis>& family, const std::string& path) {
     if (family.empty()) {
         require(at.empty(), caller, "--at",
                 "left out for " + path + ", which is of one phase function", at);
         return {};
     }
-    const std::string example = "as in " + example_of(family);
+    const std::string example = "as in " + example_point(family);
     require(!at.empty(), caller, "--at", "given for " + path + ", " + example, "nothing");
     std::vector<double> values(family.size(), std::numeric_limits<double>::quiet_NaN());
     std::istringstream parts(at);
@@ -69,11 +69,11 @@ PackedTable read_member(const char* caller, const std::string& path, const ReadO
                         const std::string& at) {
     if (at.empty()) {
         PackedTable table = read_packed_table(path, options);
-        point_of(caller, at, table.header().family, path);
+        parse_point(caller, at, table.header().family, path);
         return table;
     }
     const Table table = read_samples(path, options);
-    return PackedTable(pack(table_at(table, point_of(caller, at, table.family, path))));
+    return PackedTable(pack(table_at(table, parse_point(caller, at, table.family, path))));
 }
 
 }  // namespace stratus

@@ -23,7 +23,7 @@ namespace {
 constexpr double min_value = 1e-8;
 
 /// Returns the ranges of a view of the table.
-PointRange range_of(const Table& table, const TableView& view) {
+PointRange point_range(const Table& table, const TableView& view) {
     return {view.albedo,
             view.optical_depth,
             view.mu_in,
@@ -49,10 +49,10 @@ const std::vector<double>& floor_cosines() {
 double error_floor(const LayerSolution& solution, Side side) {
     // Not straight on in a narrow peak: 1 % of that is more than all the rest.
     std::vector<double> azimuths{pi / 2, pi};
-    if (std::ranges::none_of(
-            phase_functions_of(solution.stack ? solution.stack->layers : std::vector<StackLayer>{},
-                               solution.phase_function, {}),
-            has_narrow_peak))
+    if (std::ranges::none_of(list_phase_functions(solution.stack ? solution.stack->layers
+                                                                 : std::vector<StackLayer>{},
+                                                  solution.phase_function, {}),
+                             has_narrow_peak))
         azimuths.insert(azimuths.begin(), 0);
     std::vector<int> at;
     for (const double mu : floor_cosines()) {
@@ -132,7 +132,7 @@ double energy_defect(const Table& table) {
 }
 
 /// Views a table that is packed, or whose samples may be in files.
-TableView view_of(const Table& table, const VerifyOptions& options) {
+TableView checked_view(const Table& table, const VerifyOptions& options) {
     if (options.packed) return options.packed->view();
     TableView view = table.view();
     if (options.files == nullptr) return view;
@@ -145,7 +145,7 @@ TableView view_of(const Table& table, const VerifyOptions& options) {
 
 /// The furnace_defect of a Verification, of one member.
 double furnace_defect(const Table& table, std::size_t member, const VerifyOptions& options) {
-    const TableView all = view_of(table, options);
+    const TableView all = checked_view(table, options);
     const TableView view = all.at(member_at(table.family, member));
     if (!view.has_reflection() || table.plane_albedo.empty() || !view.has_all_directions())
         return -1;
@@ -267,9 +267,9 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     solver.exact_fluxes = false;
     solver.mode_tolerance = 1e-3 * table.tolerance;
 
-    const TableView view = view_of(table, options);
+    const TableView view = checked_view(table, options);
     std::vector<ErrorSample> all =
-        solve_random_points(table.phase_function, range_of(table, view), solver, options);
+        solve_random_points(table.phase_function, point_range(table, view), solver, options);
     if (!is_first_rank(options.log)) return result;
     look_up_by_few(view, all, options);
     error_quantile(all, 1);  // sorts

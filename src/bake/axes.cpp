@@ -17,7 +17,7 @@ namespace {
 constexpr double reduced_extrapolation_length = 1.4208921792;
 
 /// A part of an axis: samples no further apart.
-Axis part_of(const AxisView& all, double min, double max) {
+Axis axis_part(const AxisView& all, double min, double max) {
     if (min == max) return make_axis(all.scale, min, min, 1);
     if (min == all.lowest && max == all.highest) return make_axis(all.scale, min, max, all.count);
     const double intervals = std::ceil(all.index(max) - all.index(min) - 1e-9);
@@ -41,7 +41,7 @@ SolverOptions solver_options(const Recipe& recipe) {
 }
 
 bool leaves_path_law(const Recipe& recipe) {
-    if (mixture_of(recipe) != nullptr || recipe.lower_boundary.is_present() ||
+    if (mixture_range(recipe) != nullptr || recipe.lower_boundary.is_present() ||
         !recipe.layers.empty())
         return false;
     if (recipe.leaves_path_law) return *recipe.leaves_path_law;
@@ -60,21 +60,21 @@ Recipe with_path_law_decided(Recipe recipe) {
     return recipe;
 }
 
-std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe) {
+std::shared_ptr<const PathOrders> recipe_path_law(const Recipe& recipe) {
     if (!leaves_path_law(recipe)) return {};
     return PathOrders::of_any(recipe.phase_function);
 }
 
 Axis mu_axis(Range range, int samples) {
     const Axis all = make_axis(AxisScale::arcsine_of_fourth_root, min_mu, 1, samples);
-    return part_of(all.view(), std::max(min_mu, range.min), range.max);
+    return axis_part(all.view(), std::max(min_mu, range.min), range.max);
 }
 
 Axis azimuth_axis(Range range, AxisScale scale, int samples) {
     if (samples == 1) return make_axis(AxisScale::linear, 0, 0, 1);
     const auto end = [](double degrees) { return degrees == 180 ? pi : radians(degrees); };
     const Axis all = make_axis(scale, 0, pi, samples);
-    return part_of(all.view(), end(range.min), end(range.max));
+    return axis_part(all.view(), end(range.min), end(range.max));
 }
 
 DirectionAxes direction_axes(const Recipe& resolved) {
@@ -99,7 +99,7 @@ std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe) {
     std::vector<FamilyAxis> ends;
     for (const FamilyRange& range : recipe.family) ends.push_back(ranging_axis(range, 2));
     std::vector<std::pair<double, FamilyPoint>> peaks;
-    for (const FamilyPoint& corner : corners_of(ends))
+    for (const FamilyPoint& corner : family_corners(ends))
         peaks.emplace_back(std::abs(at_member(recipe, corner).phase_function.asymmetry()), corner);
     std::ranges::stable_sort(peaks, std::ranges::greater{}, &std::pair<double, FamilyPoint>::first);
     std::vector<FamilyPoint> corners;

@@ -107,7 +107,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         table.attributes["convention_below"] =
             "reflection is that of the layer and its lower boundary; light scattered once, by "
             "either, is added in closed form and not in reflection_multiple";
-    if (mixture_of(recipe) != nullptr)
+    if (mixture_range(recipe) != nullptr)
         table.attributes["convention_mixture"] =
             "mixture is the share that phase_function has in all that is scattered, the rest is "
             "second_phase_function's: phi = mixture phi_1 + (1 - mixture) phi_2";
@@ -132,7 +132,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.seed = check_seed;
     check.threads = options.threads;
     check.fluxes = false;
-    check.log = part_of(options.log, "check");
+    check.log = nested_log(options.log, "check");
     if (options.samples && options.samples->has_room()) check.files = options.samples;
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     std::optional<PackedTable> packed;
@@ -180,7 +180,8 @@ std::string baking_program() {
 #else
     const std::string compiler = "g++ " __VERSION__;
 #endif
-    return "stratus " STRATUS_VERSION ", " + compiler + ", " + name_of(chosen_instruction_set());
+    return "stratus " STRATUS_VERSION ", " + compiler + ", " +
+           instruction_set_name(chosen_instruction_set());
 }
 
 Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
@@ -189,7 +190,7 @@ Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
 
 Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options) {
     BakeOptions of_attempt = options;
-    of_attempt.log = part_of(options.log, name_of_attempt(0));
+    of_attempt.log = nested_log(options.log, name_of_attempt(0));
     return resolve_to(recipe, first_strictness, of_attempt);
 }
 
@@ -207,7 +208,7 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
         if (n > 0)
             note("the tolerance is not met with a margin: baking again with stricter choices");
         BakeOptions of_attempt = options;
-        of_attempt.log = part_of(options.log, name_of_attempt(n));
+        of_attempt.log = nested_log(options.log, name_of_attempt(n));
         const Resolution resolution = resolve_to(recipe, strictness, of_attempt);
         if (resolved_text(resolution.recipe) == last) {
             note("no choice can be refined further");
@@ -216,8 +217,8 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
         last = resolved_text(resolution.recipe);
         at_cap = resolution.at_cap;
         if (options.note && n == 0) {
-            const Forecast ahead = forecast_of(resolution, options);
-            for (const Shortfall& axis : ahead.shortfalls) note("warning: " + sentence_of(axis));
+            const Forecast ahead = forecast(resolution, options);
+            for (const Shortfall& axis : ahead.shortfalls) note("warning: " + describe(axis));
             note(sentence_of_cost(ahead));
         }
         attempt = attempt_bake(recipe, resolution.recipe, of_attempt);

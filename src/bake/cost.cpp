@@ -23,7 +23,7 @@ namespace {
 using Kind = CostPoint::Kind;
 
 /// Says what a tolerance chose: its error and its cost beside those of the other points of its kind.
-std::string sentence_of(const CostPoint& point, std::span<const CostPoint> others) {
+std::string describe(const CostPoint& point, std::span<const CostPoint> others) {
     const std::string error = " error " + short_number(point.error_99_9) + ", ";
     const std::string times = short_number(point.times_frontier) + " times the ";
     const std::string first = "tolerance " + short_number(point.tolerance) + ": ";
@@ -134,7 +134,7 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
         std::ranges::copy_if(points, std::back_inserter(chosen),
                              [](const CostPoint& point) { return point.tolerance > 0; });
         std::ranges::sort(chosen, std::greater(), &CostPoint::tolerance);
-        for (const CostPoint& point : chosen) budget.say(sentence_of(point, points));
+        for (const CostPoint& point : chosen) budget.say(describe(point, points));
     }
     return study;
 }

@@ -23,7 +23,7 @@ namespace {
 constexpr double share_of_nodes = 0.2, share_with_path_law = 0.5, share_of_modes = 0.05;
 
 /// Positions of an axis' samples that a stencil reads; weights beyond a short axis are 0.
-int sample_of(const Stencil& stencil, int p, const Axis& axis) {
+int sample_position(const Stencil& stencil, int p, const Axis& axis) {
     return std::min(stencil.first + p, static_cast<int>(axis.values.size()) - 1);
 }
 
@@ -68,18 +68,18 @@ struct SampledCosines {
 
     SampledCosines(const Axis& axis, const std::vector<int>& probed,
                    const std::vector<double>& mu) {
-        std::vector<int> place_of(axis.values.size(), -1);
+        std::vector<int> sample_place(axis.values.size(), -1);
         for (const int probe : probed) {
             const Stencil stencil = axis.view().stencil(mu[static_cast<std::size_t>(probe)]);
             places.emplace_back();
             weights.emplace_back();
             for (int p = 0; p < Blend::size; ++p) {
-                const auto sample = static_cast<std::size_t>(sample_of(stencil, p, axis));
-                if (place_of[sample] < 0) {
-                    place_of[sample] = static_cast<int>(samples.size());
+                const auto sample = static_cast<std::size_t>(sample_position(stencil, p, axis));
+                if (sample_place[sample] < 0) {
+                    sample_place[sample] = static_cast<int>(samples.size());
                     samples.push_back(axis.values[sample]);
                 }
-                places.back()[static_cast<std::size_t>(p)] = place_of[sample];
+                places.back()[static_cast<std::size_t>(p)] = sample_place[sample];
                 weights.back()[static_cast<std::size_t>(p)] = double{stencil.weight[p]};
             }
         }
@@ -174,13 +174,13 @@ class MuErrors {
   private:
     const Errors& first_half(int samples) {
         const auto [at, is_new] = first_half_.try_emplace(samples);
-        if (is_new) at->second = errors_of(samples, {probes_.albedos.begin(), half()});
+        if (is_new) at->second = measure_errors(samples, {probes_.albedos.begin(), half()});
         return at->second;
     }
 
     const Errors& second_half(int samples) {
         const auto [at, is_new] = second_half_.try_emplace(samples);
-        if (is_new) at->second = errors_of(samples, {half(), probes_.albedos.end()});
+        if (is_new) at->second = measure_errors(samples, {half(), probes_.albedos.end()});
         return at->second;
     }
 
@@ -190,7 +190,7 @@ class MuErrors {
                static_cast<std::ptrdiff_t>(count_of_share(probes_, (probes_.all_albedos + 1) / 2));
     }
 
-    Errors errors_of(int samples, const std::vector<double>& albedos) const {
+    Errors measure_errors(int samples, const std::vector<double>& albedos) const {
         const MuSamples sampled = mu_samples(probes_, samples);
         const ProbedLayers layers = solve_layers(probes_, albedos, probes_.ladder, sampled.probed);
         return errors_of_layers(probes_, layers.size(), layers.empty() ? 0 : layers[0].size(),
@@ -249,17 +249,17 @@ class AzimuthTests {
                 for (const Side side : asked_sides(recipe))
                     sampled[side == Side::transmission] =
                         evaluate_tabulated(layers_[a][d].solution, side, at_samples);
-                add_errors(recipe, expected_[a][d], directions_, Judged(directions_), errors,
-                           [&](Side side, int i, int j, int k) {
-                               const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
-                               const auto& values = sampled[side == Side::transmission];
-                               double found = 0;
-                               for (int p = 0; p < Blend::size; ++p)
-                                   found +=
-                                       stencil.weight[p] *
-                                       values[at_samples.at(i, j, sample_of(stencil, p, axis))];
-                               return found;
-                           });
+                add_errors(
+                    recipe, expected_[a][d], directions_, Judged(directions_), errors,
+                    [&](Side side, int i, int j, int k) {
+                        const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
+                        const auto& values = sampled[side == Side::transmission];
+                        double found = 0;
+                        for (int p = 0; p < Blend::size; ++p)
+                            found += stencil.weight[p] *
+                                     values[at_samples.at(i, j, sample_position(stencil, p, axis))];
+                        return found;
+                    });
             });
     }
 
@@ -450,7 +450,7 @@ ScaledChoice choose_azimuth_samples(Probes& probes) {
     const Recipe& recipe = probes.recipe;
     if (recipe.lower_boundary.law == nullptr &&
         std::ranges::all_of(
-            phase_functions_of(recipe.layers, recipe.phase_function, recipe.lower_boundary),
+            list_phase_functions(recipe.layers, recipe.phase_function, recipe.lower_boundary),
             [](const PhaseFunction& each) { return each.is_isotropic(); }))
         return {AxisScale::linear, {1}};
     const Scales scales{AxisScale::linear, AxisScale::square_root, "azimuth_samples",

@@ -37,7 +37,7 @@ void set(Discretisation& d, const std::string& name, double value) {
     if (name == "albedo_samples") d.albedo_samples = whole;
 }
 
-Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
+Shortfall make_shortfall(const AxisAtCap& axis, const Resolution& resolution) {
     Shortfall shortfall{axis.name, axis.value, axis.error, resolution.max_error, axis.needed, 0, 1};
     if (axis.needed == 0) return shortfall;
     Recipe finer = resolution.recipe;
@@ -45,7 +45,7 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     for (std::size_t k = 0; k < finer.family.size(); ++k)
         if (axis.name == samples_key(finer.family[k].parameter))
             finer.discretisation.family_samples[k] = static_cast<int>(std::min(axis.needed, 1e6));
-    shortfall.needed_bytes = size_of(finer).bytes;
+    shortfall.needed_bytes = table_size(finer).bytes;
     if (axis.name == "nodes") shortfall.times_as_long = std::pow(axis.needed / axis.value, 3);
     return shortfall;
 }
@@ -63,7 +63,7 @@ double predicted_check(const Recipe& resolved, int points) {
     range.azimuth = directions.azimuth.view();
     range.family = family_axes(resolved);
     range.second_phase_function = resolved.second_phase_function;
-    range.has_path_law = path_law_of(resolved) != nullptr;
+    range.has_path_law = recipe_path_law(resolved) != nullptr;
     range.all_kinds = true;
     range.layers = resolved.layers;
     SolverOptions solver = solver_options(resolved);
@@ -96,7 +96,7 @@ std::string text_of_bytes(double bytes) {
 
 }  // namespace
 
-TableSize size_of(const Recipe& resolved) {
+TableSize table_size(const Recipe& resolved) {
     const Discretisation& d = resolved.discretisation;
     const auto members = static_cast<double>(member_count(family_axes(resolved)));
     const double layers =
@@ -115,16 +115,16 @@ bool Forecast::misses(double tolerance) const {
                                [&](const Shortfall& axis) { return axis.error > tolerance; });
 }
 
-Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
+Forecast forecast(const Resolution& resolution, const BakeOptions& options) {
     Forecast forecast;
     forecast.resolved = resolution.recipe;
-    const TableSize size = size_of(resolution.recipe);
+    const TableSize size = table_size(resolution.recipe);
     forecast.samples_a_side = size.samples_a_side;
     forecast.bytes = size.bytes;
     std::set<std::string> named;  // mixtures may share an axis at its cap
     for (const AxisAtCap& axis : resolution.at_cap)
         if (named.insert(axis.name).second)
-            forecast.shortfalls.push_back(shortfall_of(axis, resolution));
+            forecast.shortfalls.push_back(make_shortfall(axis, resolution));
 
     if (options.log.ranks != nullptr) return forecast;
     const auto started = Clock::now();
@@ -140,10 +140,10 @@ Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
 }
 
 Forecast forecast(const Recipe& recipe, const BakeOptions& options) {
-    return forecast_of(resolve_as_first(recipe, options), options);
+    return forecast(resolve_as_first(recipe, options), options);
 }
 
-std::string sentence_of(const Shortfall& axis) {
+std::string describe(const Shortfall& axis) {
     std::string sentence = axis.name + " is at its cap of " + short_number(axis.value) +
                            ", which alone misses " + short_number(axis.error) + " where " +
                            short_number(axis.allowed) + " is its share of the tolerance";

@@ -5,7 +5,7 @@
 
 namespace stratus {
 
-WorkLog part_of(const WorkLog& log, const std::string& part) {
+WorkLog nested_log(const WorkLog& log, const std::string& part) {
     WorkLog named;
     if (log.find)
         named.find = [find = log.find, part](const std::string& piece) {

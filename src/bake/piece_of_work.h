@@ -20,10 +20,10 @@ inline void stop_if_asked(const WorkLog& log) {
 }
 
 /// Returns the log for part of the work: its pieces are named after the part.
-WorkLog part_of(const WorkLog& log, const std::string& part);
+WorkLog nested_log(const WorkLog& log, const std::string& part);
 
 template <class Number>
-std::span<const char> bytes_of(const std::vector<Number>& numbers) {
+std::span<const char> byte_span(const std::vector<Number>& numbers) {
     const auto bytes = std::as_bytes(std::span(numbers));
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -77,7 +77,7 @@ std::optional<std::vector<Number>> find_finished(const WorkLog& log, const std::
 template <class Number>
 void keep_finished(const WorkLog& log, const std::string& piece,
                    const std::vector<Number>& numbers) {
-    if (log.keep) log.keep(piece, bytes_of(numbers));
+    if (log.keep) log.keep(piece, byte_span(numbers));
 }
 
 /// A stage of the work in pieces 0 .. count - 1.

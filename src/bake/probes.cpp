@@ -103,7 +103,7 @@ std::size_t count_packs(std::size_t albedos, std::size_t modes) {
 /// Albedos to solve at once, as many as fill packs best, fewer where that costs little: threads then
 /// share the work better. One at a time where the solver itself finds when to stop: modes then do
 /// not depend on the other albedos. Counted orders cost all albedos as much as one.
-std::size_t chunk_of(std::size_t albedos, const SolverOptions& solver) {
+std::size_t chunk_size(std::size_t albedos, const SolverOptions& solver) {
     const int modes = solver.modes;
     if (modes == 0) return albedos >= 16 ? 8 : 1;
     if (solver.orders > 0) return 8;
@@ -130,7 +130,7 @@ std::vector<ProbedLayers> solve_ladders_with(SolverOptions solver, const Probes&
                                              const DirectionGrid& directions, Share share = {}) {
     solver.exact_fluxes = false;  // no choice is measured on them
     const Recipe& recipe = probes.recipe;
-    const std::size_t chunk = chunk_of(albedos.size(), solver);
+    const std::size_t chunk = chunk_size(albedos.size(), solver);
     const auto chunks = static_cast<std::size_t>(chunk_count(albedos.size(), chunk));
     std::vector<ProbedLayers> layers(ladders.size(), ProbedLayers(albedos.size()));
     parallel_for(static_cast<int>(ladders.size() * chunks), probes.options.threads, [&](int n) {
@@ -165,7 +165,7 @@ SolverOptions solver_of_first(const Probes& probes, int most_modes) {
     return solver;
 }
 
-Share share_of(const WorkLog& log, std::size_t albedos) {
+Share rank_share(const WorkLog& log, std::size_t albedos) {
     if (log.ranks == nullptr) return {};
     const int count = std::min(log.ranks->count(), static_cast<int>(albedos));
     return {log.ranks->rank() % count, count};
@@ -184,7 +184,7 @@ std::vector<std::vector<double>> gather(const WorkLog& log, const std::vector<do
                                         int from_ranks) {
     if (log.ranks == nullptr) return {numbers};
     std::vector<std::vector<double>> of_rank;
-    for (const std::vector<char>& bytes : log.ranks->gather(bytes_of(numbers), from_ranks))
+    for (const std::vector<char>& bytes : log.ranks->gather(byte_span(numbers), from_ranks))
         of_rank.push_back(numbers_in<double>(bytes, "a probe", bytes.size() / sizeof(double)));
     return of_rank;
 }
@@ -214,10 +214,10 @@ void list_numbers(ProbedLayer& layer, const List& list) {
 
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options) {
     std::vector<double> albedos = probed_albedos(recipe.albedo);
-    const Share share = share_of(options.log, albedos.size());
+    const Share share = rank_share(options.log, albedos.size());
     const std::size_t all_albedos = albedos.size();
     albedos = every(share, albedos);
-    const std::shared_ptr<const PathOrders> path_law = path_law_of(recipe);
+    const std::shared_ptr<const PathOrders> path_law = recipe_path_law(recipe);
     return {recipe,
             max_error,
             options,
@@ -302,7 +302,7 @@ ProbedLayers solve_layers_together(const Probes& probes, const std::vector<doubl
     if (albedos.empty() || log.ranks == nullptr || log.ranks->count() == 1)
         return solve_layers(probes, albedos, ladder, directions, most_modes);
     const SolverOptions solver = solver_of_first(probes, most_modes);
-    const std::size_t chunk = chunk_of(albedos.size(), solver);
+    const std::size_t chunk = chunk_size(albedos.size(), solver);
     const Share share{log.ranks->rank(),
                       std::min(log.ranks->count(), chunk_count(albedos.size(), chunk))};
     ProbedLayers layers = solve_layers_with(solver, probes, albedos, ladder, directions, share);

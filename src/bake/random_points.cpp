@@ -24,9 +24,9 @@ struct RandomLadder {
     DepthLadder depths;
 };
 
-int layers_of(const DepthLadder& depths) { return depths.octaves + (depths.to_infinity ? 1 : 0); }
+int layer_count(const DepthLadder& depths) { return depths.octaves + (depths.to_infinity ? 1 : 0); }
 
-double octaves_of(const AxisView& tau) {
+double count_octaves(const AxisView& tau) {
     return tau.count == 0 ? 0 : std::log2(tau.highest / tau.lowest);
 }
 
@@ -39,7 +39,7 @@ bool is_one_layer(const PointRange& range) {
 /// More where layers take long.
 int points_of_many_layers(const PointRange& range) {
     if (!range.has_path_law) return 8;
-    return octaves_of(range.optical_depth) < 2 ? 24 : 12;
+    return count_octaves(range.optical_depth) < 2 ? 24 : 12;
 }
 
 /// More in tables of so few layers that it takes more of them to check than to bake; most of a stack,
@@ -56,7 +56,7 @@ int points_of_layer(const PointRange& range) {
 DepthLadder random_depths(const AxisView& tau, std::mt19937& random) {
     if (tau.count == 0) return {1, 0, true};
     std::uniform_real_distribution<double> uniform(0, 1);
-    const double octaves = octaves_of(tau), first = std::min(1.0, octaves) * uniform(random);
+    const double octaves = count_octaves(tau), first = std::min(1.0, octaves) * uniform(random);
     constexpr int most_beyond = 10;
     int beyond = 0;
     while (tau.ends_at_infinity && beyond < most_beyond && uniform(random) < 0.5) ++beyond;
@@ -112,7 +112,7 @@ struct Azimuths {
     bool hold(double azimuth) const { return azimuth >= lowest && azimuth <= highest; }
 };
 
-Azimuths azimuths_of(const PointRange& range) {
+Azimuths azimuth_range(const PointRange& range) {
     const AxisView& azimuth = range.azimuth;
     const bool any = azimuth.count == 0 || (azimuth.count == 1 && azimuth.lowest == 0);
     return any ? Azimuths{0, pi} : Azimuths{azimuth.lowest, azimuth.highest};
@@ -144,7 +144,7 @@ std::optional<Geometry> random_forward(const PointRange& range, Side side, std::
         const double mu_out = side == Side::reflection ? -down : down;
         const double azimuth = std::atan2(std::sin(theta) * std::sin(psi), along);
         if (mu_out >= least_cosine(range, range.mu_out) && mu_out <= range.mu_out.highest &&
-            azimuths_of(range).hold(azimuth))
+            azimuth_range(range).hold(azimuth))
             return Geometry{mu_in, mu_out, azimuth};
     }
     return std::nullopt;
@@ -155,7 +155,7 @@ std::optional<Geometry> random_forward(const PointRange& range, Side side, std::
 class PointSource {
   public:
     PointSource(const PointRange& range, bool peaked, std::mt19937& random)
-        : has_path_law_(range.has_path_law), azimuths_(azimuths_of(range)), random_(random) {
+        : has_path_law_(range.has_path_law), azimuths_(azimuth_range(range)), random_(random) {
         if (range.reflection) sides_.push_back(Side::reflection);
         if (range.transmission) sides_.push_back(Side::transmission);
         const int times = std::min(4, points_of_layer(range) / points_of_many_layers(range));
@@ -176,8 +176,7 @@ class PointSource {
         if (range.mu_in.lowest >= grazing_cosine || range.mu_out.lowest >= grazing_cosine) return;
         for (int n = 0; n < few_grazing; ++n) {
             grazing_in_.push_back(grazing(range.mu_in));
-            grazing_out_.push_back(has_path_law_ ? one_of(mu_out_, of_peak_)
-                                                 : grazing(range.mu_out));
+            grazing_out_.push_back(has_path_law_ ? pick(mu_out_, of_peak_) : grazing(range.mu_out));
         }
     }
 
@@ -188,18 +187,18 @@ class PointSource {
         std::vector<RandomPoint> points;
         std::uniform_real_distribution<double> azimuth(azimuths_.lowest, azimuths_.highest);
         for (int n = 0; n < count; ++n)
-            points.push_back({{one_of(mu_in_, random_), one_of(mu_out_, random_), azimuth(random_)},
+            points.push_back({{pick(mu_in_, random_), pick(mu_out_, random_), azimuth(random_)},
                               PointKind::even,
                               sides_});
         for (const std::vector<RandomPoint>& of_side : forward_)
             for (int n = 0; n < (has_path_law_ ? count + 3 : 2 * count + 2) / 4; ++n)
-                if (!of_side.empty()) points.push_back(one_of(of_side, of_peak_));
+                if (!of_side.empty()) points.push_back(pick(of_side, of_peak_));
         if (!grazing_in_.empty())
             for (int n = 0; n < (count + 3) / 4; ++n)
-                points.push_back({{one_of(grazing_in_, of_peak_), one_of(grazing_out_, of_peak_),
-                                   azimuth(of_peak_)},
-                                  PointKind::grazing,
-                                  sides_});
+                points.push_back(
+                    {{pick(grazing_in_, of_peak_), pick(grazing_out_, of_peak_), azimuth(of_peak_)},
+                     PointKind::grazing,
+                     sides_});
         return points;
     }
 
@@ -211,7 +210,7 @@ class PointSource {
         return random_cosine(axis.lowest, std::min(axis.highest, grazing_cosine), of_peak_);
     }
     template <class Any>
-    static const Any& one_of(const std::vector<Any>& all, std::mt19937& random) {
+    static const Any& pick(const std::vector<Any>& all, std::mt19937& random) {
         return all[random() % all.size()];
     }
 
@@ -226,11 +225,11 @@ class PointSource {
 
 bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
     std::vector<PhaseFunction> corners;  // the phase function itself without a family
-    for (const FamilyPoint& corner : corners_of(range.family))
+    for (const FamilyPoint& corner : family_corners(range.family))
         corners.push_back(
             phase_function_at(phase_function, range.second_phase_function, range.family, corner));
     return std::ranges::any_of(corners, [&](const PhaseFunction& corner) {
-        return std::ranges::any_of(phase_functions_of(range.layers, corner, range.lower_boundary),
+        return std::ranges::any_of(list_phase_functions(range.layers, corner, range.lower_boundary),
                                    is_peaked);
     });
 }
@@ -240,7 +239,7 @@ class Cosines {
   public:
     explicit Cosines(std::vector<double> first) : all_(std::move(first)) {}
 
-    int place_of(double mu) {
+    int find_or_add(double mu) {
         const auto found = std::find(all_.begin(), all_.end(), mu);
         const auto place = static_cast<int>(found - all_.begin());
         if (found == all_.end()) all_.push_back(mu);
@@ -262,7 +261,7 @@ class LadderPoints {
         ladder_ = random_ladder(range, random);
         PointSource source(range, peaked, random);
         sides_ = source.sides();
-        const int layers = layers_of(ladder_.depths);
+        const int layers = layer_count(ladder_.depths);
         while (points_ < most && static_cast<int>(layers_.size()) < layers) {
             const int of_layer = std::min(points_of_layer(range), most - points_);
             layers_.push_back(source.draw(of_layer));
@@ -270,7 +269,8 @@ class LadderPoints {
             count_ += sides_.size();
             for (const RandomPoint& point : layers_.back()) {
                 count_ += point.sides.size();
-                places_.push_back({mu_.place_of(point.at.mu_in), mu_.place_of(point.at.mu_out)});
+                places_.push_back(
+                    {mu_.find_or_add(point.at.mu_in), mu_.find_or_add(point.at.mu_out)});
             }
         }
         if (!ladder_.depths.to_infinity) ladder_.depths.octaves = static_cast<int>(layers_.size());
@@ -305,7 +305,7 @@ class LadderPoints {
         return solved;
     }
 
-    std::vector<ErrorSample> samples_of(const std::vector<double>& solved) const {
+    std::vector<ErrorSample> error_samples(const std::vector<double>& solved) const {
         std::vector<ErrorSample> samples;
         const double* next = solved.data();
         for (std::size_t k = 0; k < layers_.size(); ++k) {
@@ -347,7 +347,7 @@ class LadderPoints {
 }  // namespace
 
 int points_of_ladder(const PointRange& range) {
-    return points_of_layer(range) * (1 + static_cast<int>(octaves_of(range.optical_depth)));
+    return points_of_layer(range) * (1 + static_cast<int>(count_octaves(range.optical_depth)));
 }
 
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
@@ -364,12 +364,12 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
     const auto name = [](int piece) { return "ladder " + std::to_string(piece); };
     const auto solve = [&](int piece) {
         const std::vector<double> solved = ladders[static_cast<std::size_t>(piece)].values(solver);
-        const std::span<const char> bytes = bytes_of(solved);
+        const std::span<const char> bytes = byte_span(solved);
         return std::vector<char>(bytes.begin(), bytes.end());
     };
     const auto take = [&](int piece, std::span<const char> solved) {
         const auto k = static_cast<std::size_t>(piece);
-        of_ladder[k] = ladders[k].samples_of(
+        of_ladder[k] = ladders[k].error_samples(
             numbers_in<double>(solved, name(piece), ladders[k].value_count()));
     };
     solve_pieces({static_cast<int>(ladders.size()), name, solve, take, options.progress},

@@ -53,7 +53,7 @@ std::span<const char> raw_bytes(const Content& content) {
 }
 
 template <class Content>
-Content content_of(std::span<const char> bytes) {
+Content from_raw_bytes(std::span<const char> bytes) {
     if (bytes.size() < sizeof(Content)) throw std::runtime_error("ranks: a message is cut short");
     Content content;
     std::memcpy(&content, bytes.data(), sizeof content);

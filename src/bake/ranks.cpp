@@ -129,7 +129,7 @@ struct Ranks::State {
         int from, stage, slot;
     };
 
-    std::string name_of(int number) const {
+    std::string rank_name(int number) const {
         const Place& place = places[static_cast<std::size_t>(number)];
         return "rank " + std::to_string(number) + " (" + place.machine + ", process " +
                std::to_string(place.process) + ")";
@@ -192,7 +192,7 @@ struct Ranks::State {
     }
 
     void handle(const RankMessage& message) {
-        const auto head = content_of<Head>(message.bytes);
+        const auto head = from_raw_bytes<Head>(message.bytes);
         const auto from = static_cast<std::size_t>(message.from);
         note_life(from, head.kind == Kind::leaving);
         const std::span<const char> bytes = std::span(message.bytes).subspan(sizeof head);
@@ -201,8 +201,8 @@ struct Ranks::State {
                 transport->send(message.from, life_sign, joined(Head{Kind::alive, 0, 0}, kept()));
                 return;
             case Kind::failed:
-                end_losing(1,
-                           name_of(message.from) + ": " + std::string(bytes.begin(), bytes.end()));
+                end_losing(
+                    1, rank_name(message.from) + ": " + std::string(bytes.begin(), bytes.end()));
             case Kind::leaving:
                 tallies[from] = {head.pieces, head.seconds};
                 transport->send(message.from, life_sign, raw_bytes(Head{Kind::leaving, 0, 0}));
@@ -230,7 +230,7 @@ struct Ranks::State {
         const std::lock_guard lock(mutex);
         for (std::size_t r = 1; r < places.size(); ++r) {
             if (has_left[r]) continue;
-            const std::string name = name_of(static_cast<int>(r));
+            const std::string name = rank_name(static_cast<int>(r));
             if (is_watched[r] && !is_alive(places[r].process))
                 return name + " was killed or has crashed";
             if (seconds_since(seen[r]) > options.time_limit)
@@ -319,7 +319,7 @@ struct Ranks::State {
             for (;;) {
                 send_to_first(claim, result);
                 const std::vector<char> answer = await(0, first_slot + slot).bytes;
-                claim.piece = content_of<int>(answer);
+                claim.piece = from_raw_bytes<int>(answer);
                 if (claim.piece == no_piece) return;
                 const SemaphoreGuard guard(solving);
                 result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
@@ -354,14 +354,14 @@ struct Ranks::State {
             }
             while (const auto answer = transport->receive(0, life_sign)) {
                 heard = Clock::now();
-                if (content_of<Head>(answer->bytes).kind == Kind::leaving) return;
+                if (from_raw_bytes<Head>(answer->bytes).kind == Kind::leaving) return;
                 const auto said = std::span(answer->bytes).subspan(sizeof(Head));
                 kept = std::string(said.begin(), said.end());
             }
             if (watches_first() && !is_alive(places[0].process))
-                end_without_first(name_of(0) + " was killed or has crashed", kept);
+                end_without_first(rank_name(0) + " was killed or has crashed", kept);
             if (seconds_since(heard) > options.time_limit)
-                end_without_first(name_of(0) + " has given no sign of life for " +
+                end_without_first(rank_name(0) + " has given no sign of life for " +
                                       short_number(options.time_limit, 6) + " s",
                                   kept);
             std::this_thread::sleep_for(std::chrono::milliseconds(is_leaving ? 1 : 20));
@@ -421,7 +421,7 @@ Ranks::Ranks(std::unique_ptr<RankTransport> transport, RanksOptions options)
     State& state = *state_;
     const State::Place here = State::this_place();
     for (const std::vector<char>& bytes : state.gather(raw_bytes(here), count())) {
-        const auto place = content_of<State::Place>(bytes);
+        const auto place = from_raw_bytes<State::Place>(bytes);
         state.places.push_back(place);
         state.is_watched.push_back(std::strcmp(place.machine, here.machine) == 0 &&
                                    is_alive(place.process));

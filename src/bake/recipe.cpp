@@ -6,7 +6,7 @@
 
 #include "family_section.h"
 #include "layers_section.h"
-#include "recipe_of.h"
+#include "make_recipe.h"
 
 #include <cmath>
 #include <sstream>
@@ -157,7 +157,7 @@ void read_layer_choices(const Section& section, const PhaseSource& source, Recip
 
 }  // namespace
 
-Recipe recipe_of(const toml::table& parsed, const TomlFile& file, const PhaseSource& source) {
+Recipe make_recipe(const toml::table& parsed, const TomlFile& file, const PhaseSource& source) {
     if (const toml::node* const sweep = parsed.get("sweep"))
         require(false, caller, file.place(*sweep) + "sweep",
                 "absent but for `stratus bake`, which bakes a table for each of its rows",
@@ -200,7 +200,7 @@ Recipe recipe_of(const toml::table& parsed, const TomlFile& file, const PhaseSou
 Recipe parse_recipe(const std::string& text, const std::string& directory,
                     std::vector<std::string>* notes, const std::string& name) {
     const TomlFile file{caller, name};
-    Recipe recipe = recipe_of(parse_toml(text, file), file, {directory, notes});
+    Recipe recipe = make_recipe(parse_toml(text, file), file, {directory, notes});
     recipe.text = text;
     return recipe;
 }
@@ -236,18 +236,18 @@ Recipe at_member(const Recipe& recipe, const FamilyPoint& point) {
     return alone;
 }
 
-const Range* mixture_of(const Recipe& recipe) noexcept {
+const Range* mixture_range(const Recipe& recipe) noexcept {
     for (const FamilyRange& axis : recipe.family)
         if (axis.parameter == PhaseParameter::mixture) return &axis.range;
     return nullptr;
 }
 
-Range* mixture_of(Recipe& recipe) noexcept {
-    return const_cast<Range*>(mixture_of(std::as_const(recipe)));
+Range* mixture_range(Recipe& recipe) noexcept {
+    return const_cast<Range*>(mixture_range(std::as_const(recipe)));
 }
 
 bool is_mixture_alone(const Recipe& recipe) noexcept {
-    return recipe.family.size() == 1 && mixture_of(recipe) != nullptr &&
+    return recipe.family.size() == 1 && mixture_range(recipe) != nullptr &&
            recipe.family[0].values.empty();
 }
 
@@ -269,7 +269,7 @@ std::string resolved_text(const Recipe& recipe) {
     if (recipe.layers.empty())
         out << "phase_function = " << quoted(recipe.phase_function.text()) << "\n";
     out << "tolerance = " << recipe.tolerance << "\n";
-    if (const Range* const mixture = mixture_of(recipe)) {
+    if (const Range* const mixture = mixture_range(recipe)) {
         out << "second_phase_function = " << quoted(recipe.second_phase_function.text()) << "\n";
         if (is_mixture_alone(recipe)) range("mixture", *mixture);
     }

@@ -123,7 +123,7 @@ std::vector<FamilyPoint> probed_points(const Recipe& recipe) {
 }
 
 /// "mixture 0.5", as pieces of work and notes name a point.
-std::string name_of(const Recipe& recipe, const FamilyPoint& point, int digits) {
+std::string point_name(const Recipe& recipe, const FamilyPoint& point, int digits) {
     std::vector<std::string> names;
     for (std::size_t k = 0; k < recipe.family.size(); ++k)
         names.push_back(std::string(parameter_name(recipe.family[k].parameter)) + " " +
@@ -143,9 +143,9 @@ Resolution resolve_to(const Recipe& given, double strictness, const BakeOptions&
     };
     Resolution resolved{recipe, {}, max_error};
     for (const FamilyPoint& point : probed_points(recipe)) {
-        note_member(name_of(recipe, point, 2));
+        note_member(point_name(recipe, point, 2));
         BakeOptions at_point = options;
-        if (has_family) at_point.log = part_of(options.log, name_of(recipe, point, 17));
+        if (has_family) at_point.log = nested_log(options.log, point_name(recipe, point, 17));
         Discretisation& d = resolved.recipe.discretisation;
         Recipe alone = at_member(recipe, point);
         alone.discretisation.azimuth_scale = d.azimuth_scale;  // one for all, the first's

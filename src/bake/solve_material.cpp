@@ -16,9 +16,9 @@ std::vector<std::vector<LayerSolution>> solve_material(
     return alone;
 }
 
-std::vector<PhaseFunction> phase_functions_of(const std::vector<StackLayer>& layers,
-                                              const PhaseFunction& phase_function,
-                                              const LowerBoundary& boundary) {
+std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& layers,
+                                                const PhaseFunction& phase_function,
+                                                const LowerBoundary& boundary) {
     std::vector<PhaseFunction> all;
     for (const StackLayer& layer : layers) all.push_back(layer.phase_function);
     if (layers.empty()) all.push_back(phase_function);

@@ -17,8 +17,8 @@ std::vector<std::vector<LayerSolution>> solve_material(
     const SolverOptions& options, const LowerBoundary& boundary);
 
 /// The phase functions in a layer, or in a stack's layers, and of a semi-infinite layer below.
-std::vector<PhaseFunction> phase_functions_of(const std::vector<StackLayer>& layers,
-                                              const PhaseFunction& phase_function,
-                                              const LowerBoundary& boundary);
+std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& layers,
+                                                const PhaseFunction& phase_function,
+                                                const LowerBoundary& boundary);
 
 }  // namespace stratus

@@ -60,7 +60,7 @@ class TableSolver {
         };
         Pieces pieces;
         pieces.count = static_cast<int>(units.size());
-        pieces.name = [&](int piece) { return units_.name_of(unit(piece)); };
+        pieces.name = [&](int piece) { return units_.unit_name(unit(piece)); };
         pieces.solve = [&](int piece) { return solve_unit(unit(piece)); };
         pieces.take = [&](int piece, std::span<const char> result) { store(unit(piece), result); };
         if (options_.progress)
@@ -109,7 +109,7 @@ class TableSolver {
         std::vector<float> room;
         const Row row = row_in(room);
         std::vector<char> samples;
-        samples.reserve(room.size() * sizeof(float) * units_.layers_of(unit).size());
+        samples.reserve(room.size() * sizeof(float) * units_.unit_layers(unit).size());
         for (const SolvedLayer& layer : units_.solve(unit)) {
             fill(row, layer.solution, units_.grid(unit.member));
             visit_samples(row, [&](std::span<const float> some) {
@@ -123,13 +123,13 @@ class TableSolver {
 
     /// Puts the samples of a unit into the table.
     void store(const Unit& unit, std::span<const char> samples) {
-        const std::vector<int> rows = units_.layers_of(unit);
+        const std::vector<int> rows = units_.unit_layers(unit);
         std::vector<float> room(is_filed_ ? 2 * block_ : 0);
         std::size_t count = 0;
         for (const int row : rows)
             visit_samples(row_of_table(static_cast<std::size_t>(row), room),
                           [&](std::span<float> some) { count += some.size(); });
-        check_size<float>(samples, units_.name_of(unit), count);
+        check_size<float>(samples, units_.unit_name(unit), count);
         for (const int layer : rows) {
             const auto at = static_cast<std::size_t>(layer);
             const Row row = row_of_table(at, room);

@@ -20,7 +20,7 @@ constexpr std::array<Side, 2> both_sides{Side::reflection, Side::transmission};
 
 template <class Number>
 std::vector<char> as_chars(const std::vector<Number>& numbers) {
-    const std::span<const char> bytes = bytes_of(numbers);
+    const std::span<const char> bytes = byte_span(numbers);
     return {bytes.begin(), bytes.end()};
 }
 
@@ -91,7 +91,7 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
     const std::string request = "request " + std::to_string(requests_++) + ", ";
     Pieces pieces;
     pieces.count = static_cast<int>(units.size());
-    pieces.name = [&](int piece) { return request + units_.name_of(unit(piece)); };
+    pieces.name = [&](int piece) { return request + units_.unit_name(unit(piece)); };
     pieces.solve = [&](int piece) { return solve_unit(unit(piece), is_asked_for, positions); };
     pieces.take = [&](int piece, std::span<const char> result) {
         take(unit(piece), is_asked_for, directions, result, use);
@@ -100,7 +100,7 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
     solve_pieces(pieces, options_.log, options_.threads);
 }
 
-std::vector<float> SolvedSamples::fluxes_of(const LayerSolution& solution) const {
+std::vector<float> SolvedSamples::flux_values(const LayerSolution& solution) const {
     std::vector<float> fluxes{static_cast<float>(solution.spherical_albedo)};
     const std::size_t mus = table_.mu_in.values.size();
     const auto add = [&](const Eigen::VectorXd& flux) {
@@ -135,7 +135,7 @@ std::vector<char> SolvedSamples::solve_unit(
                     numbers.push_back(static_cast<float>(sample));
             }
         }
-        const std::vector<float> fluxes = fluxes_of(layer.solution);
+        const std::vector<float> fluxes = flux_values(layer.solution);
         numbers.insert(numbers.end(), fluxes.begin(), fluxes.end());
     }
     return as_chars(numbers);
@@ -152,13 +152,13 @@ void SolvedSamples::for_each_flux(int layer, const Visit& visit) {
 void SolvedSamples::take(const Unit& unit, const Choice& is_asked_for,
                          const std::array<DirectionList, 2>& directions,
                          std::span<const char> result, const Use& use) {
-    std::vector<int> layers = units_.layers_of(unit);
+    std::vector<int> layers = units_.unit_layers(unit);
     std::erase_if(layers, [&](int layer) { return !is_asked_for(layer); });
     std::size_t of_layer = table_.is_stack() ? 1 : 0;
     for (std::size_t n = 0; n < 2; ++n) of_layer += sides_[n] ? directions[n].size() : 0;
     for_each_flux(0, [&](std::span<float> flux) { of_layer += flux.size(); });
     const std::vector<float> numbers =
-        numbers_in<float>(result, units_.name_of(unit), of_layer * layers.size());
+        numbers_in<float>(result, units_.unit_name(unit), of_layer * layers.size());
     auto next = numbers.begin();
     for (const int layer : layers) {
         for (std::size_t n = 0; n < 2; ++n) {

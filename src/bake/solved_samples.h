@@ -41,7 +41,7 @@ class SolvedSamples : public LayerSamples {
     /// Calls visit(numbers) for the fluxes of a layer.
     template <class Visit>
     void for_each_flux(int layer, const Visit& visit);
-    std::vector<float> fluxes_of(const LayerSolution& solution) const;
+    std::vector<float> flux_values(const LayerSolution& solution) const;
 
     const TableUnits units_;
     const BakeOptions& options_;

@@ -6,7 +6,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>
 
-#include "recipe_of.h"
+#include "make_recipe.h"
 
 #include <algorithm>
 #include <charconv>
@@ -27,7 +27,7 @@ constexpr Key name_key{"", "name", "string", "-", "-", "\"1\", ...", "of the tab
 // ---- Columns
 
 /// A column's key, part by part.
-std::vector<std::string> parts_of(const std::string& column) {
+std::vector<std::string> split_column(const std::string& column) {
     std::vector<std::string> parts;
     std::istringstream text(column);
     for (std::string part; std::getline(text, part, '.');) parts.push_back(part);
@@ -35,7 +35,7 @@ std::vector<std::string> parts_of(const std::string& column) {
 }
 
 /// A layer's number in "layers.2.albedo"; 0: none.
-std::size_t number_of(const std::string& part) {
+std::size_t layer_number(const std::string& part) {
     std::size_t number = 0;
     const auto end = std::from_chars(part.data(), part.data() + part.size(), number).ptr;
     return end == part.data() + part.size() ? number : 0;
@@ -44,13 +44,13 @@ std::size_t number_of(const std::string& part) {
 /// The key that a column gives; null where there is none.
 const Key* find_key(const std::string& column, Keys keys) {
     std::string name;
-    for (const std::string& part : parts_of(column))
-        if (name != "layers" || number_of(part) == 0) name += (name.empty() ? "" : ".") + part;
+    for (const std::string& part : split_column(column))
+        if (name != "layers" || layer_number(part) == 0) name += (name.empty() ? "" : ".") + part;
     const auto found = std::ranges::find(keys, name, full_name);
     return found == keys.end() ? nullptr : &*found;
 }
 
-const Key& key_of(const std::string& column, Keys keys, const std::string& where) {
+const Key& require_key(const std::string& column, Keys keys, const std::string& where) {
     if (column == name_key.name) return name_key;
     if (const Key* const key = find_key(column, keys)) return *key;
     std::vector<std::string> known{name_key.name};
@@ -90,21 +90,21 @@ void add_cell(Row& row, const std::string& column, const Key& key, const std::st
 void put_cell(toml::table& recipe, const std::string& column, const toml::node& cell,
               const std::string& place) {
     toml::table* section = &recipe;
-    const std::vector<std::string> parts = parts_of(column);
+    const std::vector<std::string> parts = split_column(column);
     for (std::size_t p = 0; p + 1 < parts.size(); ++p) {
         if (!section->contains(parts[p])) section->insert(parts[p], toml::table());
         toml::node* below = section->get(parts[p]);
         if (toml::array* const layers = below->as_array()) {
-            const std::size_t number = p + 2 < parts.size() ? number_of(parts[++p]) : 0;
+            const std::size_t number = p + 2 < parts.size() ? layer_number(parts[++p]) : 0;
             require(number >= 1 && number <= layers->size(), caller, place + column,
                     "numbered by a layer, as in layers.1.albedo, up to " +
                         std::to_string(layers->size()),
-                    text_of(cell));
+                    toml_text(cell));
             below = layers->get(number - 1);
         }
         section = below->as_table();
         require(section != nullptr, caller, place + column, "a key within a table of the recipe",
-                text_of(cell));
+                toml_text(cell));
     }
     section->insert_or_assign(parts.back(), cell);
 }
@@ -116,7 +116,7 @@ std::vector<Row> rows_of_csv(const std::filesystem::path& csv, Keys keys) {
     require(!texts.rows.empty(), caller, texts.name, "a header and at least one row", "no rows");
     std::vector<const Key*> key_of_column;
     for (const std::string& column : texts.columns)
-        key_of_column.push_back(&key_of(column, keys, texts.name));
+        key_of_column.push_back(&require_key(column, keys, texts.name));
     std::vector<Row> rows;
     for (std::size_t r = 0; r < texts.rows.size(); ++r) {
         Row row{texts.name + ", line " + std::to_string(texts.lines[r]) + ": ", {}};
@@ -139,10 +139,10 @@ void add_columns(const toml::table& section, const std::string& prefix, Keys key
             add_columns(*within, column + ".", keys, file, rows);
             continue;
         }
-        key_of(column, keys, file.name + ": [sweep]");
+        require_key(column, keys, file.name + ": [sweep]");
         const toml::array* const list = node.as_array();
         require(list != nullptr && !list->empty(), caller, subject,
-                "a list of values, one for each table", list ? "an empty one" : text_of(node));
+                "a list of values, one for each table", list ? "an empty one" : toml_text(node));
         if (rows.empty()) rows.resize(list->size());
         require(list->size() == rows.size(), caller, subject,
                 "as long as the other lists of [sweep], " + std::to_string(rows.size()),
@@ -161,7 +161,7 @@ std::string checked_name(const toml::node& name, const std::string& place) {
         !text.empty() && text.size() <= longest && text[0] != '.' && text.find('/') == text.npos,
         caller, place + name_key.name,
         "a file's name of up to 200 bytes, without '/' and not beginning with '.'",
-        name.is_string() ? "'" + text + "'" : text_of(name));
+        name.is_string() ? "'" + text + "'" : toml_text(name));
     return text;
 }
 
@@ -172,8 +172,8 @@ void add_new(const std::vector<std::string>& some, std::vector<std::string>* not
 }
 
 /// The recipe with the cells of each row.
-std::vector<SweepRow> recipes_of(const toml::table& recipe, const std::vector<Row>& rows,
-                                 const std::string& directory, std::vector<std::string>* notes) {
+std::vector<SweepRow> make_rows(const toml::table& recipe, const std::vector<Row>& rows,
+                                const std::string& directory, std::vector<std::string>* notes) {
     std::vector<SweepRow> sweep;
     std::set<std::string> names;
     for (const Row& row : rows) {
@@ -189,15 +189,15 @@ std::vector<SweepRow> recipes_of(const toml::table& recipe, const std::vector<Ro
                 "a new one in every row", "'" + name + "' again");
         std::vector<std::string> of_recipe;
         const std::string source = row.place.substr(0, row.place.size() - 2);  // without ": "
-        SweepRow made{name, recipe_of(of_row, {"recipe", source}, {directory, &of_recipe})};
-        made.recipe.text = text_of(of_row) + "\n";
+        SweepRow made{name, make_recipe(of_row, {"recipe", source}, {directory, &of_recipe})};
+        made.recipe.text = toml_text(of_row) + "\n";
         sweep.push_back(std::move(made));
         add_new(of_recipe, notes);
     }
     return sweep;
 }
 
-Keys keys_of(const toml::table& recipe) {
+Keys known_keys(const toml::table& recipe) {
     return recipe.contains("layers") ? stack_keys() : recipe_keys();
 }
 
@@ -216,11 +216,11 @@ std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
             "a table with a list of values a key",
             parsed.contains(section_name) ? "another kind of value" : "nothing");
     std::vector<Row> rows;
-    add_columns(*section, "", keys_of(parsed), file, rows);
+    add_columns(*section, "", known_keys(parsed), file, rows);
     require(!rows.empty(), caller, file.place(*section) + "sweep", "a list of values a key",
             "an empty table");
     parsed.erase(section_name);
-    return recipes_of(parsed, rows, recipe.parent_path().string(), notes);
+    return make_rows(parsed, rows, recipe.parent_path().string(), notes);
 }
 
 std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
@@ -230,11 +230,11 @@ std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
     const toml::table parsed = parse_toml(read_text(recipe), file);
     require(!parsed.contains(section_name), caller, "--sweep",
             "left out for a recipe that has a [sweep] of its own", csv.string());
-    return recipes_of(parsed, rows_of_csv(csv, keys_of(parsed)), recipe.parent_path().string(),
-                      notes);
+    return make_rows(parsed, rows_of_csv(csv, known_keys(parsed)), recipe.parent_path().string(),
+                     notes);
 }
 
-bool is_baked_of(const Table& table, const Recipe& recipe) {
+bool is_baked_from(const Table& table, const Recipe& recipe) {
     const auto states = [&](const char* name, const std::string& text) {
         const auto found = table.attributes.find(name);
         return found != table.attributes.end() && found->second == text;

@@ -42,7 +42,7 @@ const Recipe& checked(const Recipe& resolved) {
 
 TableUnits::TableUnits(const Recipe& resolved) : recipe_(with_path_law_decided(checked(resolved))) {
     place_axes();
-    header_.path_law = path_law_of(recipe_);
+    header_.path_law = recipe_path_law(recipe_);
     for (std::size_t m = 0; m < header_.member_count(); ++m) {
         members_.push_back(at_member(recipe_, member_at(header_.family, m)));
         const Recipe& member = members_.back();
@@ -53,7 +53,7 @@ TableUnits::TableUnits(const Recipe& resolved) : recipe_(with_path_law_decided(c
                                           exponents.end());
         grids_.emplace_back(member.phase_function, member.lower_boundary, mu_,
                             header_.azimuth.values, recipe_.discretisation.modes,
-                            path_law_of(member), pairs_);
+                            recipe_path_law(member), pairs_);
     }
 }
 
@@ -66,7 +66,7 @@ void TableUnits::place_axes() {
     header_.extrapolation_length =
         extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
     header_.family = family_axes(recipe_);
-    if (mixture_of(recipe_) != nullptr)
+    if (mixture_range(recipe_) != nullptr)
         header_.second_phase_function = recipe_.second_phase_function;
     header_.albedo = albedo_axis(recipe_.albedo, d.albedo_samples, d.albedo_scale);
     header_.optical_depth =
@@ -114,19 +114,20 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
         int octaves = 0;
         bool to_infinity = false;
     };
-    std::map<std::pair<std::size_t, int>, Run> run_of;  // by member and run
+    std::map<std::pair<std::size_t, int>, Run> runs_by_member;  // by member and run
     for (const int layer : layers) {
         const int depth = layer % depths;
         const bool is_infinite = depth == tau.count;
         const int deepest = is_infinite ? std::max(0, tau.count - 1) : depth;
-        Run& run = run_of[{static_cast<std::size_t>(layer / depths / albedos), deepest % runs()}];
+        Run& run =
+            runs_by_member[{static_cast<std::size_t>(layer / depths / albedos), deepest % runs()}];
         run.albedos.insert(static_cast<std::size_t>(layer / depths % albedos));
         if (tau.count > 0) run.octaves = std::max(run.octaves, deepest / runs() + 1);
         run.to_infinity = run.to_infinity || is_infinite;
     }
     const std::size_t at_once = albedos_at_once(recipe_.discretisation.modes);
     std::vector<Unit> units;
-    for (const auto& [key, run] : run_of) {
+    for (const auto& [key, run] : runs_by_member) {
         const std::vector<std::size_t> of_run(run.albedos.begin(), run.albedos.end());
         for (std::size_t first = 0; first < of_run.size(); first += at_once)
             units.push_back({key.first,
@@ -140,13 +141,13 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
     return units;
 }
 
-DepthLadder TableUnits::ladder_of(const Unit& unit) const {
+DepthLadder TableUnits::depth_ladder(const Unit& unit) const {
     if (unit.octaves == 0) return {1, 0, unit.to_infinity};
     return {header_.optical_depth.values[static_cast<std::size_t>(unit.run)], unit.octaves,
             unit.to_infinity};
 }
 
-std::vector<int> TableUnits::layers_of(const Unit& unit) const {
+std::vector<int> TableUnits::unit_layers(const Unit& unit) const {
     const std::size_t albedos = header_.albedo.values.size();
     const std::size_t depths = header_.optical_depth.values.size();
     std::vector<int> layers;
@@ -161,17 +162,17 @@ std::vector<int> TableUnits::layers_of(const Unit& unit) const {
 std::vector<SolvedLayer> TableUnits::solve(const Unit& unit) const {
     std::vector<double> albedos;
     for (const std::size_t albedo : unit.albedos) albedos.push_back(header_.albedo.values[albedo]);
-    const std::vector<int> numbers = layers_of(unit);
+    const std::vector<int> numbers = unit_layers(unit);
     std::vector<SolvedLayer> solved;
     for (auto& of_albedo :
          solve_material(recipe_.layers, members_[unit.member].phase_function, albedos,
-                        ladder_of(unit), mu_, solver_options(recipe_), recipe_.lower_boundary))
+                        depth_ladder(unit), mu_, solver_options(recipe_), recipe_.lower_boundary))
         for (LayerSolution& solution : of_albedo)
             solved.push_back({numbers[solved.size()], std::move(solution)});
     return solved;
 }
 
-std::string TableUnits::name_of(const Unit& unit) const {
+std::string TableUnits::unit_name(const Unit& unit) const {
     std::string name = "depths from " + std::to_string(unit.run) + ", " +
                        std::to_string(unit.octaves) + " octaves" +
                        (unit.to_infinity ? " and infinity" : "") + ", albedos";
@@ -179,7 +180,7 @@ std::string TableUnits::name_of(const Unit& unit) const {
     return header_.has_family() ? "member " + std::to_string(unit.member) + ", " + name : name;
 }
 
-double TableUnits::weight_of(const Unit& unit) const {
+double TableUnits::unit_weight(const Unit& unit) const {
     return std::max(1.0, static_cast<double>(unit.albedos.size()) * unit.octaves);
 }
 
@@ -197,7 +198,7 @@ double TableUnits::layer_seconds(const Unit& unit) const {
         for (const Side side : {Side::reflection, Side::transmission})
             if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
                 evaluate_tabulated(layer.solution, side, grids_[timed.member]);
-    return (processor_seconds() - started) / weight_of(timed);
+    return (processor_seconds() - started) / unit_weight(timed);
 }
 
 /// From the first unit of the nearest timed member: the ends and the middle, for members take very
@@ -216,7 +217,7 @@ std::vector<double> TableUnits::predicted_seconds() const {
                                              : timed.first - unit.member;
         };
         const auto nearest = std::ranges::min_element(of_member, {}, distance);
-        seconds.push_back(nearest->second * weight_of(unit));
+        seconds.push_back(nearest->second * unit_weight(unit));
     }
     return seconds;
 }

@@ -50,9 +50,9 @@ class TableUnits {
     std::vector<Unit> holding(const std::vector<int>& layers) const;
 
     /// In the order of their solutions: albedos one after the other, ascending depths of each.
-    std::vector<int> layers_of(const Unit& unit) const;
+    std::vector<int> unit_layers(const Unit& unit) const;
     std::vector<SolvedLayer> solve(const Unit& unit) const;
-    std::string name_of(const Unit& unit) const;
+    std::string unit_name(const Unit& unit) const;
 
     /// Seconds that one thread takes for each of all units, from a few layers that are timed.
     std::vector<double> predicted_seconds() const;
@@ -61,8 +61,8 @@ class TableUnits {
     void place_axes();
     void place_cosines();
     int runs() const;
-    DepthLadder ladder_of(const Unit& unit) const;
-    double weight_of(const Unit& unit) const;
+    DepthLadder depth_ladder(const Unit& unit) const;
+    double unit_weight(const Unit& unit) const;
     double layer_seconds(const Unit& unit) const;
 
     const Recipe recipe_;

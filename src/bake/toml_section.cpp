@@ -37,7 +37,7 @@ bool is_interval(std::string_view range) {
     return !range.empty() && (range[0] == '[' || range[0] == '(');
 }
 
-Interval interval_of(const Key& key) {
+Interval allowed_interval(const Key& key) {
     const std::string_view range = key.range;
     const std::size_t comma = range.find(", "), end = range.find_first_of("])");
     if (!is_interval(range) || comma == range.npos || end == range.npos || end < comma)
@@ -131,7 +131,7 @@ void refuse_other_kind(const toml::table& root, const std::string& wanted,
 
 }  // namespace
 
-std::string text_of(const toml::node& node) {
+std::string toml_text(const toml::node& node) {
     std::ostringstream text;
     text << toml::node_view<const toml::node>(node);
     return text.str();
@@ -199,7 +199,7 @@ T Section::value(const char* key) const {
     toml::table defaults;
     const toml::node& met = node(key, defaults);
     const auto value = met.value<T>();
-    if (!value) require(false, file_.caller, at(key), allowed(row(key)), text_of(met));
+    if (!value) require(false, file_.caller, at(key), allowed(row(key)), toml_text(met));
     return *value;
 }
 
@@ -213,7 +213,7 @@ bool Section::flag(const char* key) const { return value<bool>(key); }
 
 double Section::number(const char* key) const {
     const double met = value<double>(key);
-    require(interval_of(row(key)).holds(met), file_.caller, at(key), allowed(row(key)), met);
+    require(allowed_interval(row(key)).holds(met), file_.caller, at(key), allowed(row(key)), met);
     return met;
 }
 
@@ -225,7 +225,7 @@ double Section::number(const char* key, double min, double max, const char* allo
 
 int Section::count(const char* key) const {
     const auto met = value<std::int64_t>(key);
-    require(interval_of(row(key)).holds(static_cast<double>(met)), file_.caller, at(key),
+    require(allowed_interval(row(key)).holds(static_cast<double>(met)), file_.caller, at(key),
             allowed(row(key)), met);
     return static_cast<int>(met);
 }
@@ -234,7 +234,7 @@ const toml::array& Section::list(const char* key, std::size_t least, std::size_t
                                  toml::table& defaults) const {
     const toml::node& met = node(key, defaults);
     const toml::array* const list = met.as_array();
-    if (list == nullptr) require(false, file_.caller, at(key), allowed(row(key)), text_of(met));
+    if (list == nullptr) require(false, file_.caller, at(key), allowed(row(key)), toml_text(met));
     require(list->size() >= least && list->size() <= most, file_.caller, at(key), allowed(row(key)),
             list->empty() ? "an empty list" : std::to_string(list->size()) + " of them");
     return *list;
@@ -242,12 +242,12 @@ const toml::array& Section::list(const char* key, std::size_t least, std::size_t
 
 std::vector<double> Section::numbers(const char* key, std::size_t least, std::size_t most) const {
     toml::table defaults;
-    const Interval range = interval_of(row(key));
+    const Interval range = allowed_interval(row(key));
     std::vector<double> values;
     for (const toml::node& node : list(key, least, most, defaults)) {
         const auto one = node.value<double>();
         if (!one || !range.holds(*one))
-            require(false, file_.caller, at(key), allowed(row(key)), text_of(node));
+            require(false, file_.caller, at(key), allowed(row(key)), toml_text(node));
         values.push_back(*one);
     }
     return values;
@@ -268,7 +268,7 @@ std::vector<std::string> Section::texts(const char* key, std::size_t least,
     std::vector<std::string> values;
     for (const toml::node& node : list(key, least, most, defaults)) {
         const auto one = node.value_exact<std::string>();
-        if (!one) require(false, file_.caller, at(key), allowed(row(key)), text_of(node));
+        if (!one) require(false, file_.caller, at(key), allowed(row(key)), toml_text(node));
         values.push_back(*one);
     }
     return values;

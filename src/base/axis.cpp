@@ -11,7 +11,7 @@
 namespace stratus {
 namespace {
 
-double coordinate_of(AxisScale scale, double value) noexcept {
+double axis_coordinate(AxisScale scale, double value) noexcept {
     switch (scale) {
         case AxisScale::linear: return value;
         case AxisScale::arcsine_of_fourth_root: return std::asin(std::sqrt(std::sqrt(value)));
@@ -95,7 +95,7 @@ void lagrange(int count, double t, double (&weight)[stencil_size]) noexcept {
 }
 
 /// Index of the sample before a position, so that another follows it.
-int cell_of(double position, int count) noexcept {
+int cell_index(double position, int count) noexcept {
     return std::min(static_cast<int>(position), count - 2);
 }
 
@@ -124,7 +124,7 @@ double AxisView::value(int sample) const noexcept {
 
 double AxisView::index(double value) const noexcept {
     if (count < 2) return 0;
-    const double coordinate = coordinate_of(scale, clamped(value, lowest, highest));
+    const double coordinate = axis_coordinate(scale, clamped(value, lowest, highest));
     return clamped((coordinate - first) * inverse_step, 0, count - 1);
 }
 
@@ -132,7 +132,7 @@ Stencil AxisView::stencil(double value) const noexcept {
     if (count < 2) return {0, {1, 0, 0, 0}};
     const double position = index(value);
     const int used = std::min(count, stencil_size);
-    const int first_sample = std::clamp(cell_of(position, count) - 1, 0, count - used);
+    const int first_sample = std::clamp(cell_index(position, count) - 1, 0, count - used);
     double weight[stencil_size];
     lagrange(used, position - first_sample, weight);
     Stencil stencil{first_sample, {}};
@@ -148,8 +148,8 @@ Stencil AxisView::mirrored_stencil(double value) const noexcept {
     const int lowest_sample = is_mirror(lowest) ? -last : 0;
     const int highest_sample = is_mirror(highest) ? 2 * last : last;
     const int used_samples = std::min(stencil_size, highest_sample - lowest_sample + 1);
-    const int first_of_window =
-        std::clamp(cell_of(position, count) - 1, lowest_sample, highest_sample - used_samples + 1);
+    const int first_of_window = std::clamp(cell_index(position, count) - 1, lowest_sample,
+                                           highest_sample - used_samples + 1);
     double weight[stencil_size];
     lagrange(used_samples, position - first_of_window, weight);
     const int first_sample = std::clamp(first_of_window, 0, std::max(0, count - stencil_size));
@@ -170,9 +170,9 @@ AxisView Axis::view() const noexcept {
     if (view.count == 0) return view;
     view.lowest = values.front();
     view.highest = values[static_cast<std::size_t>(view.count - 1)];
-    view.first = coordinate_of(scale, view.lowest);
+    view.first = axis_coordinate(scale, view.lowest);
     if (view.count > 1)
-        view.inverse_step = (view.count - 1) / (coordinate_of(scale, view.highest) - view.first);
+        view.inverse_step = (view.count - 1) / (axis_coordinate(scale, view.highest) - view.first);
     return view;
 }
 
@@ -190,8 +190,8 @@ Axis make_axis(AxisScale scale, double lowest, double highest, int count, bool a
                 (count == 1 ? "equal to lowest = " : "above lowest = ") + std::to_string(lowest),
                 highest);
     }
-    const double first = coordinate_of(scale, lowest);
-    const double last = coordinate_of(scale, highest);
+    const double first = axis_coordinate(scale, lowest);
+    const double last = axis_coordinate(scale, highest);
     for (int i = 0; i < count; ++i) {
         const double coordinate = first + (last - first) * i / (count - 1);
         axis.values.push_back(i == 0           ? lowest
@@ -219,7 +219,7 @@ void check_axis(const Axis& axis, const char* name) {
     for (int i = 1; i + 1 < view.count; ++i) {
         const double value = axis.values[static_cast<std::size_t>(i)];
         const double uniform = value_at(axis.scale, view.first + i / view.inverse_step);
-        const double off = coordinate_of(axis.scale, value) - view.first - i / view.inverse_step;
+        const double off = axis_coordinate(axis.scale, value) - view.first - i / view.inverse_step;
         require(std::abs(off) * view.inverse_step <= of_a_step ||
                     std::abs(value - uniform) <= last_bits * std::abs(value),
                 "check_axis", name,

@@ -34,7 +34,7 @@ double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept {
 // and the eye. With s half their sum, the half of its angle at the normal has the tangent
 // sqrt(sin(s - i) sin(s - e) / (sin s sin(s - g))); the azimuth, between directions of propagation, is
 // 180 degrees less that angle.
-SidedGeometry geometry_of(const ObservedAngles& angles, const char* caller) {
+SidedGeometry observed_geometry(const ObservedAngles& angles, const char* caller) {
     const auto [i, e, given] = angles;
     require(i >= 0 && i < 90, caller, "incidence_deg", "in [0, 90)", i);
     require(e >= 0 && e <= 180 && e != 90, caller, "emission_deg",

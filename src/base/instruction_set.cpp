@@ -27,7 +27,7 @@ bool has_f16c() noexcept {
 
 }  // namespace
 
-const char* name_of(InstructionSet instruction_set) noexcept {
+const char* instruction_set_name(InstructionSet instruction_set) noexcept {
     switch (instruction_set) {
         case InstructionSet::avx512: return "avx512";
         case InstructionSet::avx2: return "avx2";

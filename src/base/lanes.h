@@ -30,7 +30,7 @@ STRATUS_INLINE float reciprocal_root(float x) { return 1 / __builtin_sqrtf(x); }
 
 #if defined(__SSE2__)
 /// The register that a number is in, whatever is beside it.
-STRATUS_INLINE __m128 register_of(float x) {
+STRATUS_INLINE __m128 to_register(float x) {
 #if defined(__clang__)
     return _mm_set_ss(x);  // it sees that what is beside is not used
 #else
@@ -41,10 +41,10 @@ STRATUS_INLINE __m128 register_of(float x) {
 }
 // Compilers would rather branch, and the branch would mispredict.
 STRATUS_INLINE float maximum(float a, float b) {
-    return _mm_cvtss_f32(_mm_max_ss(register_of(a), register_of(b)));
+    return _mm_cvtss_f32(_mm_max_ss(to_register(a), to_register(b)));
 }
 STRATUS_INLINE float minimum(float a, float b) {
-    return _mm_cvtss_f32(_mm_min_ss(register_of(a), register_of(b)));
+    return _mm_cvtss_f32(_mm_min_ss(to_register(a), to_register(b)));
 }
 #else
 STRATUS_INLINE float maximum(float a, float b) { return a > b ? a : b; }
@@ -59,7 +59,7 @@ STRATUS_INLINE std::int32_t truncated(float x) { return static_cast<std::int32_t
 STRATUS_INLINE float as_float(std::int32_t n) { return static_cast<float>(n); }
 
 /// Halves a number that is not negative.
-STRATUS_INLINE std::int32_t half_of(std::int32_t n) { return n >> 1; }
+STRATUS_INLINE std::int32_t halved(std::int32_t n) { return n >> 1; }
 
 /// Added to a small number and subtracted again, it rounds to an integer: 1.5 * 2^23.
 constexpr float rounding_shift = 12582912.0f;
@@ -138,11 +138,11 @@ struct SimdRegister {
 
 // Operations on two registers. Compilers make a comparison and a blend of a ternary operator.
 template <class Floats>
-STRATUS_INLINE Floats maximum_of(Floats a, Floats b) {
+STRATUS_INLINE Floats maximum(Floats a, Floats b) {
     return a > b ? a : b;
 }
 template <class Floats>
-STRATUS_INLINE Floats minimum_of(Floats a, Floats b) {
+STRATUS_INLINE Floats minimum(Floats a, Floats b) {
     return a < b ? a : b;
 }
 
@@ -157,12 +157,12 @@ STRATUS_INLINE Floats estimated_reciprocal_root(Floats x) {
     return x;
 }
 #if defined(__SSE2__)
-STRATUS_INLINE SimdRegister<4>::Floats maximum_of(SimdRegister<4>::Floats a,
-                                                  SimdRegister<4>::Floats b) {
+STRATUS_INLINE SimdRegister<4>::Floats maximum(SimdRegister<4>::Floats a,
+                                               SimdRegister<4>::Floats b) {
     return _mm_max_ps(a, b);
 }
-STRATUS_INLINE SimdRegister<4>::Floats minimum_of(SimdRegister<4>::Floats a,
-                                                  SimdRegister<4>::Floats b) {
+STRATUS_INLINE SimdRegister<4>::Floats minimum(SimdRegister<4>::Floats a,
+                                               SimdRegister<4>::Floats b) {
     return _mm_min_ps(a, b);
 }
 STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal(SimdRegister<4>::Floats x) {
@@ -173,12 +173,12 @@ STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal_root(SimdRegister<4>
 }
 #endif
 #if defined(__AVX2__)
-STRATUS_INLINE SimdRegister<8>::Floats maximum_of(SimdRegister<8>::Floats a,
-                                                  SimdRegister<8>::Floats b) {
+STRATUS_INLINE SimdRegister<8>::Floats maximum(SimdRegister<8>::Floats a,
+                                               SimdRegister<8>::Floats b) {
     return _mm256_max_ps(a, b);
 }
-STRATUS_INLINE SimdRegister<8>::Floats minimum_of(SimdRegister<8>::Floats a,
-                                                  SimdRegister<8>::Floats b) {
+STRATUS_INLINE SimdRegister<8>::Floats minimum(SimdRegister<8>::Floats a,
+                                               SimdRegister<8>::Floats b) {
     return _mm256_min_ps(a, b);
 }
 STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal(SimdRegister<8>::Floats x) {
@@ -189,12 +189,12 @@ STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal_root(SimdRegister<8>
 }
 #endif
 #if defined(__AVX512F__)
-STRATUS_INLINE SimdRegister<16>::Floats maximum_of(SimdRegister<16>::Floats a,
-                                                   SimdRegister<16>::Floats b) {
+STRATUS_INLINE SimdRegister<16>::Floats maximum(SimdRegister<16>::Floats a,
+                                                SimdRegister<16>::Floats b) {
     return _mm512_max_ps(a, b);
 }
-STRATUS_INLINE SimdRegister<16>::Floats minimum_of(SimdRegister<16>::Floats a,
-                                                   SimdRegister<16>::Floats b) {
+STRATUS_INLINE SimdRegister<16>::Floats minimum(SimdRegister<16>::Floats a,
+                                                SimdRegister<16>::Floats b) {
     return _mm512_min_ps(a, b);
 }
 STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal(SimdRegister<16>::Floats x) {
@@ -208,7 +208,7 @@ STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal_root(SimdRegister<1
 /// Sooner there than 1 / sqrt(x), which is exact.
 STRATUS_INLINE float prompt_reciprocal_root(float x) {
 #if defined(__SSE2__)
-    const float y = _mm_cvtss_f32(_mm_rsqrt_ss(register_of(x))), half = y * 0.5f;
+    const float y = _mm_cvtss_f32(_mm_rsqrt_ss(to_register(x))), half = y * 0.5f;
     return y + half * (1.0f - x * y * y);
 #else
     return reciprocal_root(x);
@@ -235,7 +235,7 @@ struct IntLanes {
     STRATUS_FRIEND IntLanes operator*(IntLanes a, IntLanes b) { return {a.v * b.v}; }
     STRATUS_FRIEND IntLanes operator+(IntLanes a, int b) { return {a.v + b}; }
     STRATUS_FRIEND IntLanes operator*(IntLanes a, int b) { return {a.v * b}; }
-    STRATUS_FRIEND IntLanes half_of(IntLanes a) { return {a.v >> 1}; }
+    STRATUS_FRIEND IntLanes halved(IntLanes a) { return {a.v >> 1}; }
     STRATUS_FRIEND IntLanes clamped(IntLanes a, int low, IntLanes high) {
         const auto least = low + decltype(a.v){};
         a.v = a.v < high.v ? a.v : high.v;
@@ -267,10 +267,10 @@ struct FloatLanes {
     STRATUS_FRIEND FloatLanes operator*(FloatLanes a, float b) { return FloatLanes(a.v * b); }
     STRATUS_FRIEND FloatLanes operator-(float a, FloatLanes b) { return FloatLanes(a - b.v); }
     STRATUS_FRIEND FloatLanes maximum(FloatLanes a, FloatLanes b) {
-        return FloatLanes(maximum_of(a.v, b.v));
+        return FloatLanes(maximum(a.v, b.v));
     }
     STRATUS_FRIEND FloatLanes minimum(FloatLanes a, FloatLanes b) {
-        return FloatLanes(minimum_of(a.v, b.v));
+        return FloatLanes(minimum(a.v, b.v));
     }
     STRATUS_FRIEND FloatLanes maximum(FloatLanes a, float b) { return maximum(a, FloatLanes(b)); }
     STRATUS_FRIEND FloatLanes minimum(FloatLanes a, float b) { return minimum(a, FloatLanes(b)); }

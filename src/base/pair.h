@@ -81,7 +81,7 @@ template <class F, class First, class Second>
 STRATUS_INLINE Pair<F> combined(const Pair<F>& p, const First& first, const Second& second) {
     if constexpr (std::is_same_v<F, float>) {
         const QuantityLanes a = p.lanes(), b = swapped(p).lanes();
-        return Pair<F>(first_of(first(a, b), second(a, b)));
+        return Pair<F>(with_first(first(a, b), second(a, b)));
     } else {
         return {first(p.first(), p.second()), second(p.first(), p.second())};
     }

@@ -15,14 +15,14 @@ STRATUS_INLINE QuantityLanes quantities(float a, float b, float c = 0, float d =
 STRATUS_INLINE QuantityLanes two_quantities(float a, float b) {
 #if defined(__SSE4_1__)
     return QuantityLanes(
-        QuantityLanes::Floats(_mm_insert_ps(register_of(a), register_of(b), 0x1c)));
+        QuantityLanes::Floats(_mm_insert_ps(to_register(a), to_register(b), 0x1c)));
 #else
     return quantities(a, b);
 #endif
 }
 
 /// The first of one, and what follows of another.
-STRATUS_INLINE QuantityLanes first_of(QuantityLanes x, QuantityLanes rest) {
+STRATUS_INLINE QuantityLanes with_first(QuantityLanes x, QuantityLanes rest) {
     return quantities(x.v[0], rest.v[1], rest.v[2], rest.v[3]);
 }
 

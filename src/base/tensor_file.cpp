@@ -29,7 +29,7 @@ constexpr TypeName type_names[] = {{TensorType::f16, "F16", 2},
                                    {TensorType::f64, "F64", 8},
                                    {TensorType::i32, "I32", 4}};
 
-const TypeName& name_of(TensorType type) { return type_names[static_cast<int>(type)]; }
+const TypeName& type_name(TensorType type) { return type_names[static_cast<int>(type)]; }
 
 /// How many numbers a shape has, at most `max`: `max` + 1 stands for more, or for a shape with a 0.
 std::size_t count_up_to(std::size_t max, const std::vector<std::size_t>& shape) {
@@ -91,7 +91,7 @@ void require_extent(const Extent& extent, std::size_t data_start, std::size_t da
     const auto of = [&] { return " of tensor " + quoted(*extent.name); };
     const auto offsets = [&] { return list_text({extent.begin, extent.end}); };
     const std::vector<std::size_t>& shape = extent.tensor->shape;
-    const TypeName& type = name_of(extent.tensor->type);
+    const TypeName& type = type_name(extent.tensor->type);
     if (extent.begin > extent.end)
         refuse_tensor_file("data_offsets" + of(), "in ascending order", offsets());
     if (extent.end > data_bytes)
@@ -221,12 +221,12 @@ void add_strings(Checksum& sum, const std::map<std::string, std::string>& string
 void add_tensor(Checksum& sum, const std::string& name, TensorType type,
                 const std::vector<std::size_t>& shape, const void* data) {
     sum.add(name);
-    sum.add(std::string(name_of(type).name));
+    sum.add(std::string(type_name(type).name));
     for (const std::size_t extent : shape) {
         const std::uint64_t wide = extent;
         sum.add(&wide, sizeof wide);
     }
-    sum.add(data, count_of(shape) * name_of(type).size);
+    sum.add(data, element_count(shape) * type_name(type).size);
 }
 
 // ---- Writing
@@ -325,7 +325,7 @@ TensorOf<Number> TensorFile::numbers(const std::string& name, std::size_t rank,
     const Tensor& met = tensor(name);
     constexpr TensorType wanted = tensor_type<Number>();
     const auto described = [](TensorType type, std::size_t of_rank) {
-        return name_of(type).name + std::string(" of rank ") + std::to_string(of_rank);
+        return type_name(type).name + std::string(" of rank ") + std::to_string(of_rank);
     };
     if (met.type != wanted || met.shape.size() != rank)
         refuse_tensor_file("tensor " + quoted(name), described(wanted, rank),
@@ -367,7 +367,7 @@ void TensorWriter::add(const std::string& name, TensorType type,
             list_text(shape));
     const char* const begin = static_cast<const char*>(data);
     names_.insert(name);
-    entries_.push_back({name, type, shape, {begin, begin + count * name_of(type).size}});
+    entries_.push_back({name, type, shape, {begin, begin + count * type_name(type).size}});
 }
 
 void TensorWriter::set(const std::string& key, const std::string& text) {
@@ -392,7 +392,7 @@ std::vector<char> TensorWriter::finish() {
     std::size_t end = 0;
     const auto append_member = [&](const std::string& name, TensorType type,
                                    const std::vector<std::size_t>& shape, std::size_t size) {
-        members.push_back(json_string(name) + ":{\"dtype\":\"" + name_of(type).name +
+        members.push_back(json_string(name) + ":{\"dtype\":\"" + type_name(type).name +
                           "\",\"shape\":" + list_text(shape) +
                           ",\"data_offsets\":" + list_text({end, end + size}) + '}');
         end += size;
@@ -401,7 +401,7 @@ std::vector<char> TensorWriter::finish() {
     for (const Entry& entry : entries_) {
         if (const std::size_t padding = padding_after(end); padding != 0)
             append_member(std::string(padding_prefix) + std::to_string(++paddings), TensorType::f16,
-                          {padding / name_of(TensorType::f16).size}, padding);
+                          {padding / type_name(TensorType::f16).size}, padding);
         append_member(entry.name, entry.type, entry.shape, entry.data.size());
     }
 

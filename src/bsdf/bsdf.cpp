@@ -143,7 +143,7 @@ template <int channels>
 float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
     check_vectors(wi, wo);
     const float sides = wi.z * wo.z;
-    if (!is_lit(wi) || sides == 0) return unknown_of(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z);
+    if (!is_lit(wi) || sides == 0) return zero_or_nan(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z);
     const Horizontal in(wi);
     const float square = wo.x * wo.x + wo.y * wo.y;
     // Light travels along -wi: cos(azimuth) = -dot / m. Of
@@ -156,7 +156,7 @@ float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
     return density_.pdf(static_cast<Side>(sides < 0 ? 1 : 0), {std::abs(wi.z), in.square},
                         {std::abs(wo.z), square},
                         {both[1 - backward], both[backward], 2 * m * both[1]}) +
-           unknown_of(dot, sides);
+           zero_or_nan(dot, sides);
 }
 
 template <int channels>
@@ -196,7 +196,7 @@ template <int channels>
 ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
     float cosine) const noexcept {
     const float mu_in = cosine_in_range("mu_in", cosine);
-    const float place = cosine_of(inclination(mu_in)).v * (albedo_rows - 1);
+    const float place = to_cosine(inclination(mu_in)).v * (albedo_rows - 1);
     const int row = truncated(within(0, place, albedo_rows - 2));
     const float past = place - as_float(row);
     const float* const here = albedo_.data() + row * 2 * channels;
@@ -204,7 +204,7 @@ ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
     for (int i = 0; i < 2 * channels; ++i)
         channel[i] = (here[i] + past * (here[i + 2 * channels] - here[i])) *
                          intercepted(slice_, i % channels, mu_in) +
-                     unknown_of(mu_in);
+                     zero_or_nan(mu_in);
     ScatteredShares<Value> shares;
     set(shares.reflected, channel);
     set(shares.transmitted, channel + channels);
@@ -215,7 +215,7 @@ template <int channels>
 ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
     const Vector& wi) const noexcept {
     check_vectors(wi, wi);
-    const float unknown = unknown_of(wi.x, wi.y, wi.z);
+    const float unknown = zero_or_nan(wi.x, wi.y, wi.z);
     return is_lit(wi)
                ? albedo(std::abs(wi.z) + unknown)
                : ScatteredShares<Value>{all_channels<Value>(unknown), all_channels<Value>(unknown)};

@@ -34,7 +34,7 @@ inline Cosine cosine_at(float v) noexcept {
     return {inside, root_mu, root_mu * root_mu};
 }
 
-inline Cosine cosine_of(const DirectionDensity::Inclination& to_normal) noexcept {
+inline Cosine to_cosine(const DirectionDensity::Inclination& to_normal) noexcept {
     const float mu = within(0, to_normal.cosine, 1);
     return cosine_at(square_root(to_normal.sine_squared / ((1 + mu) * (1 + square_root(mu)))));
 }

@@ -44,7 +44,7 @@ constexpr float no_peak = 100;  // wide enough for even coordinates
 float peak_width(const DirectionDensity::Light& light, Side side, float mu, bool at_same_cosine) {
     constexpr int octaves = 20;
     const bool at_azimuth_0 = (side == Side::transmission) == at_same_cosine;
-    const Cosine cosine = cosine_of(inclination(mu));
+    const Cosine cosine = to_cosine(inclination(mu));
     const auto share_at = [&](int n) { return n == 0 ? 0 : std::ldexp(1.0f, n - octaves); };
     DirectionPairs pairs;
     for (int n = 0; n <= octaves; ++n) {
@@ -60,7 +60,7 @@ float peak_width(const DirectionDensity::Light& light, Side side, float mu, bool
     return no_peak;
 }
 
-DirectionDensity::Peaks peaks_of(const DirectionDensity::Light& light, Side side) {
+DirectionDensity::Peaks make_peaks(const DirectionDensity::Light& light, Side side) {
     constexpr float slanting = 0.5f, grazing = 0.02f, slope_of_width = 4, largest_slope = 0.9f;
     const float width = peak_width(light, side, slanting, true);
     const float slope = std::min(largest_slope, slope_of_width * width);
@@ -298,7 +298,7 @@ DirectionDensity::DirectionDensity(int channels, const Light& light) {
         }
     };
     for (const Side side : {Side::reflection, Side::transmission})
-        peaks_[static_cast<int>(side)] = peaks_of(sum, side);
+        peaks_[static_cast<int>(side)] = make_peaks(sum, side);
     constexpr double bearable = 0.2;  // met by Henyey-Greenstein's g = 0.95
     const double of_lobes = fill<LobeGrid>(channels, light);
     if (of_lobes <= bearable) return;
@@ -407,10 +407,10 @@ template <class Grid, Side side>
 }
 
 template <class Grid>
-[[gnu::always_inline]] inline DirectionDensity::Direction DirectionDensity::sample_of(
+[[gnu::always_inline]] inline DirectionDensity::Direction DirectionDensity::sample_grid(
     const Inclination& from, float u1, float u2, float u3) const noexcept {
     constexpr int rows = Grid::rows, lines = Grid::lines;
-    const Cosine in = cosine_of(from);
+    const Cosine in = to_cosine(from);
     const float at_row = Grid::incident_place(in) * (rows - 1);
     const auto low_row = truncated(within(0, at_row, rows - 2));
     const auto row = static_cast<std::size_t>(low_row + (u3 < at_row - as_float(low_row) ? 1 : 0));
@@ -423,8 +423,8 @@ template <class Grid>
 
 DirectionDensity::Direction DirectionDensity::sample(const Inclination& from, float u1, float u2,
                                                      float u3) const noexcept {
-    return is_peaked_ ? sample_of<PeakedGrid>(from, u1, u2, u3)
-                      : sample_of<LobeGrid>(from, u1, u2, u3);
+    return is_peaked_ ? sample_grid<PeakedGrid>(from, u1, u2, u3)
+                      : sample_grid<LobeGrid>(from, u1, u2, u3);
 }
 
 std::size_t DirectionDensity::bytes() const noexcept {

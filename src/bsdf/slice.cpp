@@ -26,7 +26,7 @@ namespace {
 constexpr const char* bind_caller = "bind";
 
 template <int channels>
-const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders) {
+const SideKernel<channels>& find_kernel(Side which, PhaseForm form, Orders orders) {
     const Kernels& all = kernels();
     const bool reflected = which == Side::reflection;
     if constexpr (channels == 1)
@@ -43,7 +43,7 @@ void check_stack_effects(const Effects& effects) {
 }
 
 template <int channels>
-Medium<channels> medium_of(const std::vector<StackLayer>& layers) {
+Medium<channels> make_medium(const std::vector<StackLayer>& layers) {
     const StackLayer mean = mean_layer(layers);
     Medium<channels> medium;
     std::fill(medium.optical_depth, medium.optical_depth + channels, mean.optical_depth);
@@ -57,7 +57,7 @@ float in_single(double optical_depth, Side which) {
 }
 
 template <int channels>
-auto value_of(const float (&value)[channels], float factor) noexcept {
+auto scaled_value(const float (&value)[channels], float factor) noexcept {
     if constexpr (channels == 1)
         return value[0] * factor;
     else
@@ -154,7 +154,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const Medium<cha
 template <int channels>
 SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects& effects)
     : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
-              nullptr, medium_of<channels>(layers), effects) {
+              nullptr, make_medium<channels>(layers), effects) {
     check_layers(layers, false, bind_caller);
     check_stack_effects(effects);
     bind_stack(layers, nullptr);
@@ -191,7 +191,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
 template <int channels>
 void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
                                    const LowerBoundary* boundary) {
-    medium_ = medium_of<channels>(layers);  // clamped to it
+    medium_ = make_medium<channels>(layers);  // clamped to it
     for (int c = 0; c < channels; ++c) {
         const double depth = medium_.optical_depth[c];
         reflection_->view.optical_depth[c] = in_single(depth, Side::reflection);
@@ -280,7 +280,7 @@ template <int channels>
 void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSide& side) {
     std::vector<ChannelOrders> orders;
     for (int c = 0; c < channels; ++c)
-        orders.push_back(orders_of(table, which, medium_.albedo[c], medium_.optical_depth[c]));
+        orders.push_back(find_orders(table, which, medium_.albedo[c], medium_.optical_depth[c]));
     const auto closed_form = [&](int c, double mu_in, double mu_out, double azimuth) {
         if (side.kernel.at_angles == nullptr) return 0.0;
         const ChannelValues<channels> value =
@@ -341,9 +341,9 @@ void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunct
 template <int channels>
 void SliceOf<channels>::set_kernels() {
     reflection_->kernel =
-        kernel_of<channels>(Side::reflection, reflection_->form, reflection_->orders);
+        find_kernel<channels>(Side::reflection, reflection_->form, reflection_->orders);
     transmission_->kernel =
-        kernel_of<channels>(Side::transmission, transmission_->form, transmission_->orders);
+        find_kernel<channels>(Side::transmission, transmission_->form, transmission_->orders);
 }
 
 template <int channels>
@@ -353,7 +353,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::at(const BoundSide& side, f
     check_angles(mu_in, mu_out, azimuth);
     if (side.kernel.at_angles == nullptr)
         return all_channels<Value>(dark_at(mu_in, mu_out, azimuth));
-    return value_of(side.kernel.at_angles(side.view, mu_in, mu_out, azimuth).of, 1);
+    return scaled_value(side.kernel.at_angles(side.view, mu_in, mu_out, azimuth).of, 1);
 }
 
 template <int channels>
@@ -373,12 +373,13 @@ typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
                                                           const Vector& wo) const noexcept {
     check_vectors(wi, wo);
     const auto dark = [&] {
-        return all_channels<Value>(unknown_of(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z));
+        return all_channels<Value>(zero_or_nan(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z));
     };
     if (one_sided_ && !(wi.z > 0)) return dark();
     const auto between = [&](const BoundSide& side) {
         if (side.kernel.at_vectors == nullptr) return dark();
-        return value_of(side.kernel.at_vectors(side.view, wi, wo).of, static_cast<float>(1 / pi));
+        return scaled_value(side.kernel.at_vectors(side.view, wi, wo).of,
+                            static_cast<float>(1 / pi));
     };
     const float sides = wi.z * wo.z;
     if (sides > 0) return between(*reflection_);
@@ -422,8 +423,8 @@ typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
     const double cosine = cosine_in_range("mu", double{mu});
     float value[channels];
     for (int c = 0; c < channels; ++c)
-        value[c] = static_cast<float>(over_boundary_ ? unknown_of(cosine) : of(c, cosine));
-    return value_of(value, 1);
+        value[c] = static_cast<float>(over_boundary_ ? zero_or_nan(cosine) : of(c, cosine));
+    return scaled_value(value, 1);
 }
 
 template <int channels>

@@ -53,7 +53,7 @@ ChannelOrders packed_orders(const TableView& table, Side which, double albedo,
 
 }  // namespace
 
-ChannelOrders orders_of(const TableView& table, Side which, double albedo, double optical_depth) {
+ChannelOrders find_orders(const TableView& table, Side which, double albedo, double optical_depth) {
     if (table.packed != nullptr) return packed_orders(table, which, albedo, optical_depth);
     const auto blend = which == Side::reflection ? reflection_blend : transmission_blend;
     const bool is_deep = optical_depth > table.optical_depth.highest;

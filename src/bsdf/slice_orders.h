@@ -7,6 +7,6 @@ namespace stratus {
 
 /// Finds the orders n >= 2 of one side; beyond the deepest sample they are extrapolated by diffusion
 /// (lookup.h).
-ChannelOrders orders_of(const TableView& table, Side which, double albedo, double optical_depth);
+ChannelOrders find_orders(const TableView& table, Side which, double albedo, double optical_depth);
 
 }  // namespace stratus

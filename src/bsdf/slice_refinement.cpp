@@ -185,7 +185,7 @@ void sum_rows(const Stencil& stencil, int available, int columns,
 }
 
 /// Rows of a sheet around one place along its first axis: the sum over them, `columns` numbers.
-void sum_rows_of(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
+void sum_sheet_rows(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
     const int available = std::min(stencil_size, sheet.count[0]);
     const float* from[stencil_size] = {};
     for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
@@ -204,7 +204,7 @@ Sheet transposed(const Sheet& sheet) {
 Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
     Sheet finer(static_cast<int>(stencils.size()), sheet.count[1], sheet.count[2]);
     for (int i = 0; i < finer.count[0]; ++i)
-        sum_rows_of(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
+        sum_sheet_rows(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
     return finer;
 }
 
@@ -295,7 +295,7 @@ class Refinement {
         const int available = std::min(stencil_size, finer.count[1]);
         Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
         for (int i = 0; i <= in.intervals; ++i) {
-            sum_rows_of(finer, rows[size(i)], finer.count[1] * azimuths, row.row(0, 0));
+            sum_sheet_rows(finer, rows[size(i)], finer.count[1] * azimuths, row.row(0, 0));
             // One column beyond the last of a symmetric row is never read.
             const int last = table_.is_symmetric() ? i + 1 : out.intervals;
             for (int j = 0; j <= last; ++j) {

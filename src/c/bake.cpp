@@ -41,7 +41,7 @@ Table baked(const char* recipe, const stratus_bake_options& asked, const char* f
 }
 
 /// A table's samples.
-const Table& samples_of(const stratus_table* table, const char* function) {
+const Table& require_samples(const stratus_table* table, const char* function) {
     require_given(table, function, "table");
     const stratus::AnyTable& own = table->shared->own;
     require(own.packed() == nullptr, function, "table", "one with samples", "a packed one");
@@ -55,30 +55,30 @@ using namespace stratus::c;
 
 int stratus_bake(const char* recipe, const stratus_bake_options* options, stratus_table** table) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(table, function, "table");
         *table = nullptr;
         require_given(recipe, function, "recipe");
         if (options != nullptr) require_size(*options, function, "options");
         const stratus_bake_options asked = options ? *options : stratus_bake_options{};
-        *table = handle_of(std::make_shared<const SharedTable>(baked(recipe, asked, function)));
+        *table = make_handle(std::make_shared<const SharedTable>(baked(recipe, asked, function)));
     });
 }
 
 int stratus_table_pack(const stratus_table* table, stratus_table** packed) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(packed, function, "packed");
         *packed = nullptr;
-        const std::vector<char> bytes = stratus::pack(samples_of(table, function));
-        *packed = handle_of(std::make_shared<const SharedTable>(stratus::PackedTable(bytes)));
+        const std::vector<char> bytes = stratus::pack(require_samples(table, function));
+        *packed = make_handle(std::make_shared<const SharedTable>(stratus::PackedTable(bytes)));
     });
 }
 
 int stratus_table_write(const stratus_table* table, const char* path) {
     const char* const function = __func__;
-    return status_of([&] {
-        const stratus::Table& samples = samples_of(table, function);
+    return run_guarded([&] {
+        const stratus::Table& samples = require_samples(table, function);
         require_given(path, function, "path");
         if (std::filesystem::path(path).extension() == stratus::packed_ending)
             return stratus::write_content_atomically(path, stratus::pack(samples));

@@ -9,7 +9,7 @@ using namespace stratus::c;
 
 int stratus_bsdf_build(stratus_slice** slice, stratus_bsdf** bsdf) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(bsdf, function, "bsdf");
         *bsdf = nullptr;
         require_given(slice, function, "slice");
@@ -43,7 +43,7 @@ size_t stratus_bsdf_bytes(const stratus_bsdf* bsdf) {
 int stratus_bsdf_sample(const stratus_bsdf* bsdf, const float wi[3], const float random[3],
                         float wo[3], float* value, float* pdf) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(bsdf, function, "bsdf");
         require_given(wi, function, "wi");
         require_given(random, function, "random");
@@ -63,7 +63,7 @@ int stratus_bsdf_sample(const stratus_bsdf* bsdf, const float wi[3], const float
 
 int stratus_bsdf_pdf(const stratus_bsdf* bsdf, const float wi[3], const float wo[3], float* pdf) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(bsdf, function, "bsdf");
         require_given(wi, function, "wi");
         require_given(wo, function, "wo");
@@ -77,7 +77,7 @@ int stratus_bsdf_pdf(const stratus_bsdf* bsdf, const float wi[3], const float wo
 int stratus_bsdf_albedo(const stratus_bsdf* bsdf, const float wi[3], float* reflected,
                         float* transmitted) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(bsdf, function, "bsdf");
         require_given(wi, function, "wi");
         require_given(reflected, function, "reflected");

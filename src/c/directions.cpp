@@ -9,13 +9,13 @@ using namespace stratus::c;
 int stratus_observed_direction(double incidence_deg, double emission_deg, double phase_deg,
                                double* mu_in, double* mu_out, double* azimuth, int* transmitted) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(mu_in, function, "mu_in");
         require_given(mu_out, function, "mu_out");
         require_given(azimuth, function, "azimuth");
         require_given(transmitted, function, "transmitted");
         const auto [at, side] =
-            stratus::geometry_of({incidence_deg, emission_deg, phase_deg}, function);
+            stratus::observed_geometry({incidence_deg, emission_deg, phase_deg}, function);
         *mu_in = at.mu_in;
         *mu_out = at.mu_out;
         *azimuth = at.azimuth;

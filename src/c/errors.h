@@ -26,7 +26,7 @@ int failed(int status, const char* what) noexcept;
 
 /// Runs a function of the interface.
 template <class Body>
-int status_of(const Body& body) noexcept {
+int run_guarded(const Body& body) noexcept {
     try {
         body();
         return STRATUS_OK;

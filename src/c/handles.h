@@ -32,8 +32,8 @@ std::unique_lock<std::mutex> hdf5_lock();
 /// The layers of a stack.
 ///
 /// Errors   std::invalid_argument for null, and for texts that are no phase functions.
-std::vector<StackLayer> layers_of(const stratus_layer* layers, std::size_t count,
-                                  const char* function);
+std::vector<StackLayer> make_layers(const stratus_layer* layers, std::size_t count,
+                                    const char* function);
 
 /// Checks that a table of a family is seen at one point of it.
 void require_member(const stratus_table& table, const char* function);
@@ -59,7 +59,7 @@ struct stratus_bsdf {
 namespace stratus::c {
 
 /// A handle of a table.
-stratus_table* handle_of(std::shared_ptr<const SharedTable> shared);
+stratus_table* make_handle(std::shared_ptr<const SharedTable> shared);
 
 /// Calls `use` with the slice or BSDF of either kind.
 template <class Use>

@@ -14,7 +14,7 @@ bool switched(int value, const char* name) {
     return value == 1;
 }
 
-Opposition::Law law_of(int law) {
+Opposition::Law to_law(int law) {
     using Law = Opposition::Law;
     switch (law) {
         case STRATUS_BLINN_OPPOSITION: return Law::blinn;
@@ -28,7 +28,7 @@ Opposition::Law law_of(int law) {
 
 constexpr std::size_t first_effects_size = offsetof(stratus_effects, background);
 
-Effects effects_of(const stratus_effects* asked, const char* function) {
+Effects to_effects(const stratus_effects* asked, const char* function) {
     Effects effects;
     if (asked == nullptr) return effects;
     require_size(*asked, function, "effects", first_effects_size);
@@ -40,13 +40,13 @@ Effects effects_of(const stratus_effects* asked, const char* function) {
     if (asked->size > first_effects_size)
         effects.background = switched(whole.background, "background");
     effects.density = whole.density;
-    effects.opposition = {law_of(whole.opposition), whole.opposition_width,
+    effects.opposition = {to_law(whole.opposition), whole.opposition_width,
                           whole.opposition_amplitude};
     return effects;
 }
 
 template <int channels>
-Medium<channels> medium_of(const double* optical_depth, const double* albedo) {
+Medium<channels> make_medium(const double* optical_depth, const double* albedo) {
     Medium<channels> medium;
     std::memcpy(medium.optical_depth, optical_depth, sizeof medium.optical_depth);
     std::memcpy(medium.albedo, albedo, sizeof medium.albedo);
@@ -65,21 +65,21 @@ stratus_slice* bound(const Scatterer& scatterer, int channels, const double* opt
     require_channels(channels, function);
     require_given(optical_depth, function, "optical_depth");
     require_given(albedo, function, "albedo");
-    const Effects effects = effects_of(asked, function);
+    const Effects effects = to_effects(asked, function);
     auto slice = std::make_unique<stratus_slice>();
     if (channels == 1)
-        slice->one = &slice->own.emplace<Slice>(scatterer, medium_of<1>(optical_depth, albedo),
+        slice->one = &slice->own.emplace<Slice>(scatterer, make_medium<1>(optical_depth, albedo),
                                                 effects, outside...);
     else
-        slice->three = &slice->own.emplace<RgbSlice>(scatterer, medium_of<3>(optical_depth, albedo),
-                                                     effects, outside...);
+        slice->three = &slice->own.emplace<RgbSlice>(
+            scatterer, make_medium<3>(optical_depth, albedo), effects, outside...);
     return slice.release();
 }
 
 int bind_table(const stratus_table* table, int channels, const double* optical_depth,
                const double* albedo, const stratus_effects* effects, stratus_slice** slice,
                const char* function, OutsideTable outside) noexcept {
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(slice, function, "slice");
         *slice = nullptr;
         require_given(table, function, "table");
@@ -92,7 +92,7 @@ int bind_table(const stratus_table* table, int channels, const double* optical_d
 template <class LookUp>
 int look_up_once(const stratus_slice* slice, float* value, const char* function,
                  const LookUp& look_up) noexcept {
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(slice, function, "slice");
         require_given(value, function, "value");
         with(*slice, [&](const auto& of) { write(look_up(of), value); });
@@ -106,7 +106,7 @@ using namespace stratus::c;
 
 int stratus_effects_default(stratus_effects* effects) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(effects, function, "effects");
         require_size(*effects, function, "effects", first_effects_size);
         const stratus::Effects usual;
@@ -134,7 +134,7 @@ int stratus_slice_bind_single(const char* phase_function, int channels, const do
                               const double* albedo, const stratus_effects* effects,
                               stratus_slice** slice) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(slice, function, "slice");
         *slice = nullptr;
         require_given(phase_function, function, "phase_function");
@@ -146,12 +146,12 @@ int stratus_slice_bind_single(const char* phase_function, int channels, const do
 int stratus_slice_bind_single_stack(size_t layer_count, const stratus_layer* layers, int channels,
                                     const stratus_effects* effects, stratus_slice** slice) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(slice, function, "slice");
         *slice = nullptr;
-        const std::vector<stratus::StackLayer> stack = layers_of(layers, layer_count, function);
+        const std::vector<stratus::StackLayer> stack = make_layers(layers, layer_count, function);
         require_channels(channels, function);
-        const stratus::Effects asked = effects_of(effects, function);
+        const stratus::Effects asked = to_effects(effects, function);
         auto made = std::make_unique<stratus_slice>();
         if (channels == 1)
             made->one = &made->own.emplace<stratus::Slice>(stack, asked);
@@ -205,7 +205,7 @@ int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const floa
 int stratus_slice_reflection_many(const stratus_slice* slice, size_t count, const float* mu_in,
                                   const float* mu_out, const float* azimuth, float* value) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(slice, function, "slice");
         require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
         with(*slice, [&](const auto& of) { of.reflection(count, mu_in, mu_out, azimuth, value); });
@@ -215,7 +215,7 @@ int stratus_slice_reflection_many(const stratus_slice* slice, size_t count, cons
 int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, const float* mu_in,
                                     const float* mu_out, const float* azimuth, float* value) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(slice, function, "slice");
         require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
         with(*slice,
@@ -226,7 +226,7 @@ int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, co
 int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const float* const wi[3],
                             const float* const wo[3], float* value) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(slice, function, "slice");
         require_given(wi, function, "wi");
         require_given(wo, function, "wo");

@@ -20,7 +20,7 @@ struct Problem {
     SolverOptions options;
 };
 
-LowerBoundary below_of(const stratus_problem& problem, const char* function) {
+LowerBoundary make_lower_boundary(const stratus_problem& problem, const char* function) {
     require(problem.below >= STRATUS_NOTHING_BELOW && problem.below <= STRATUS_GROUND_BELOW,
             function, "problem.below", "nothing, a surface, a layer or a ground, 0 to 3",
             problem.below);
@@ -42,12 +42,13 @@ void require_cosine(double mu, const char* function, const char* argument) {
 
 constexpr std::size_t first_problem_size = offsetof(stratus_problem, below_ground);
 
-Problem problem_of(const stratus_problem* given, const char* function) {
+Problem make_problem(const stratus_problem* given, const char* function) {
     require_given(given, function, "problem");
     require_size(*given, function, "problem", first_problem_size);
     const stratus_problem asked = completed(*given);
-    Problem problem{
-        layers_of(asked.layers, asked.layer_count, function), below_of(asked, function), {}};
+    Problem problem{make_layers(asked.layers, asked.layer_count, function),
+                    make_lower_boundary(asked, function),
+                    {}};
     check_layers(problem.layers, problem.below.is_present(), function);
     constexpr double default_tolerance = 1e-4;
     if (asked.nodes != 0)
@@ -77,8 +78,8 @@ using stratus::require;
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
                   stratus_solved* reflection, stratus_solved* transmission) {
     const char* const function = __func__;
-    return status_of([&] {
-        const Problem asked = problem_of(problem, function);
+    return run_guarded([&] {
+        const Problem asked = make_problem(problem, function);
         if (count == 0) return;
         require_given(geometries, function, "geometries");
         std::vector<stratus::Geometry> all;
@@ -104,8 +105,8 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
                          double* plane_albedo, double* diffuse_transmittance,
                          stratus_fluxes* uniform) {
     const char* const function = __func__;
-    return status_of([&] {
-        const Problem asked = problem_of(problem, function);
+    return run_guarded([&] {
+        const Problem asked = make_problem(problem, function);
         if (uniform != nullptr) require_size(*uniform, function, "uniform");
         require_arrays(count, {mu}, function);
         const stratus::SolvedFluxes solved = stratus::solve_fluxes(
@@ -124,8 +125,8 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
                          size_t count, const double* mu, stratus_level_light* light,
                          double* error) {
     const char* const function = __func__;
-    return status_of([&] {
-        const Problem asked = problem_of(problem, function);
+    return run_guarded([&] {
+        const Problem asked = make_problem(problem, function);
         require_arrays(level_count * count, {levels, mu, light}, function);
         if (level_count * count == 0) return;
         const stratus::SolvedInside solved =

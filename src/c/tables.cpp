@@ -27,8 +27,8 @@ std::unique_lock<std::mutex> hdf5_lock() {
     return std::unique_lock(hdf5);
 }
 
-std::vector<StackLayer> layers_of(const stratus_layer* layers, std::size_t count,
-                                  const char* function) {
+std::vector<StackLayer> make_layers(const stratus_layer* layers, std::size_t count,
+                                    const char* function) {
     require(count > 0, function, "layer_count", "at least 1", count);
     require_given(layers, function, "layers");
     std::vector<StackLayer> all;
@@ -45,7 +45,7 @@ void require_member(const stratus_table& table, const char* function) {
             "of one point of its family, by stratus_table_at()", "one of the whole family");
 }
 
-stratus_table* handle_of(std::shared_ptr<const SharedTable> shared) {
+stratus_table* make_handle(std::shared_ptr<const SharedTable> shared) {
     const TableView view = shared->own.view();
     return new stratus_table{std::move(shared), view};
 }
@@ -57,7 +57,7 @@ std::shared_ptr<const SharedTable> opened(const std::string& path) {
     return std::make_shared<const SharedTable>(read_any_table(path));
 }
 
-stratus_range range_of(const Axis& axis) {
+stratus_range to_range(const Axis& axis) {
     if (axis.values.empty()) return {0, 0, 0};
     return {axis.values.front(), axis.values.back(), axis.values.size()};
 }
@@ -69,7 +69,7 @@ template <class LookUp>
 int look_up_points(const stratus_table* table, std::size_t count, const stratus_point* points,
                    stratus_scattered* values, const char* function,
                    const LookUp& look_up) noexcept {
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(table, function, "table");
         require_member(*table, function);
         if (count == 0) return;
@@ -88,7 +88,7 @@ int look_up_points(const stratus_table* table, std::size_t count, const stratus_
 template <class LookUp>
 int look_up_arrays(const stratus_table* table, const PackedPoints& points, const float* total,
                    const char* function, const LookUp& look_up) noexcept {
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(table, function, "table");
         require_member(*table, function);
         const PackedTable* const packed = table->shared->own.packed();
@@ -113,28 +113,29 @@ using stratus::require;
 
 int stratus_table_open(const char* path, stratus_table** table) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(table, function, "table");
         *table = nullptr;
         require_given(path, function, "path");
-        *table = handle_of(opened(path));
+        *table = make_handle(opened(path));
     });
 }
 
 int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(table, function, "table");
         *table = nullptr;
         require_given(data, function, "data");
-        *table = handle_of(std::make_shared<const SharedTable>(stratus::PackedTable(data, bytes)));
+        *table =
+            make_handle(std::make_shared<const SharedTable>(stratus::PackedTable(data, bytes)));
     });
 }
 
 int stratus_table_at(const stratus_table* table, size_t count, const double* values,
                      stratus_table** chosen) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(chosen, function, "chosen");
         *chosen = nullptr;
         require_given(table, function, "table");
@@ -148,7 +149,7 @@ int stratus_table_at(const stratus_table* table, size_t count, const double* val
 int stratus_table_family(const stratus_table* table, size_t axis, const char** name,
                          stratus_range* range) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(table, function, "table");
         require_given(name, function, "name");
         require_given(range, function, "range");
@@ -156,7 +157,7 @@ int stratus_table_family(const stratus_table* table, size_t axis, const char** n
         require(axis < family.size(), function, "axis", "below " + std::to_string(family.size()),
                 axis);
         *name = family[axis].name();
-        *range = range_of(family[axis].axis);
+        *range = to_range(family[axis].axis);
     });
 }
 
@@ -164,17 +165,17 @@ void stratus_table_close(stratus_table* table) { delete table; }
 
 int stratus_table_describe(const stratus_table* table, stratus_table_info* info) {
     const char* const function = __func__;
-    return status_of([&] {
+    return run_guarded([&] {
         require_given(table, function, "table");
         require_given(info, function, "info");
         require_size(*info, function, "info", first_info_size);
         const stratus::Table& of = table->shared->own.table();
         stratus_table_info found{};
-        found.optical_depth = range_of(of.optical_depth);
-        found.albedo = range_of(of.albedo);
-        found.mu_in = range_of(of.mu_in);
-        found.mu_out = range_of(of.mu_out);
-        found.azimuth = range_of(of.azimuth);
+        found.optical_depth = to_range(of.optical_depth);
+        found.albedo = to_range(of.albedo);
+        found.mu_in = to_range(of.mu_in);
+        found.mu_out = to_range(of.mu_out);
+        found.azimuth = to_range(of.azimuth);
         found.has_reflection = table->view.has_reflection();
         found.has_transmission = table->view.has_transmission();
         found.has_lower_boundary = table->view.has_lower_boundary();
@@ -182,7 +183,7 @@ int stratus_table_describe(const stratus_table* table, stratus_table_info* info)
         found.tolerance = of.tolerance;
         found.measured_error = of.measured_error;
         if (of.has_family() && stratus::is_mixture(of.family))
-            found.mixture = range_of(of.family[0].axis);
+            found.mixture = to_range(of.family[0].axis);
         found.is_packed = table->shared->own.packed() != nullptr;
         found.is_stack = of.is_stack();
         fill(*info, found);

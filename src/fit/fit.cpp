@@ -16,7 +16,7 @@
 namespace stratus {
 namespace {
 
-const char* name_of(Light light) {
+const char* light_name(Light light) {
     switch (light) {
         case Light::reflected: return "reflected light";
         case Light::transmitted: return "transmitted light";
@@ -42,7 +42,7 @@ void check(const Observation& at, const LayerModel& model, const std::vector<Fam
     require(std::abs(at.brightness / at.sigma) <= largest, fit_caller, "brightness / sigma",
             "in [-1e100, 1e100], so that its square is a number", at.brightness / at.sigma);
     require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
-            name_of(at.light));
+            light_name(at.light));
     require(at.known.size() <= family.size(), fit_caller, "values known of an observation",
             "as many as the table's family has axes, " + std::to_string(family.size()),
             at.known.size());
@@ -72,7 +72,7 @@ std::vector<Minimum> descend_from(std::vector<Minimum> minima, const Problem& pr
 
 /// In the terms of ParameterSpace::derivatives: the inverse of the curvature in the cube, mapped. A
 /// direction in which the residuals do not change is bounded by the cube's edge alone.
-Eigen::MatrixXd covariance_of(const Problem& problem, const Problem::Point& at) {
+Eigen::MatrixXd compute_covariance(const Problem& problem, const Problem::Point& at) {
     constexpr double min_curvature = 1;
     if (at.size() == 0) return Eigen::MatrixXd::Zero(fit_parameters, fit_parameters);
     const Eigen::MatrixXd derivatives = problem.derivatives(at);
@@ -94,7 +94,7 @@ Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
     const Problem problem(model, space, observations, options);
     const std::vector<Minimum> minima = descend_from(starts, problem);
     const Minimum& best = minima.front();
-    const Eigen::MatrixXd covariance = covariance_of(problem, best.at);
+    const Eigen::MatrixXd covariance = compute_covariance(problem, best.at);
 
     const LayerParameters layer = space.layer(best.at);
     constexpr double tolerated = 0.1;  // standard deviations
@@ -137,12 +137,12 @@ std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& mo
     return {"optical_depth", "w1", "w2", "g1", "g2", "radius", "wavelength", "variance"};
 }
 
-std::vector<FitParameter> fit_parameters_of(const LayerModel& model) {
+std::vector<FitParameter> model_parameters(const LayerModel& model) {
     if (model.kinds() == 0) return {fit_optical_depth};
     std::vector<FitParameter> parameters{fit_w1, fit_optical_depth, fit_g1};
     if (model.kinds() == 2) parameters = {fit_w1, fit_w2, fit_optical_depth, fit_g1, fit_g2};
     for (const FamilyAxis& axis : model.family())
-        if (const auto of = fit_parameter_of(axis.parameter); of && *of != fit_g1)
+        if (const auto of = to_fit_parameter(axis.parameter); of && *of != fit_g1)
             parameters.push_back(*of);
     return parameters;
 }

@@ -138,7 +138,7 @@ class TableModel : public LayerModel {
         for (const Observation& observed : observations) {
             values.emplace_back();
             if (observed.light == Light::beam) continue;
-            const FamilyPoint point = point_of(layer, observed);
+            const FamilyPoint point = family_point(layer, observed);
             if (views.empty() || !(point == seen)) views = views_.at(seen = point);
             const auto look_up = observed.light == Light::transmitted ? transmission : reflection;
             for (const auto& [weight, view] : views) {
@@ -157,10 +157,10 @@ class TableModel : public LayerModel {
 
   private:
     /// Values known of an observation, and the layer's own values of all others.
-    FamilyPoint point_of(const LayerParameters& layer, const Observation& observed) const {
+    FamilyPoint family_point(const LayerParameters& layer, const Observation& observed) const {
         std::vector<double> values;
         for (const FamilyAxis& axis : family_) {
-            const auto parameter = fit_parameter_of(axis.parameter);
+            const auto parameter = to_fit_parameter(axis.parameter);
             const double known = observed.known[values.size()];
             values.push_back(!parameter          ? layer.mixture()
                              : std::isnan(known) ? layer.*layer_fields[*parameter]
@@ -349,7 +349,7 @@ class BeamModel : public LayerModel {
 
 }  // namespace
 
-std::optional<FitParameter> fit_parameter_of(PhaseParameter parameter) noexcept {
+std::optional<FitParameter> to_fit_parameter(PhaseParameter parameter) noexcept {
     switch (parameter) {
         case PhaseParameter::mixture: return {};
         case PhaseParameter::g: return fit_g1;

@@ -13,7 +13,7 @@ namespace {
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
-std::string text_of(const Interval& range) {
+std::string interval_text(const Interval& range) {
     return std::string("[")
         .append(joined({short_number(range.low, 6), short_number(range.high, 6)}))
         .append("]");
@@ -44,7 +44,7 @@ bool is_known(const std::vector<Observation>& observations, std::size_t axis, co
     return count > 0;
 }
 
-constexpr Coordinate coordinate_of(FitParameter parameter) {
+constexpr Coordinate to_coordinate(FitParameter parameter) {
     return static_cast<Coordinate>(parameter);
 }
 
@@ -61,7 +61,8 @@ ParameterSpace::ParameterSpace(const LayerModel& model,
         held_.optical_depth = *options.optical_depth;
         require(model.has_depth(effective_optical_depth(held_.optical_depth, options.density)),
                 fit_caller, "optical_depth held",
-                "one that the model knows, such as in " + text_of(depth), held_.optical_depth);
+                "one that the model knows, such as in " + interval_text(depth),
+                held_.optical_depth);
     } else {
         held_.optical_depth = depth.low;
         add(Coordinate::depth, depth);
@@ -96,17 +97,17 @@ void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& opti
     const bool both_held = options.w1 && (options.w2 || one_kind_);
     if (both_held) {
         require(ranges.albedo.contains(held_.albedo()), fit_caller, one_kind_ ? w1 : "w1 + w2 held",
-                "in the model's " + text_of(ranges.albedo), held_.albedo());
+                "in the model's " + interval_text(ranges.albedo), held_.albedo());
         require(one_kind_ || ranges.mixture.contains(held_.mixture()), fit_caller,
-                "w1 / (w1 + w2) held", "in the model's " + text_of(ranges.mixture),
+                "w1 / (w1 + w2) held", "in the model's " + interval_text(ranges.mixture),
                 held_.mixture());
     } else if (options.w1 || options.w2) {
         const bool first = !options.w1;
         const double held = first ? held_.w2 : held_.w1;
         const Interval range = free_albedo(ranges, first, held);
         require(range.low < range.high, fit_caller, first ? "w2 held" : w1,
-                "one that leaves room for the other: w1 + w2 in " + text_of(ranges.albedo) +
-                    ", w1 / (w1 + w2) in " + text_of(ranges.mixture),
+                "one that leaves room for the other: w1 + w2 in " + interval_text(ranges.albedo) +
+                    ", w1 / (w1 + w2) in " + interval_text(ranges.mixture),
                 held);
         add(first ? Coordinate::w1 : Coordinate::w2, range);
     } else {
@@ -136,7 +137,7 @@ void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
         add(kind == 1 ? Coordinate::g1 : Coordinate::g2, range);
         return;
     }
-    require(range.contains(*held), fit_caller, name + " held", "in " + text_of(range), *held);
+    require(range.contains(*held), fit_caller, name + " held", "in " + interval_text(range), *held);
     value = *held;
 }
 
@@ -147,14 +148,14 @@ void ParameterSpace::add_family(const LayerModel& model,
     for (const FitParameter parameter : {fit_radius, fit_wavelength, fit_variance}) {
         const auto& held = options.*held_fields[parameter];
         const bool is_varied = std::ranges::any_of(family, [&](const FamilyAxis& axis) {
-            return fit_parameter_of(axis.parameter) == parameter;
+            return to_fit_parameter(axis.parameter) == parameter;
         });
         require(!held || is_varied, fit_caller, names_[parameter],
                 "left out unless a table's family varies it", held.value_or(0));
     }
     for (std::size_t k = 0; k < family.size(); ++k) {
         const FamilyAxis& axis = family[k];
-        const auto parameter = fit_parameter_of(axis.parameter);
+        const auto parameter = to_fit_parameter(axis.parameter);
         if (!parameter) continue;
         const std::string name = names_[*parameter];
         const auto& held = options.*held_fields[*parameter];
@@ -169,7 +170,7 @@ void ParameterSpace::add_family(const LayerModel& model,
         } else {
             require(!axis.is_discrete, fit_caller, name,
                     "held or known of the observations: " + allowed_text(axis), "neither");
-            add(coordinate_of(*parameter), range);
+            add(to_coordinate(*parameter), range);
         }
     }
 }
@@ -184,12 +185,12 @@ double ParameterSpace::Range::extent() const {
 }
 
 double ParameterSpace::extent(FitParameter parameter) const {
-    const int at = place(coordinate_of(parameter));
+    const int at = place(to_coordinate(parameter));
     return at < 0 ? 0 : ranges_[static_cast<std::size_t>(at)].extent();
 }
 
 bool ParameterSpace::is_logarithm(FitParameter parameter) const {
-    const int at = place(coordinate_of(parameter));
+    const int at = place(to_coordinate(parameter));
     return at >= 0 && ranges_[static_cast<std::size_t>(at)].is_logarithm();
 }
 

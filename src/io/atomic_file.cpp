@@ -33,7 +33,7 @@ fs::path temporary_beside(const fs::path& target) {
     return target.parent_path() / name.str();
 }
 
-bool is_temporary_of(const fs::path& target, const fs::path& path) {
+bool is_temporary_for(const fs::path& target, const fs::path& path) {
     const std::string name = path.filename().string(), start = start_of_temporary(target),
                       end = end_of_temporary(target);
     return name.size() > start.size() + end.size() && name.starts_with(start) &&
@@ -46,7 +46,7 @@ void remove_abandoned(const fs::path& target) {
     std::error_code failure;
     for (fs::directory_iterator entry(target.parent_path(), failure), end; !failure && entry != end;
          entry.increment(failure)) {
-        if (!is_temporary_of(target, entry->path())) continue;
+        if (!is_temporary_for(target, entry->path())) continue;
         try {
             const io::Descriptor file(entry->path(), O_RDWR | O_NOFOLLOW);
             std::error_code ignored;

@@ -37,8 +37,8 @@ struct RecordHead {
 };
 static_assert(sizeof(RecordHead) == 16);
 
-std::uint32_t checksum_of(const RecordHead& head, std::string_view name,
-                          std::span<const char> bytes) {
+std::uint32_t record_checksum(const RecordHead& head, std::string_view name,
+                              std::span<const char> bytes) {
     const char* const covered = reinterpret_cast<const char*>(&head) + sizeof head.checksum;
     std::uint32_t sum = libdeflate_crc32(0, covered, sizeof head - sizeof head.checksum);
     sum = libdeflate_crc32(sum, name.data(), name.size());
@@ -130,7 +130,7 @@ struct Checkpoint::File {
         const std::uint64_t offset = end + sizeof head + name.size();
         std::vector<char> bytes(head.size);
         read(offset, bytes);
-        if (checksum_of(head, name, bytes) != head.checksum) return false;
+        if (record_checksum(head, name, bytes) != head.checksum) return false;
         contents[name] = {offset, head.size};
         end = offset + head.size;
         return true;
@@ -147,7 +147,7 @@ struct Checkpoint::File {
 
     void append(const std::string& name, std::span<const char> bytes) {
         RecordHead head{0, static_cast<std::uint32_t>(name.size()), bytes.size()};
-        head.checksum = checksum_of(head, name, bytes);
+        head.checksum = record_checksum(head, name, bytes);
         put({{reinterpret_cast<const char*>(&head), sizeof head}, name, bytes});
     }
 

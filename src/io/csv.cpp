@@ -127,7 +127,7 @@ std::ifstream open(const std::string& path) {
 
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
-std::uint64_t max_bytes_of(const std::string& path) {
+std::uint64_t byte_limit(const std::string& path) {
     return std::filesystem::is_regular_file(path) ? unlimited : max_text;
 }
 
@@ -161,14 +161,14 @@ CsvTable read_csv(std::istream& stream, const std::string& name,
 
 CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words) {
     std::ifstream stream = open(path);
-    return read_numbers(stream, path, words, max_bytes_of(path));
+    return read_numbers(stream, path, words, byte_limit(path));
 }
 
 CsvTexts read_csv_texts(const std::string& path) {
     std::ifstream stream = open(path);
     CsvTexts table;
     table.name = path;
-    read_lines(stream, table, max_bytes_of(path),
+    read_lines(stream, table, byte_limit(path),
                [](const std::vector<std::string>& fields, int) { return fields; });
     return table;
 }

@@ -225,12 +225,12 @@ void check_headers(const Bytes& bytes, MemoryLimit& limit) {
 // --- Attributes ---
 
 /// Everything about the table but its samples, by attribute name.
-Metadata attributes_of(const Table& table, const Metadata& metadata) {
+Metadata table_attributes(const Table& table, const Metadata& metadata) {
     const std::string dataset(dataset_prefix);
     Metadata texts;
     for (const auto& [name, text] : metadata) texts[std::string(metadata_prefix) + name] = text;
-    for (const AxisField& field : axis_fields_of(table)) {
-        texts[dataset + field.name] = to_text(axis_of(table, field).values);
+    for (const AxisField& field : all_axis_fields(table)) {
+        texts[dataset + field.name] = to_text(table_axis(table, field).values);
         texts[dataset + field.name + ".scale"] = stored_scale_name(field, table);
         texts[dataset + field.name + ".units"] = field.units;
     }
@@ -239,7 +239,7 @@ Metadata attributes_of(const Table& table, const Metadata& metadata) {
 }
 
 /// The text attributes of a header whose names begin with a prefix.
-Metadata texts_of(const Imf::Header& header, std::string_view prefix, bool keep_prefix) {
+Metadata text_attributes(const Imf::Header& header, std::string_view prefix, bool keep_prefix) {
     Metadata texts;
     for (auto attribute = header.begin(); attribute != header.end(); ++attribute) {
         const std::string_view name = attribute.name();
@@ -251,23 +251,23 @@ Metadata texts_of(const Imf::Header& header, std::string_view prefix, bool keep_
 }
 
 Metadata read_metadata(const Imf::Header& header, bool ignore_checksums) {
-    Metadata metadata = texts_of(header, metadata_prefix, false);
+    Metadata metadata = text_attributes(header, metadata_prefix, false);
     check_format(metadata);
     metadata.erase(checksum_name);
 
-    Metadata covered = texts_of(header, metadata_prefix, true);
-    covered.merge(texts_of(header, dataset_prefix, true));
+    Metadata covered = text_attributes(header, metadata_prefix, true);
+    covered.merge(text_attributes(header, dataset_prefix, true));
     const auto stored = take(covered, std::string(metadata_prefix) + checksum_name);
     if (!ignore_checksums) check_checksum("the metadata", stored, checksum(covered));
     return metadata;
 }
 
 void read_axes(const Imf::Header& header, Table& table) {
-    const Metadata texts = texts_of(header, dataset_prefix, false);
-    for (const AxisField& field : axis_fields_of(table)) {
+    const Metadata texts = text_attributes(header, dataset_prefix, false);
+    for (const AxisField& field : all_axis_fields(table)) {
         const std::string name = field.name;
         read_scale(field, table, entry(texts, name + ".scale"));
-        axis_of(table, field).values = to_numbers(name, entry(texts, name));
+        table_axis(table, field).values = to_numbers(name, entry(texts, name));
     }
     table.diffusion_exponent =
         to_numbers(diffusion_exponent_name, entry(texts, diffusion_exponent_name));
@@ -293,8 +293,8 @@ Imf::Header part_header(const SampleField& field, const std::string& layout,
     return header;
 }
 
-std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata,
-                                    const std::vector<SampleField>& fields) {
+std::vector<Imf::Header> make_headers(const Table& table, const Metadata& metadata,
+                                      const std::vector<SampleField>& fields) {
     const PictureSize display = picture_size(picture_extents(table, fields.front().rank));
     const std::string family_layout = !table.has_family() ? ""
                                       : is_mixture(table.family)
@@ -310,7 +310,7 @@ std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata
         headers.push_back(part_header(field, family_layout + layout_text(field.rank), size, display,
                                       table.*field.samples));
     }
-    Metadata texts = attributes_of(table, metadata);
+    Metadata texts = table_attributes(table, metadata);
     const std::string sum = checksum(texts);
     texts[std::string(metadata_prefix) + checksum_name] = sum;
     for (const auto& [name, text] : texts) headers.front().insert(name, Imf::StringAttribute(text));
@@ -375,7 +375,7 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
     else
         read_tiles(part, size.width, extents, limit, samples);
     if (!ignore_checksums) {
-        Metadata texts = texts_of(header, checksum_attribute, true);
+        Metadata texts = text_attributes(header, checksum_attribute, true);
         check_checksum(name, take(texts, checksum_attribute),
                        checksum(std::span<const float>(samples)));
     }
@@ -386,7 +386,7 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
 
 Bytes encode_exr(const Table& table, const Metadata& metadata) {
     const std::vector<SampleField> fields = listed_samples(metadata);
-    const std::vector<Imf::Header> headers = headers_of(table, metadata, fields);
+    const std::vector<Imf::Header> headers = make_headers(table, metadata, fields);
     Bytes bytes;
     MemoryOutput stream(bytes, "table");
     {

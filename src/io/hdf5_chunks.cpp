@@ -127,7 +127,7 @@ struct DeflatedHead {
 };
 
 template <class Content>
-std::span<const std::byte> bytes_of(const Content& content) {
+std::span<const std::byte> byte_span(const Content& content) {
     return std::as_bytes(std::span(&content, 1));
 }
 
@@ -167,7 +167,7 @@ class Parts {
         const auto n = static_cast<std::size_t>(part);
         const Cuts of_part{cuts_.length, cuts_.run - first_[n] % cuts_.run};
         std::vector<char> given;
-        append(bytes_of(of_part), given);
+        append(byte_span(of_part), given);
         append(std::as_bytes(values_.subspan(first_[n], first_[n + 1] - first_[n])), given);
         return given;
     }
@@ -260,7 +260,7 @@ std::vector<char> deflate_part(std::span<const char> given) {
     for (std::size_t first = 0; first < values.size(); first += cuts.count_from(first)) {
         const std::size_t count = std::min(cuts.count_from(first), values.size() - first);
         const Deflated chunk = deflated(std::span(values).subspan(first, count), cuts.length);
-        append(bytes_of(DeflatedHead{chunk.bytes.size(), chunk.filters_left_out}), all);
+        append(byte_span(DeflatedHead{chunk.bytes.size(), chunk.filters_left_out}), all);
         append(std::as_bytes(std::span(chunk.bytes)), all);
     }
     return all;

@@ -87,7 +87,7 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
 }
 
 void write_axis(hid_t file, const AxisField& field, const Table& table) {
-    const Axis& axis = axis_of(table, field);
+    const Axis& axis = table_axis(table, field);
     const std::size_t count = axis.values.size();
     const Handle dataset = write_dataset(file, field.name, field.long_name, field.units,
                                          {&count, 1}, std::span(axis.values));
@@ -166,15 +166,15 @@ void read_axis(const Source& source, const AxisField& field, Table& table) {
     const auto scale = read_text(dataset, "scale");
     if (!scale) throw std::runtime_error(name + " has no attribute scale");
     read_scale(field, table, *scale);
-    axis_of(table, field).values = read_values<double>(source, dataset, name, extents);
+    table_axis(table, field).values = read_values<double>(source, dataset, name, extents);
 }
 
 }  // namespace
 
 namespace {
 
-std::span<const float> samples_of(const Table& table, const SampleField& field,
-                                  const WriteOptions& options) {
+std::span<const float> field_samples(const Table& table, const SampleField& field,
+                                     const WriteOptions& options) {
     if (options.samples && field.samples == &Table::reflection_multiple)
         return options.samples->samples(Side::reflection);
     if (options.samples && field.samples == &Table::transmission_multiple)
@@ -183,7 +183,7 @@ std::span<const float> samples_of(const Table& table, const SampleField& field,
 }
 
 void fill(hid_t file, const Table& table, const Metadata& metadata, const WriteOptions& options) {
-    const std::vector<AxisField> axes = axis_fields_of(table);
+    const std::vector<AxisField> axes = all_axis_fields(table);
     for (const AxisField& field : axes) write_axis(file, field, table);
     const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
                                      const auto& values) {
@@ -195,7 +195,8 @@ void fill(hid_t file, const Table& table, const Metadata& metadata, const WriteO
     write_over_axes(diffusion_exponent_name, diffusion_exponent_long_name, 1,
                     table.diffusion_exponent);
     for (const SampleField& field : listed_samples(metadata))
-        write_over_axes(field.name, field.long_name, field.rank, samples_of(table, field, options));
+        write_over_axes(field.name, field.long_name, field.rank,
+                        field_samples(table, field, options));
     write_metadata(file, metadata);
 }
 
@@ -224,7 +225,7 @@ Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
     const Source source{file, bytes.size(), options.ignore_checksums};
     const Metadata metadata = read_metadata(file, options.ignore_checksums);
     Table table = table_without_samples(metadata);
-    for (const AxisField& field : axis_fields_of(table)) read_axis(source, field, table);
+    for (const AxisField& field : all_axis_fields(table)) read_axis(source, field, table);
     table.diffusion_exponent =
         read_over_axes<double>(source, diffusion_exponent_name, extents(table, 1));
     const std::vector<SampleField> listed = listed_samples(metadata);

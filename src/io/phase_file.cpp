@@ -11,7 +11,7 @@ namespace stratus {
 namespace {
 
 /// The column of a name, or of either of "one or other".
-int column_of(const CsvTable& file, const std::string& wanted) {
+int find_column(const CsvTable& file, const std::string& wanted) {
     constexpr std::string_view between = " or ";
     const std::size_t gap = wanted.find(between);
     if (gap == wanted.npos) return file.column(wanted);
@@ -21,11 +21,11 @@ int column_of(const CsvTable& file, const std::string& wanted) {
     return file.column(file.has_column(other) ? other : one);
 }
 
-PhaseColumns columns_of(const CsvTable& file, const std::vector<std::string>& wanted) {
+PhaseColumns find_columns(const CsvTable& file, const std::vector<std::string>& wanted) {
     PhaseColumns columns;
     columns.name = file.name;
     for (const std::string& column : wanted) {
-        const auto at = static_cast<std::size_t>(column_of(file, column));
+        const auto at = static_cast<std::size_t>(find_column(file, column));
         columns.names.push_back(file.columns[at]);
         std::vector<double>& values = columns.values.emplace_back();
         for (const std::vector<double>& row : file.rows) values.push_back(row[at]);
@@ -42,8 +42,8 @@ PhaseFunction read_phase_function(const std::string& text, const std::string& di
                                   std::vector<std::string>* notes) {
     return parse_phase_function(
         text, notes, [&](const std::string& file, const std::vector<std::string>& columns) {
-            return columns_of(read_csv((std::filesystem::path(directory) / file).string()),
-                              columns);
+            return find_columns(read_csv((std::filesystem::path(directory) / file).string()),
+                                columns);
         });
 }
 

@@ -18,14 +18,14 @@ constexpr const char* discrete_name = "discrete";
 }  // namespace
 
 const char* stored_scale_name(const AxisField& field, const Table& table) {
-    const AxisScale scale = axis_of(table, field).scale;
+    const AxisScale scale = table_axis(table, field).scale;
     if (field.axis != nullptr) return axis_scale_name(scale);
     if (table.family[field.family].is_discrete) return discrete_name;
     return scale == AxisScale::linear ? mixture_scale_name : axis_scale_name(scale);
 }
 
 void read_scale(const AxisField& field, Table& table, const std::string& stored) {
-    Axis& axis = axis_of(table, field);
+    Axis& axis = table_axis(table, field);
     if (field.axis == nullptr && stored == discrete_name &&
         table.extrapolation_lengths.size() > 0) {
         table.family[field.family].is_discrete = true;
@@ -49,7 +49,7 @@ void read_scale(const AxisField& field, Table& table, const std::string& stored)
                                  shown_text(stored));
 }
 
-std::vector<AxisField> axis_fields_of(const Table& table) {
+std::vector<AxisField> all_axis_fields(const Table& table) {
     std::vector<AxisField> fields;
     for (std::size_t k = 0; k < table.family.size(); ++k) {
         const PhaseParameter parameter = table.family[k].parameter;

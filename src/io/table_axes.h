@@ -11,10 +11,10 @@
 
 namespace stratus::io {
 
-inline const Axis& axis_of(const Table& table, const AxisField& field) {
+inline const Axis& table_axis(const Table& table, const AxisField& field) {
     return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
 }
-inline Axis& axis_of(Table& table, const AxisField& field) {
+inline Axis& table_axis(Table& table, const AxisField& field) {
     return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
 }
 
@@ -27,7 +27,7 @@ const char* stored_scale_name(const AxisField& field, const Table& table);
 void read_scale(const AxisField& field, Table& table, const std::string& stored);
 
 /// The axes of a table, those of the family first.
-std::vector<AxisField> axis_fields_of(const Table& table);
+std::vector<AxisField> all_axis_fields(const Table& table);
 
 /// Sizes of the first `rank` axes, preceded by those of the family.
 std::vector<std::size_t> extents(const Table& table, std::size_t rank);

@@ -115,7 +115,7 @@ MetadataEntry::Type entry_type(const std::string& name) {
 
 bool is_of_the_format(const std::string& name) { return find_entry(name) != nullptr; }
 
-Metadata metadata_of(const Table& table) {
+Metadata make_metadata(const Table& table) {
     Metadata metadata = shared_metadata(table);
     metadata["format"] = table_format_name;
     metadata["format_version"] = std::to_string(table_format_version);

@@ -41,12 +41,12 @@ MetadataEntry::Type entry_type(const std::string& name);
 bool is_of_the_format(const std::string& name);
 
 /// The entries of a table, and what these formats add: name, version, list of datasets, moments.
-Metadata metadata_of(const Table& table);
+Metadata make_metadata(const Table& table);
 
 /// Checks the format's name, version and features and nothing else.
 void check_format(const Metadata& metadata);
 
-/// The table that `metadata_of` described, still without axes and samples.
+/// The table that `make_metadata` described, still without axes and samples.
 Table table_without_samples(const Metadata& metadata);
 
 /// The sample datasets that a file says it holds.

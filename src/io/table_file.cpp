@@ -27,7 +27,7 @@ void write_exr(const Table& table, const Metadata& metadata, const std::filesyst
 constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::write_hdf5, io::decode_hdf5};
 constexpr Format exr{io::exr_magic, "an OpenEXR", write_exr, io::decode_exr};
 
-const Format& format_of(const std::filesystem::path& path, const char* function) {
+const Format& find_format(const std::filesystem::path& path, const char* function) {
     const std::string extension = path.extension().string();
     require(extension == ".h5" || extension == ".exr", function, "path",
             "a name ending in .h5 or .exr", path.string());
@@ -36,7 +36,7 @@ const Format& format_of(const std::filesystem::path& path, const char* function)
 
 void write_directly(const Table& table, const std::filesystem::path& path, const Format& format) {
     io::check_table(table);
-    io::naming(path, [&] { format.write(table, io::metadata_of(table), path, {}); });
+    io::naming(path, [&] { format.write(table, io::make_metadata(table), path, {}); });
 }
 
 /// Reads a table, and names the path in errors.
@@ -72,7 +72,7 @@ void write_exr_table(const Table& table, const std::filesystem::path& path) {
 }
 
 Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return read(path, options, format_of(path, "read_table"));
+    return read(path, options, find_format(path, "read_table"));
 }
 
 AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
@@ -86,10 +86,11 @@ void write_table(const Table& table, const std::filesystem::path& path, int thre
 
 void write_table(const Table& table, const std::filesystem::path& path,
                  const WriteOptions& options) {
-    const Format& format = format_of(path, "write_table");
+    const Format& format = find_format(path, "write_table");
     io::check_table(table, options.samples == nullptr);
     const auto write = [&](const std::filesystem::path& temporary) {
-        io::naming(path, [&] { format.write(table, io::metadata_of(table), temporary, options); });
+        io::naming(path,
+                   [&] { format.write(table, io::make_metadata(table), temporary, options); });
     };
     write_atomically(path, write);
 }

@@ -16,7 +16,7 @@ namespace stratus {
 
 namespace {
 
-double sine_of(double cosine) { return std::sqrt((1 - cosine) * (1 + cosine)); }
+double to_sine(double cosine) { return std::sqrt((1 - cosine) * (1 + cosine)); }
 
 double square(double x) { return x * x; }
 
@@ -41,7 +41,7 @@ class Ocean final : public GroundLaw {
     }
 
     double operator()(const Geometry& at) const noexcept override {
-        const double mu0 = at.mu_in, mu = at.mu_out, s0 = sine_of(mu0), s = sine_of(mu);
+        const double mu0 = at.mu_in, mu = at.mu_out, s0 = to_sine(mu0), s = to_sine(mu);
         const double tan2 =
             (square(s - s0) + 4 * s * s0 * square(std::sin(at.azimuth / 2))) / square(mu + mu0);
         constexpr double longest_exponent = 700;
@@ -67,7 +67,7 @@ class Ocean final : public GroundLaw {
 
     /// Smith's Lambda: the shadowed area over the visible one.
     double shadow(double mu) const noexcept {
-        const double a = mu / (sine_of(mu) * std::sqrt(variance_));
+        const double a = mu / (to_sine(mu) * std::sqrt(variance_));
         constexpr double none = 26;  // erfc(26) is below the smallest double
         if (!(a < none)) return 0;
         return (std::exp(-a * a) / (a * std::sqrt(pi)) - std::erfc(a)) / 2;
@@ -105,7 +105,7 @@ class Rpv final : public GroundLaw {
     double operator()(const Geometry& at) const noexcept override {
         const double mu0 = std::max(at.mu_in, held_below_), mu = std::max(at.mu_out, held_below_);
         const double cos_phase = -cos_scattering_angle_reflected({mu0, mu, at.azimuth});
-        const double t0 = sine_of(mu0) / mu0, t = sine_of(mu) / mu;
+        const double t0 = to_sine(mu0) / mu0, t = to_sine(mu) / mu;
         const double G = std::sqrt(square(t - t0) + 4 * t * t0 * square(std::cos(at.azimuth / 2)));
         const double off_phase = 1 + 2 * theta_ * cos_phase + square(theta_);
         return rho0_ * std::pow(mu * mu0 * (mu + mu0), k_ - 1) * (1 - square(theta_)) /

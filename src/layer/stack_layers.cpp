@@ -60,8 +60,8 @@ double single_transmission_through(const Surroundings& around, double phase_valu
            single_transmission(phase_value, albedo, optical_depth, mu_in, mu_out);
 }
 
-double single_reflection_of(const std::vector<StackLayer>& layers,
-                            const Geometry& geometry) noexcept {
+double stack_single_reflection(const std::vector<StackLayer>& layers,
+                               const Geometry& geometry) noexcept {
     const double cosine = cos_scattering_angle_reflected(geometry);
     Surroundings around;
     double sum = 0;
@@ -73,8 +73,8 @@ double single_reflection_of(const std::vector<StackLayer>& layers,
     return sum;
 }
 
-double single_transmission_of(const std::vector<StackLayer>& layers,
-                              const Geometry& geometry) noexcept {
+double stack_single_transmission(const std::vector<StackLayer>& layers,
+                                 const Geometry& geometry) noexcept {
     const double cosine = cos_scattering_angle_transmitted(geometry);
     Surroundings around{0, total_depth(layers)};
     if (around.below == infinity) return 0;

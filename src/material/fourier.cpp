@@ -81,8 +81,8 @@ using Values = std::vector<SolvedValue> (SolvedStack::*)(int in, int out,
                                                          const std::vector<double>& azimuths) const;
 
 /// `symmetric`: half of the pairs are worked out.
-SideSeries series_of(const std::vector<SolvedStack>& colours, Values values, std::size_t count,
-                     bool symmetric, int threads) {
+SideSeries make_series(const std::vector<SolvedStack>& colours, Values values, std::size_t count,
+                       bool symmetric, int threads) {
     SideSeries all(count);
     parallel_for(static_cast<int>(count), threads, [&](int in) {
         for (int out = symmetric ? in : 0; out < static_cast<int>(count); ++out) {
@@ -191,7 +191,7 @@ class FourierTable {
         const auto side = [&](Values values, bool symmetric_side, double& error) {
             for (const SolvedStack& colour : colours)
                 error = std::max(error, spline_error(colour, values, nodes, options.threads));
-            return series_of(colours, values, nodes.size(), symmetric_side, options.threads);
+            return make_series(colours, values, nodes.size(), symmetric_side, options.threads);
         };
         const SideSeries above = side(&SolvedStack::reflection, true, reflection_error_);
         const bool same = std::all_of(colours.begin(), colours.end(), [](const auto& of) {

@@ -68,8 +68,8 @@ struct Grids {
 constexpr std::size_t grid_size = static_cast<std::size_t>(side) * side;
 
 /// Returns the first sample of a theta and colour.
-float* grid_of(std::vector<float>& values, std::size_t colours, std::size_t theta,
-               std::size_t colour) {
+float* grid_start(std::vector<float>& values, std::size_t colours, std::size_t theta,
+                  std::size_t colour) {
     return values.data() + (theta * colours + colour) * grid_size;
 }
 
@@ -120,7 +120,7 @@ std::vector<Place> horizon(double mu_out) {
 /// The grids of one theta.
 void fill(Grids& grids, const std::vector<ReflectionField>& colours, double mu_out, int t) {
     const std::size_t count = colours.size();
-    float* const values = grid_of(grids.values, count, static_cast<std::size_t>(t), 0);
+    float* const values = grid_start(grids.values, count, static_cast<std::size_t>(t), 0);
     float* const luminance = grids.luminance.data() + static_cast<std::size_t>(t) * grid_size;
     for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x) {
@@ -228,8 +228,9 @@ void lift(std::vector<float>& values, std::size_t colours, const std::vector<flo
                                        along * static_cast<double>(theta[t + 1]));
         const std::vector<Place> places = horizon(std::max(mu_out, grazing));
         for (std::size_t c = 0; c < colours; ++c) {
-            const std::pair<float*, double> ends[] = {{grid_of(values, colours, t, c), 1 - along},
-                                                      {grid_of(values, colours, t + 1, c), along}};
+            const std::pair<float*, double> ends[] = {
+                {grid_start(values, colours, t, c), 1 - along},
+                {grid_start(values, colours, t + 1, c), along}};
             for (const Place& place : places) {
                 double above = 0, below = 0;
                 for (const auto& [grid, share] : ends)
@@ -256,13 +257,13 @@ Grids make_grids(const Material& material, const std::vector<float>& theta,
         colours.emplace_back(material.colours[c], solved[c], mu, options.threads);
     Grids grids{std::vector<float>(angle_count * colours.size() * grid_size),
                 std::vector<float>(angle_count * grid_size)};
-    const auto mu_of = [&](int t) { return mu[static_cast<std::size_t>(angle_count - 1 - t)]; };
-    parallel_for(angle_count, options.threads, [&](int t) { fill(grids, colours, mu_of(t), t); });
+    const auto mu_at = [&](int t) { return mu[static_cast<std::size_t>(angle_count - 1 - t)]; };
+    parallel_for(angle_count, options.threads, [&](int t) { fill(grids, colours, mu_at(t), t); });
     balance(grids.values, colours.size(), theta);
     parallel_for(angle_count, options.threads, [&](int t) {
         for (std::size_t c = 0; c < colours.size(); ++c)
-            meet_horizon(grid_of(grids.values, colours.size(), static_cast<std::size_t>(t), c),
-                         colours[c], mu_of(t), angle_count - 1 - t);
+            meet_horizon(grid_start(grids.values, colours.size(), static_cast<std::size_t>(t), c),
+                         colours[c], mu_at(t), angle_count - 1 - t);
     });
     lift(grids.values, colours.size(), theta);
     return grids;

@@ -67,7 +67,7 @@ struct Curve {
     double modes = 1;  // effective radius over mode radius, of modified_gamma
 };
 
-Curve curve_of(const Droplets& droplets) {
+Curve size_curve(const Droplets& droplets) {
     if (droplets.distribution != Distribution::modified_gamma) return {droplets};
     return {droplets, effective_size(droplets).radius / droplets.mode_radius};
 }
@@ -155,25 +155,25 @@ bool have_same_sizes(const Droplets& a, const Droplets& b) noexcept {
     }
 }
 
-RadiusRange radii_of(const Droplets& droplets) {
+RadiusRange radius_range(const Droplets& droplets) {
     if (droplets.distribution == Distribution::rows) {
         const double unit = effective_size(droplets).radius;
         return {droplets.radius.front() / unit, droplets.radius.back() / unit};
     }
     if (droplets.has_effective_parameters() && droplets.effective_variance == 0) return {1, 1};
-    const Curve curve = curve_of(droplets);
+    const Curve curve = size_curve(droplets);
     // Cross-sections go as r^2; the intensity straight on, the most sensitive to large droplets, as
     // r^4.
     return {radius_of_small_share(curve, 2, 1e-9), radius_of_small_share(curve, 4, 1e4)};
 }
 
-std::vector<SphereSize> sizes_of(const Droplets& droplets, int count) {
+std::vector<SphereSize> sphere_sizes(const Droplets& droplets, int count) {
     const double x = 2 * pi * effective_size(droplets).radius / droplets.wavelength;
     if (droplets.distribution == Distribution::rows)
         return sizes_of_rows(droplets, 2 * pi / droplets.wavelength, count);
     if (droplets.has_effective_parameters() && droplets.effective_variance == 0) return {{x, 1}};
-    const Curve curve = curve_of(droplets);
-    const RadiusRange range = radii_of(droplets);
+    const Curve curve = size_curve(droplets);
+    const RadiusRange range = radius_range(droplets);
     const double begin = std::sqrt(range.min), end = std::sqrt(range.max);
     const double reference = log_number(curve, 1);
     std::vector<SphereSize> sizes;

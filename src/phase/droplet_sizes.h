@@ -16,10 +16,10 @@ struct RadiusRange {
     double min, max;
 };
 
-RadiusRange radii_of(const Droplets& droplets);
+RadiusRange radius_range(const Droplets& droplets);
 
 /// One sphere, or `count` of them uniform in the square root of the radius: dense where the droplets
 /// are; large ones, which are few and costly, lie further apart.
-std::vector<SphereSize> sizes_of(const Droplets& droplets, int count = sizes_of_a_distribution);
+std::vector<SphereSize> sphere_sizes(const Droplets& droplets, int count = sizes_of_a_distribution);
 
 }  // namespace stratus

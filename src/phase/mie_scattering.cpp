@@ -14,7 +14,9 @@ namespace {
 using Complex = std::complex<double>;
 
 /// Terms after which the series of a sphere has converged: W. J. Wiscombe, Appl. Opt. 19, 1980.
-std::size_t terms_of(double x) { return static_cast<std::size_t>(x + 4.05 * std::cbrt(x) + 2) + 1; }
+std::size_t term_count(double x) {
+    return static_cast<std::size_t>(x + 4.05 * std::cbrt(x) + 2) + 1;
+}
 
 /// An order from which downward recurrences may start with any value. Functions of z fall off above
 /// n = |z| over a width of |z|^(1/3); fifteen orders beyond |z|, as is often seen, leave resonances
@@ -29,8 +31,8 @@ std::size_t padded(std::size_t terms) { return (terms + mie_lanes - 1) / mie_lan
 // ---- Spheres
 
 /// Coefficients of up to mie_lanes spheres, the last in the lanes beyond.
-std::vector<CoefficientLanes> coefficients_of(const SphereSize* spheres, std::size_t count,
-                                              Complex m) {
+std::vector<CoefficientLanes> sphere_coefficients(const SphereSize* spheres, std::size_t count,
+                                                  Complex m) {
     SphereLanes all;
     double largest = 0;
     for (std::size_t k = 0; k < mie_lanes; ++k) {
@@ -38,10 +40,10 @@ std::vector<CoefficientLanes> coefficients_of(const SphereSize* spheres, std::si
         all.x[k] = x;
         all.sine[k] = std::sin(x);
         all.cosine[k] = std::cos(x);
-        all.terms[k] = static_cast<double>(terms_of(x));
+        all.terms[k] = static_cast<double>(term_count(x));
         largest = std::max(largest, x);
     }
-    SeriesLength length{terms_of(largest), 0, 0};
+    SeriesLength length{term_count(largest), 0, 0};
     length.derivative = start_of_recurrence(std::abs(m) * largest, length.count);
     length.ratio = start_of_recurrence(largest, length.count);
     std::vector<double> scratch(3 * (length.count + 1) * mie_lanes);
@@ -59,7 +61,7 @@ struct SectionLanes {
     }
 };
 
-SectionLanes sections_of(const std::vector<CoefficientLanes>& series) {
+SectionLanes sum_series(const std::vector<CoefficientLanes>& series) {
     SectionLanes sum;
     const CoefficientLanes none{};
     for (std::size_t i = 0; i < series.size(); ++i) {
@@ -233,7 +235,7 @@ std::vector<double> moments_at(const AtNodes& nodes, std::size_t count) {
 }
 
 /// One sphere in the first lane.
-std::vector<CoefficientLanes> lanes_of(const MieCoefficients& sphere) {
+std::vector<CoefficientLanes> to_lanes(const MieCoefficients& sphere) {
     std::vector<CoefficientLanes> series(sphere.a.size(), CoefficientLanes{});
     for (std::size_t i = 0; i < series.size(); ++i) {
         series[i].a_re[0] = sphere.a[i].real();
@@ -249,7 +251,7 @@ std::vector<CoefficientLanes> lanes_of(const MieCoefficients& sphere) {
 MieCoefficients mie_coefficients(double x, Complex m) {
     const SphereSize size{x, 1};
     MieCoefficients sphere;
-    for (const CoefficientLanes& at : coefficients_of(&size, 1, m)) {
+    for (const CoefficientLanes& at : sphere_coefficients(&size, 1, m)) {
         sphere.a.emplace_back(at.a_re[0], at.a_im[0]);
         sphere.b.emplace_back(at.b_re[0], at.b_im[0]);
     }
@@ -258,7 +260,7 @@ MieCoefficients mie_coefficients(double x, Complex m) {
 
 MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta) {
     SphereRows row(sphere.a.size(), 1);
-    row.add(lanes_of(sphere), 0, 1);
+    row.add(to_lanes(sphere), 0, 1);
     std::vector<AngleLanes> angle(row.size);
     const double cosine[mie_lanes] = {cos_theta};
     fill_angle_terms(cosine, angle.size(), angle.data());
@@ -270,13 +272,14 @@ MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta) {
 }
 
 CrossSections cross_sections(double x, const MieCoefficients& sphere) {
-    return sections_of(lanes_of(sphere)).of(0, x);
+    return sum_series(to_lanes(sphere)).of(0, x);
 }
 
-SphereScattering scattering_of(const std::vector<SphereSize>& spheres, Complex m) {
+SphereScattering sphere_scattering(const std::vector<SphereSize>& spheres, Complex m) {
     SphereScattering whole;
     std::size_t most_terms = 0;
-    for (const SphereSize& sphere : spheres) most_terms = std::max(most_terms, terms_of(sphere.x));
+    for (const SphereSize& sphere : spheres)
+        most_terms = std::max(most_terms, term_count(sphere.x));
     // The intensity is a polynomial of degree 2 most_terms in the cosine: so many nodes are exact.
     const std::size_t count = 2 * most_terms + 1;
     AtNodes nodes{GaussLegendre(count), std::vector<double>(count, 0.0)};
@@ -287,8 +290,8 @@ SphereScattering scattering_of(const std::vector<SphereSize>& spheres, Complex m
     std::size_t terms = 0;  // of the longest series in the batch
     for (std::size_t first = 0; first < spheres.size(); first += mie_lanes) {
         const std::size_t some = std::min(mie_lanes, spheres.size() - first);
-        const std::vector<CoefficientLanes> series = coefficients_of(&spheres[first], some, m);
-        const SectionLanes sections = sections_of(series);
+        const std::vector<CoefficientLanes> series = sphere_coefficients(&spheres[first], some, m);
+        const SectionLanes sections = sum_series(series);
         terms = std::max(terms, series.size());
         for (std::size_t k = 0; k < some; ++k) {
             const SphereSize& sphere = spheres[first + k];

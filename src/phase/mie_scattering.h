@@ -55,6 +55,6 @@ struct SphereScattering {
 
 /// Cost  about 2 (n + N) N^2 multiplications for n spheres of up to N terms, 8 n N^2 for few spheres:
 ///       0.03 s for a cloud of r_eff = 10 um at 0.55 um.
-SphereScattering scattering_of(const std::vector<SphereSize>& spheres, std::complex<double> m);
+SphereScattering sphere_scattering(const std::vector<SphereSize>& spheres, std::complex<double> m);
 
 }  // namespace stratus

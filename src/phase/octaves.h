@@ -9,7 +9,7 @@ namespace stratus {
 
 constexpr int mantissa_bits = 23;
 
-inline std::int32_t bits_of(float x) {
+inline std::int32_t to_bits(float x) {
     std::int32_t bits;
     std::memcpy(&bits, &x, sizeof bits);
     return bits;
@@ -17,7 +17,7 @@ inline std::int32_t bits_of(float x) {
 
 /// The sample at an index; that at 0 is `lowest`, a power of 2.
 inline double octave_sample(float lowest, int bits, int index) {
-    const std::int32_t moved = bits_of(lowest) + index * (1 << (mantissa_bits - bits));
+    const std::int32_t moved = to_bits(lowest) + index * (1 << (mantissa_bits - bits));
     float sample;
     std::memcpy(&sample, &moved, sizeof sample);
     return double{sample};
@@ -25,7 +25,7 @@ inline double octave_sample(float lowest, int bits, int index) {
 
 /// Index of the sample at or below x >= lowest.
 inline int octave_index(float lowest, int bits, float x) {
-    return (bits_of(x) - bits_of(lowest)) >> (mantissa_bits - bits);
+    return (to_bits(x) - to_bits(lowest)) >> (mantissa_bits - bits);
 }
 
 }  // namespace stratus

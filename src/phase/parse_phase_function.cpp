@@ -36,12 +36,12 @@ Term read_term([[maybe_unused]] PhaseText& text, [[maybe_unused]] const std::str
 }
 
 template <class... Kinds>
-std::vector<ReadableKind> kinds_of(const std::variant<Kinds...>*) {
+std::vector<ReadableKind> list_kinds(const std::variant<Kinds...>*) {
     return {{Kinds::kind, read_term<Kinds>}...};
 }
 
 const std::vector<ReadableKind>& kinds() {
-    static const std::vector<ReadableKind> all = kinds_of(static_cast<const Term*>(nullptr));
+    static const std::vector<ReadableKind> all = list_kinds(static_cast<const Term*>(nullptr));
     return all;
 }
 

@@ -344,15 +344,15 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
 
 PathSheetView PathSheet::view() const noexcept {
     if (samples_.empty()) return {};
-    return view_of(samples_.data(), offset_, angles_, depths_);
+    return make_view(samples_.data(), offset_, angles_, depths_);
 }
 
-PathSheetView PathSheet::view_of(const float* samples, float offset, int angles,
-                                 int depths) noexcept {
+PathSheetView PathSheet::make_view(const float* samples, float offset, int angles,
+                                   int depths) noexcept {
     PathSheetView view;
     view.sample = samples;
     view.offset = offset;
-    view.first_angle = bits_of(offset) >> (mantissa_bits - PathOrders::angle_bits);
+    view.first_angle = to_bits(offset) >> (mantissa_bits - PathOrders::angle_bits);
     view.angles = angles;
     view.last_depth =
         static_cast<float>(octave_sample(depth_offset, depth_bits, depths - 1)) * (1 - 1e-6f);

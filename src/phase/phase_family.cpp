@@ -14,7 +14,7 @@ namespace {
 constexpr double rounding = 1e-7;
 
 /// Names the phase functions that have the parameter, for messages.
-const char* owner_of(PhaseParameter parameter) noexcept {
+const char* describe_owner(PhaseParameter parameter) noexcept {
     switch (parameter) {
         case PhaseParameter::g: return "of a phase function with one henyey_greenstein";
         case PhaseParameter::radius:
@@ -106,7 +106,7 @@ PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter
     const auto& terms = phase_function.terms();
     const auto is_meant = [&](const auto& term) { return has(term.second, parameter); };
     const auto count = std::count_if(terms.begin(), terms.end(), is_meant);
-    require(count == 1, "family", parameter_name(parameter), owner_of(parameter),
+    require(count == 1, "family", parameter_name(parameter), describe_owner(parameter),
             phase_function.text().substr(0, 80));
     std::vector<std::pair<double, PhaseFunction>> parts;
     for (const auto& term : terms)
@@ -132,7 +132,7 @@ FamilyPoint member_at(const std::vector<FamilyAxis>& axes, std::size_t member) {
     return FamilyPoint(values);
 }
 
-std::vector<FamilyPoint> corners_of(std::vector<FamilyAxis> axes) {
+std::vector<FamilyPoint> family_corners(std::vector<FamilyAxis> axes) {
     for (FamilyAxis& axis : axes) {
         std::vector<double>& values = axis.axis.values;
         values = {values.front(), values.back()};

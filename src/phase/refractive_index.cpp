@@ -49,15 +49,15 @@ double monotone_slope(double width_before, double secant_before, double width_af
            (weight_before / secant_before + weight_after / secant_after);
 }
 
-/// Interpolates `value_of` of the rows by a monotone cubic in the logarithm of the wavelength, which
+/// Interpolates `row_value` of the rows by a monotone cubic in the logarithm of the wavelength, which
 /// must lie between the middle two. At the ends of the table the slope is that of the secant.
 template <class ValueOf>
-double interpolated(const Neighbours& rows, double wavelength, const ValueOf& value_of) {
+double interpolated(const Neighbours& rows, double wavelength, const ValueOf& row_value) {
     const auto width = [&](int i) {
         return std::log(rows.at[i + 1]->wavelength / rows.at[i]->wavelength);
     };
     const auto secant = [&](int i) {
-        return (value_of(*rows.at[i + 1]) - value_of(*rows.at[i])) / width(i);
+        return (row_value(*rows.at[i + 1]) - row_value(*rows.at[i])) / width(i);
     };
     const double within = secant(1), h = width(1);
     const double slope_a =
@@ -65,7 +65,7 @@ double interpolated(const Neighbours& rows, double wavelength, const ValueOf& va
     const double slope_b =
         rows.at[3] == nullptr ? within : monotone_slope(width(1), within, width(2), secant(2));
     const double t = std::log(wavelength / rows.at[1]->wavelength) / h;
-    const double a = value_of(*rows.at[1]), b = value_of(*rows.at[2]);
+    const double a = row_value(*rows.at[1]), b = row_value(*rows.at[2]);
     return a + t * t * (3 - 2 * t) * (b - a) + t * (1 - t) * h * ((1 - t) * slope_a - t * slope_b);
 }
 

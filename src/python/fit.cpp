@@ -18,17 +18,17 @@ struct Model {
 };
 
 /// By a table; or by phase functions, by the solver or single scattering alone; or of beams alone.
-Model model_of(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFunction>& first,
-               const std::optional<PhaseFunction>& second, bool single) {
+Model make_model(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFunction>& first,
+                 const std::optional<PhaseFunction>& second, bool single) {
     if (table != nullptr) return {table_model(table->view()), table};
     if (!first) return {beam_model(), nullptr};
     if (single) return {single_scattering_model(*first, second), nullptr};
     return {solver_model(*first, second), nullptr};
 }
 
-std::vector<Observation> observations_of(const Doubles& mu_in, const Doubles& mu_out,
-                                         const Doubles& azimuth, const Doubles& brightness,
-                                         const Doubles& sigma, const std::vector<int>& light) {
+std::vector<Observation> make_observations(const Doubles& mu_in, const Doubles& mu_out,
+                                           const Doubles& azimuth, const Doubles& brightness,
+                                           const Doubles& sigma, const std::vector<int>& light) {
     constexpr Light lights[] = {Light::reflected, Light::transmitted, Light::beam};
     std::vector<Observation> observations;
     for (std::size_t i = 0; i < light.size(); ++i)
@@ -58,9 +58,10 @@ void set_known(const LayerModel& model, const std::map<std::string, Doubles>& kn
 }
 
 /// The parameter of a name, as the model calls it.
-std::size_t parameter_of(const LayerModel& model, const std::string& name, const char* argument) {
+std::size_t require_parameter(const LayerModel& model, const std::string& name,
+                              const char* argument) {
     const auto names = fit_parameter_names(model);
-    std::vector<FitParameter> parameters = fit_parameters_of(model);
+    std::vector<FitParameter> parameters = model_parameters(model);
     std::sort(parameters.begin(), parameters.end());  // as answers have them
     std::vector<std::string> known;
     for (const FitParameter p : parameters) known.emplace_back(names[p]);
@@ -69,16 +70,16 @@ std::size_t parameter_of(const LayerModel& model, const std::string& name, const
     return parameters[static_cast<std::size_t>(found - known.begin())];
 }
 
-FitOptions options_of(const LayerModel& model, const std::map<std::string, double>& fixed,
-                      const std::vector<std::string>& free, double density,
-                      const Opposition& opposition) {
+FitOptions make_options(const LayerModel& model, const std::map<std::string, double>& fixed,
+                        const std::vector<std::string>& free, double density,
+                        const Opposition& opposition) {
     FitOptions options;
     options.density = density;
     options.opposition = opposition;
     for (const auto& [name, value] : fixed)
-        options.*held_fields[parameter_of(model, name, "fixed")] = value;
+        options.*held_fields[require_parameter(model, name, "fixed")] = value;
     for (const std::string& name : free) {
-        const std::size_t p = parameter_of(model, name, "free");
+        const std::size_t p = require_parameter(model, name, "free");
         require(!(options.*held_fields[p]), "fit", "free", "without what is fixed", name);
         if (p == fit_g1) options.free_g1 = true;
         if (p == fit_g2) options.free_g2 = true;
@@ -93,13 +94,13 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
              const std::map<std::string, Doubles>& known,
              const std::map<std::string, double>& fixed, const std::vector<std::string>& free,
              double density, const std::tuple<std::string, double, double>& opposition) {
-    const Model by = model_of(table, first, second, single);
+    const Model by = make_model(table, first, second, single);
     const LayerModel& model = *by.model;
     const auto& [law, width, amplitude] = opposition;
     const FitOptions options =
-        options_of(model, fixed, free, density, opposition_of(law, width, amplitude));
+        make_options(model, fixed, free, density, make_opposition(law, width, amplitude));
     std::vector<Observation> observations =
-        observations_of(mu_in, mu_out, azimuth, brightness, sigma, light);
+        make_observations(mu_in, mu_out, azimuth, brightness, sigma, light);
     set_known(model, known, observations);
     const Fit found = [&] {
         const py::gil_scoped_release release;
@@ -126,9 +127,9 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
     told["names"] = fitted;
     told["value"] = value;
     told["sigma"] = deviation;
-    told["covariance"] = array_of(std::move(covariance));
-    told["correlation"] = array_of(std::move(correlation));
-    told["model"] = array_of(std::vector<double>(found.brightness));
+    told["covariance"] = numpy_array(std::move(covariance));
+    told["correlation"] = numpy_array(std::move(correlation));
+    told["model"] = numpy_array(std::vector<double>(found.brightness));
     told["chi_square"] = found.chi_square;
     told["degrees_of_freedom"] = found.degrees_of_freedom;
     told["probability"] = found.probability;

@@ -4,7 +4,7 @@
 
 namespace stratus::python {
 
-LowerBoundary boundary_of(const py::object& below) {
+LowerBoundary make_lower_boundary(const py::object& below) {
     if (below.is_none()) return {};
     if (py::isinstance<py::tuple>(below)) {
         const auto [phase_function, albedo] = below.cast<std::pair<PhaseFunction, double>>();
@@ -14,7 +14,7 @@ LowerBoundary boundary_of(const py::object& below) {
     return LowerBoundary::surface(below.cast<double>());
 }
 
-Opposition opposition_of(const std::string& law, double width, double amplitude) {
+Opposition make_opposition(const std::string& law, double width, double amplitude) {
     if (law.empty()) return {};
     require(law == "blinn" || law == "hapke", "opposition", "law", "blinn or hapke", law);
     return {law == "blinn" ? Opposition::Law::blinn : Opposition::Law::hapke, width, amplitude};

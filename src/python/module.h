@@ -35,13 +35,13 @@ void add_slice(py::module_& module);
 void add_scene(py::module_& module);
 void add_fit(py::module_& module);
 
-inline std::size_t count_of(const py::array& array) {
+inline std::size_t element_count(const py::array& array) {
     return static_cast<std::size_t>(array.size());
 }
 
 /// An array that takes over what a vector holds.
 template <class Number>
-py::array_t<Number> array_of(std::vector<Number> values) {
+py::array_t<Number> numpy_array(std::vector<Number> values) {
     auto* const kept = new std::vector<Number>(std::move(values));
     const py::capsule owner(kept, [](void* of) { delete static_cast<std::vector<Number>*>(of); });
     return py::array_t<Number>(static_cast<py::ssize_t>(kept->size()), kept->data(), owner);
@@ -74,9 +74,9 @@ void require_all(const Number* values, std::size_t count, const char* function,
 }
 
 /// None, the albedo of a surface, or a phase function with an albedo.
-LowerBoundary boundary_of(const py::object& below);
+LowerBoundary make_lower_boundary(const py::object& below);
 
 /// "", "blinn", "hapke"; width 0: of the density.
-Opposition opposition_of(const std::string& law, double width, double amplitude);
+Opposition make_opposition(const std::string& law, double width, double amplitude);
 
 }  // namespace stratus::python

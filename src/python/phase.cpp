@@ -15,7 +15,7 @@ std::pair<PhaseFunction, std::vector<std::string>> read_text(const std::string& 
 
 Doubles values_at(const PhaseFunction& phi, const Doubles& cosines) {
     const double* const at = cosines.data();
-    const std::size_t count = count_of(cosines);
+    const std::size_t count = element_count(cosines);
     std::vector<double> found(count);
     {
         const py::gil_scoped_release release;
@@ -23,7 +23,7 @@ Doubles values_at(const PhaseFunction& phi, const Doubles& cosines) {
         require_all(at, count, "PhaseFunction", "cos_scattering_angle", allowed);
         for (std::size_t i = 0; i < count; ++i) found[i] = phi(at[i]);
     }
-    return array_of(std::move(found));
+    return numpy_array(std::move(found));
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ void add_phase(py::module_& module) {
     py::class_<PhaseFunction>(module, "PhaseFunction")
         .def("values", values_at)
         .def("moments",
-             [](const PhaseFunction& phi, int count) { return array_of(phi.moments(count)); })
+             [](const PhaseFunction& phi, int count) { return numpy_array(phi.moments(count)); })
         .def("asymmetry", &PhaseFunction::asymmetry)
         .def("albedo", &PhaseFunction::albedo)
         .def("text", &PhaseFunction::text)

@@ -19,7 +19,7 @@ namespace stratus::python {
 namespace {
 
 /// Recipes of the tables that the plan of a scene needs, as text.
-std::vector<std::string> recipes_of(Scene scene, const SceneEffects& effects) {
+std::vector<std::string> list_recipes(Scene scene, const SceneEffects& effects) {
     scene.effects = effects;
     std::vector<std::string> recipes;
     for (const Scene& channel : channel_scenes(scene))
@@ -28,7 +28,7 @@ std::vector<std::string> recipes_of(Scene scene, const SceneEffects& effects) {
     return recipes;
 }
 
-py::dict dict_of(const Scene& scene, const Plan& plan) {
+py::dict plan_dict(const Scene& scene, const Plan& plan) {
     py::list left_out;
     for (const LeftOut& effect : plan.left_out)
         left_out.append(py::make_tuple(effect.name, effect.change.change, effect.change.found,
@@ -43,7 +43,7 @@ py::dict dict_of(const Scene& scene, const Plan& plan) {
         return names;
     }();
     told["left_out"] = left_out;
-    told["recipes"] = recipes_of(scene, plan.effects);
+    told["recipes"] = list_recipes(scene, plan.effects);
     return told;
 }
 
@@ -78,7 +78,7 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
             threads, py::none(), progress,
             [&](const BakeOptions& options) { return report_plans(file.panels, options); });
         for (std::size_t k = 0; k < file.panels.size(); ++k) {
-            py::dict told = dict_of(file.panels[k], report.scenes[k].plan);
+            py::dict told = plan_dict(file.panels[k], report.scenes[k].plan);
             add_report(report.scenes[k], told);
             plans.append(told);
         }
@@ -89,7 +89,7 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
             return follow_plans(film);
         }();
         for (std::size_t k = 0; k < file.panels.size(); ++k)
-            plans.append(dict_of(file.panels[k], planned[k]));
+            plans.append(plan_dict(file.panels[k], planned[k]));
     }
     return py::make_tuple(plans, seconds, notes);
 }
@@ -131,7 +131,7 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
         };
         return render(film, frame, tables, rendering);
     });
-    return py::make_tuple(array_of(image.rgb), image.height, image.width, notes);
+    return py::make_tuple(numpy_array(image.rgb), image.height, image.width, notes);
 }
 
 }  // namespace

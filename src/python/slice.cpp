@@ -53,8 +53,8 @@ class Bound {
 // ---- binding ------------------------------------------------------------------------------------
 
 template <int channels>
-Medium<channels> medium_of(const std::vector<double>& optical_depth,
-                           const std::vector<double>& albedo) {
+Medium<channels> make_medium(const std::vector<double>& optical_depth,
+                             const std::vector<double>& albedo) {
     Medium<channels> medium;
     std::copy_n(optical_depth.begin(), channels, medium.optical_depth);
     std::copy_n(albedo.begin(), channels, medium.albedo);
@@ -72,11 +72,11 @@ std::shared_ptr<Bound> bound(const std::vector<double>& optical_depth,
                        : std::make_shared<Bound>(std::move(slice), known);
     };
     const py::gil_scoped_release release;
-    return albedo.size() == 1 ? as_asked(make(medium_of<1>(optical_depth, albedo)))
-                              : as_asked(make(medium_of<3>(optical_depth, albedo)));
+    return albedo.size() == 1 ? as_asked(make(make_medium<1>(optical_depth, albedo)))
+                              : as_asked(make(make_medium<3>(optical_depth, albedo)));
 }
 
-Effects effects_of(const py::dict& asked) {
+Effects to_effects(const py::dict& asked) {
     Effects effects;
     const auto flag = [&](const char* name, bool& value) { value = asked[name].cast<bool>(); };
     flag("single", effects.single);
@@ -86,8 +86,8 @@ Effects effects_of(const py::dict& asked) {
     flag("background", effects.background);
     effects.density = asked["density"].cast<double>();
     effects.opposition =
-        opposition_of(asked["law"].cast<std::string>(), asked["width"].cast<double>(),
-                      asked["amplitude"].cast<double>());
+        make_opposition(asked["law"].cast<std::string>(), asked["width"].cast<double>(),
+                        asked["amplitude"].cast<double>());
     return effects;
 }
 
@@ -95,7 +95,7 @@ std::shared_ptr<Bound> bind_table(const AnyTable& table, const std::vector<doubl
                                   const std::vector<double>& albedo,
                                   const std::vector<double>& member, bool clamp, bool sampled,
                                   const py::dict& asked) {
-    const Effects effects = effects_of(asked);
+    const Effects effects = to_effects(asked);
     const TableView all = table.view();
     const TableView view = all.at(FamilyPoint(member));
     const KnownDirections known{view.has_all_directions(), view.mu_in, view.mu_out, view.azimuth};
@@ -110,7 +110,7 @@ std::shared_ptr<Bound> bind_single(const PhaseFunction& phase_function,
                                    const std::vector<double>& optical_depth,
                                    const std::vector<double>& albedo, bool sampled,
                                    const py::dict& asked) {
-    const Effects effects = effects_of(asked);
+    const Effects effects = to_effects(asked);
     return bound(optical_depth, albedo, sampled, {},
                  [&]<int channels>(const Medium<channels>& medium) {
                      return SliceOf<channels>(phase_function, medium, effects);
@@ -172,7 +172,7 @@ void require_known(const KnownDirections& known, const char* function, const Vec
 
 Values scattered(const Bound& bound, bool transmitted, const Floats& mu_in, const Floats& mu_out,
                  const Floats& azimuth) {
-    const std::size_t count = count_of(mu_in);
+    const std::size_t count = element_count(mu_in);
     Values values = empty(bound.channels(), count);
     const float *in = mu_in.data(), *out = mu_out.data(), *angle = azimuth.data();
     float* const value = values.mutable_data();
@@ -195,7 +195,7 @@ Values scattered(const Bound& bound, bool transmitted, const Floats& mu_in, cons
 
 /// `wi`, `wo`: (count, 3).
 Values eval(const Bound& bound, const Floats& wi, const Floats& wo) {
-    const std::size_t count = count_of(wi) / 3, channels = bound.channels();
+    const std::size_t count = element_count(wi) / 3, channels = bound.channels();
     Values values = empty(channels, count);
     const float *in = wi.data(), *out = wo.data();
     float* const value = values.mutable_data();
@@ -225,7 +225,7 @@ Values eval(const Bound& bound, const Floats& wi, const Floats& wo) {
 
 /// direct, background or source_behind at cosines.
 Values behind(const Bound& bound, const std::string& what, const Floats& cosines) {
-    const std::size_t count = count_of(cosines);
+    const std::size_t count = element_count(cosines);
     Values values = empty(bound.channels(), count);
     const float* const mu = cosines.data();
     float* const value = values.mutable_data();
@@ -245,7 +245,7 @@ Values behind(const Bound& bound, const std::string& what, const Floats& cosines
 
 /// wo, value and pdf of directions drawn by `u`, three numbers for each of `wi`: all (count, 3).
 py::tuple sample(const Bound& bound, const Floats& wi, const Floats& u) {
-    const std::size_t count = count_of(wi) / 3;
+    const std::size_t count = element_count(wi) / 3;
     Values wo = empty(count, 3), values = empty(bound.channels(), count), pdf = empty(1, count);
     const float *in = wi.data(), *random = u.data();
     float *to = wo.mutable_data(), *value = values.mutable_data(), *density = pdf.mutable_data();
@@ -269,7 +269,7 @@ py::tuple sample(const Bound& bound, const Floats& wi, const Floats& u) {
 }
 
 Values pdf(const Bound& bound, const Floats& wi, const Floats& wo) {
-    const std::size_t count = count_of(wi) / 3;
+    const std::size_t count = element_count(wi) / 3;
     Values densities = empty(1, count);
     const float *in = wi.data(), *out = wo.data();
     float* const density = densities.mutable_data();
@@ -285,7 +285,7 @@ Values pdf(const Bound& bound, const Floats& wi, const Floats& wo) {
 
 /// Shares reflected and transmitted.
 py::tuple albedo(const Bound& bound, const Floats& cosines) {
-    const std::size_t count = count_of(cosines);
+    const std::size_t count = element_count(cosines);
     Values reflected = empty(bound.channels(), count), transmitted = empty(bound.channels(), count);
     const float* const mu = cosines.data();
     float *up = reflected.mutable_data(), *down = transmitted.mutable_data();

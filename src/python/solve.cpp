@@ -13,7 +13,7 @@ namespace stratus::python {
 namespace {
 
 /// R, T, of each what was scattered once, and their errors.
-py::tuple arrays_of(const SolvedGeometries& solved) {
+py::tuple numpy_arrays(const SolvedGeometries& solved) {
     std::vector<double> columns[6];
     for (const SolvedGeometry& at : solved.at) {
         const double values[6] = {at.reflection.total,  at.transmission.total,
@@ -22,13 +22,13 @@ py::tuple arrays_of(const SolvedGeometries& solved) {
         for (int k = 0; k < 6; ++k) columns[k].push_back(values[k]);
     }
     py::tuple arrays(6);
-    for (std::size_t k = 0; k < 6; ++k) arrays[k] = array_of(std::move(columns[k]));
+    for (std::size_t k = 0; k < 6; ++k) arrays[k] = numpy_array(std::move(columns[k]));
     return arrays;
 }
 
-std::vector<Geometry> geometries_of(const Doubles& mu_in, const Doubles& mu_out,
-                                    const Doubles& azimuth) {
-    const std::size_t count = count_of(mu_in);
+std::vector<Geometry> make_geometries(const Doubles& mu_in, const Doubles& mu_out,
+                                      const Doubles& azimuth) {
+    const std::size_t count = element_count(mu_in);
     require_all(mu_in.data(), count, "solve", "mu_in", allowed_cosine);
     require_all(mu_out.data(), count, "solve", "mu_out", allowed_cosine);
     require_all(azimuth.data(), count, "solve", "azimuth", allowed_angle);
@@ -39,7 +39,7 @@ std::vector<Geometry> geometries_of(const Doubles& mu_in, const Doubles& mu_out,
 }
 
 /// `nodes` 0: as many as the tolerance needs.
-SolverOptions options_of(int nodes, double tolerance, int orders) {
+SolverOptions make_options(int nodes, double tolerance, int orders) {
     SolverOptions options;
     if (nodes != 0)
         options.nodes = nodes;
@@ -49,49 +49,49 @@ SolverOptions options_of(int nodes, double tolerance, int orders) {
     return options;
 }
 
-py::dict fluxes_of(SolvedFluxes solved, double optical_depth, const std::vector<double>& mu,
-                   bool over_boundary) {
+py::dict fluxes_dict(SolvedFluxes solved, double optical_depth, const std::vector<double>& mu,
+                     bool over_boundary) {
     std::vector<double> direct;
     for (const double cosine : mu) direct.push_back(direct_transmittance(optical_depth, cosine));
     py::dict fluxes;
     fluxes["spherical_albedo"] = solved.spherical_albedo;
     fluxes["total_transmittance"] = solved.total_transmittance;
     fluxes["ground_absorptance"] = solved.spherical_ground_absorptance;
-    fluxes["plane_albedo"] = array_of(std::move(solved.plane_albedo));
-    fluxes["diffuse_transmittance"] = array_of(std::move(solved.diffuse_transmittance));
-    fluxes["direct_transmittance"] = array_of(std::move(direct));
+    fluxes["plane_albedo"] = numpy_array(std::move(solved.plane_albedo));
+    fluxes["diffuse_transmittance"] = numpy_array(std::move(solved.diffuse_transmittance));
+    fluxes["direct_transmittance"] = numpy_array(std::move(direct));
     fluxes["error"] = solved.error;
     fluxes["over_boundary"] = over_boundary;
     return fluxes;
 }
 
-std::vector<double> cosines_of(const Doubles& mu_in) {
-    require_all(mu_in.data(), count_of(mu_in), "fluxes", "mu_in", allowed_cosine);
+std::vector<double> checked_cosines(const Doubles& mu_in) {
+    require_all(mu_in.data(), element_count(mu_in), "fluxes", "mu_in", allowed_cosine);
     return {mu_in.data(), mu_in.data() + mu_in.size()};
 }
 
 py::tuple solve_several(const Stack& stack, const Doubles& mu_in, const Doubles& mu_out,
                         const Doubles& azimuth, int nodes, double tolerance, int orders) {
-    const std::vector<Geometry> geometries = geometries_of(mu_in, mu_out, azimuth);
-    const SolverOptions options = options_of(nodes, tolerance, orders);
+    const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
+    const SolverOptions options = make_options(nodes, tolerance, orders);
     const auto solved = [&] {
         const py::gil_scoped_release release;
         return solve_geometries(stack.layers, stack.lower_boundary, geometries, options);
     };
-    return arrays_of(solved());
+    return numpy_arrays(solved());
 }
 
 py::tuple solve_one(const PhaseFunction& phase_function, double albedo, double optical_depth,
                     const Doubles& mu_in, const Doubles& mu_out, const Doubles& azimuth, int nodes,
                     double tolerance, int orders, const py::object& below) {
-    return solve_several({{{phase_function, albedo, optical_depth}}, boundary_of(below)}, mu_in,
-                         mu_out, azimuth, nodes, tolerance, orders);
+    return solve_several({{{phase_function, albedo, optical_depth}}, make_lower_boundary(below)},
+                         mu_in, mu_out, azimuth, nodes, tolerance, orders);
 }
 
 py::dict fluxes_of_several(const Stack& stack, const Doubles& mu_in, int nodes, double tolerance,
                            int orders) {
-    const std::vector<double> mu = cosines_of(mu_in);
-    const SolverOptions options = options_of(nodes, tolerance, orders);
+    const std::vector<double> mu = checked_cosines(mu_in);
+    const SolverOptions options = make_options(nodes, tolerance, orders);
     double depth = 0;
     bool lossless =
         orders == 0 && (!stack.lower_boundary.is_present() || stack.lower_boundary.albedo == 1);
@@ -103,7 +103,7 @@ py::dict fluxes_of_several(const Stack& stack, const Doubles& mu_in, int nodes, 
         const py::gil_scoped_release release;
         return solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
     };
-    py::dict fluxes = fluxes_of(solved(), depth, mu, stack.lower_boundary.is_present());
+    py::dict fluxes = fluxes_dict(solved(), depth, mu, stack.lower_boundary.is_present());
     fluxes["conservative"] = lossless;
     return fluxes;
 }
@@ -111,14 +111,15 @@ py::dict fluxes_of_several(const Stack& stack, const Doubles& mu_in, int nodes, 
 py::dict fluxes_of_one(const PhaseFunction& phase_function, double albedo, double optical_depth,
                        const Doubles& mu_in, int nodes, double tolerance, int orders,
                        const py::object& below) {
-    return fluxes_of_several({{{phase_function, albedo, optical_depth}}, boundary_of(below)}, mu_in,
-                             nodes, tolerance, orders);
+    return fluxes_of_several(
+        {{{phase_function, albedo, optical_depth}}, make_lower_boundary(below)}, mu_in, nodes,
+        tolerance, orders);
 }
 
 using LayerParts = std::tuple<PhaseFunction, double, double>;  // with albedo and optical depth
 
-Stack stack_of(const std::vector<LayerParts>& parts, const py::object& below) {
-    Stack stack{{}, boundary_of(below)};
+Stack make_stack(const std::vector<LayerParts>& parts, const py::object& below) {
+    Stack stack{{}, make_lower_boundary(below)};
     for (const auto& [phase_function, albedo, optical_depth] : parts)
         stack.layers.push_back({phase_function, albedo, optical_depth});
     check_layers(stack.layers, stack.lower_boundary.is_present(), "Stack");
@@ -127,9 +128,9 @@ Stack stack_of(const std::vector<LayerParts>& parts, const py::object& below) {
 
 py::tuple fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles& mu_in, int nodes,
                         double tolerance, int orders) {
-    const std::vector<double> mu = cosines_of(mu_in);
+    const std::vector<double> mu = checked_cosines(mu_in);
     const std::vector<double> depths(levels.data(), levels.data() + levels.size());
-    const SolverOptions options = options_of(nodes, tolerance, orders);
+    const SolverOptions options = make_options(nodes, tolerance, orders);
     const SolvedInside solved = [&] {
         const py::gil_scoped_release release;
         return solve_fluxes_inside(stack.layers, stack.lower_boundary, depths, mu, options);
@@ -142,7 +143,7 @@ py::tuple fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles
             columns[k].insert(columns[k].end(), lists[k]->begin(), lists[k]->end());
     }
     py::tuple found(6);
-    for (std::size_t k = 0; k < 5; ++k) found[k] = array_of(std::move(columns[k]));
+    for (std::size_t k = 0; k < 5; ++k) found[k] = numpy_array(std::move(columns[k]));
     found[5] = solved.error;
     return found;
 }
@@ -150,14 +151,14 @@ py::tuple fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles
 py::tuple light_inside(const Stack& stack, double level, const Doubles& mu_in,
                        const Doubles& mu_out, const Doubles& azimuth, int nodes, double tolerance,
                        int orders) {
-    const std::vector<Geometry> geometries = geometries_of(mu_in, mu_out, azimuth);
-    const SolverOptions options = options_of(nodes, tolerance, orders);
+    const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
+    const SolverOptions options = make_options(nodes, tolerance, orders);
     const auto solved = [&] {
         const py::gil_scoped_release release;
         return solve_geometries_inside(stack.layers, stack.lower_boundary, level, geometries,
                                        options);
     };
-    return arrays_of(solved());
+    return numpy_arrays(solved());
 }
 
 /// Cosines, azimuths, and 1 where light leaves on the lit side, 0 elsewhere.
@@ -165,14 +166,14 @@ py::tuple observed_directions(const Doubles& incidence, const Doubles& emission,
                               const Doubles& phase) {
     std::vector<double> columns[4];
     for (py::ssize_t i = 0; i < incidence.size(); ++i) {
-        const auto [at, side] =
-            geometry_of({incidence.data()[i], emission.data()[i], phase.data()[i]}, "directions");
+        const auto [at, side] = observed_geometry(
+            {incidence.data()[i], emission.data()[i], phase.data()[i]}, "directions");
         const double values[4] = {at.mu_in, at.mu_out, at.azimuth,
                                   side == Side::reflection ? 1.0 : 0.0};
         for (int k = 0; k < 4; ++k) columns[k].push_back(values[k]);
     }
     py::tuple found(4);
-    for (std::size_t k = 0; k < 4; ++k) found[k] = array_of(std::move(columns[k]));
+    for (std::size_t k = 0; k < 4; ++k) found[k] = numpy_array(std::move(columns[k]));
     return found;
 }
 
@@ -193,7 +194,7 @@ void add_solve(py::module_& module) {
     module.def("solve_stack", solve_several);
     module.def("layer_fluxes", fluxes_of_one);
     module.def("stack_fluxes", fluxes_of_several);
-    module.def("stack_of", stack_of);
+    module.def("make_stack", make_stack);
     module.def("stack_fluxes_inside", fluxes_inside);
     module.def("solve_stack_inside", light_inside);
     module.def("observed_directions", observed_directions);

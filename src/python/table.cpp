@@ -75,16 +75,16 @@ py::dict facts(const AnyTable& any) {
     return facts;
 }
 
-py::dict axes_of(const AnyTable& any) {
+py::dict axis_values(const AnyTable& any) {
     py::dict found;
     for (const FamilyAxis& of_family : any.table().family)
-        found[of_family.name()] = array_of(of_family.axis.values);
+        found[of_family.name()] = numpy_array(of_family.axis.values);
     for (const AxisField& field : axis_fields)
-        found[field.name] = array_of((any.table().*field.axis).values);
+        found[field.name] = numpy_array((any.table().*field.axis).values);
     return found;
 }
 
-py::dict scales_of(const AnyTable& any) {
+py::dict axis_scales(const AnyTable& any) {
     py::dict found;
     for (const FamilyAxis& of_family : any.table().family)
         found[of_family.name()] = of_family.is_discrete ? "discrete"
@@ -204,7 +204,7 @@ Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
                 const Doubles& azimuth, const std::vector<double>& member, bool single,
                 bool multiple) {
     const Points at{albedo.data(), optical_depth.data(), mu_in.data(),
-                    mu_out.data(), azimuth.data(),       count_of(albedo)};
+                    mu_out.data(), azimuth.data(),       element_count(albedo)};
     const char* const function = transmitted ? "Table.transmission" : "Table.reflection";
     std::vector<double> found(at.count);
     {
@@ -232,7 +232,7 @@ Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
             }
         }
     }
-    return array_of(std::move(found));
+    return numpy_array(std::move(found));
 }
 
 }  // namespace
@@ -245,8 +245,8 @@ void add_table(py::module_& module) {
              [](const AnyTable& table) { return table.view().has_transmission(); })
         .def("attributes", [](const AnyTable& table) { return table.table().attributes; })
         .def("facts", facts)
-        .def("axes", axes_of)
-        .def("scales", scales_of)
+        .def("axes", axis_values)
+        .def("scales", axis_scales)
         .def("look_up", look_up)
         .def("write", write_file);
     module.def("read_table", read);

@@ -94,7 +94,7 @@ SceneTables scene_tables(const std::vector<Scene>& scenes, std::span<const Layer
 FamilyPoint family_point(const Table& table, const PhaseFunction& phase_function) {
     std::vector<double> values;
     for (const FamilyAxis& axis : table.family) {
-        const std::optional<double> value = parameter_of(phase_function, axis.parameter);
+        const std::optional<double> value = find_parameter(phase_function, axis.parameter);
         require(value.has_value(), "scene", "table.family",
                 "one of parameters of the scene's phase function, " +
                     phase_function.text().substr(0, 80),
@@ -121,7 +121,7 @@ class GivenTable {
         const Recipe& recipe = needed.recipe;
         std::shared_ptr<const LayerTable>& made = made_[family_ ? recipe.phase_text : ""];
         if (!made) {
-            require(mixture_of(recipe) == nullptr, "scene", "table",
+            require(mixture_range(recipe) == nullptr, "scene", "table",
                     "one with a mixture axis alone where there are rings of two components",
                     "another family");
             made = make_layer_table(PackedTable(

@@ -193,7 +193,7 @@ void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable
     require(have_same_layers(*needed, of_table), "scene", "table.layers",
             needed->layers.empty() ? "absent" : "those of the scene's stack",
             table.is_stack() ? "another stack" : "none");
-    const Range* const mixture = mixture_of(*needed);
+    const Range* const mixture = mixture_range(*needed);
     require(table.has_family() == (mixture != nullptr), "scene", "table",
             mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
     if (mixture)
@@ -334,9 +334,9 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
         widen(both.*range, (other.*range).max);
     }
     take_fewer_pairs(both);
-    if (Range* const mixture = mixture_of(both)) {
-        widen(*mixture, mixture_of(other)->min);
-        widen(*mixture, mixture_of(other)->max);
+    if (Range* const mixture = mixture_range(both)) {
+        widen(*mixture, mixture_range(other)->min);
+        widen(*mixture, mixture_range(other)->max);
     }
     both.reflection = one.reflection || other.reflection;
     both.transmission = one.transmission || other.transmission;

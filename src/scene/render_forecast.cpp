@@ -66,9 +66,9 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     table.resolved = resolution.recipe;
     TableCost& cost = table.cost;
     cost.choose_seconds = processor_seconds() - started;
-    const Forecast ahead = forecast_of(resolution, table_options(options));
+    const Forecast ahead = forecast(resolution, table_options(options));
     const auto& units = ahead.unit_seconds;
-    cost.solve_seconds = packing_solves(size_of(table.resolved).layers) *
+    cost.solve_seconds = packing_solves(table_size(table.resolved).layers) *
                          std::accumulate(units.begin(), units.end(), 0.0);
     cost.pack_seconds = packing_seconds_per_byte * ahead.bytes;
     cost.check_seconds = ahead.check_seconds * thread_count(options.threads);
@@ -83,9 +83,11 @@ TableCost RenderForecast::cost_like(const SharedTable& table, const Recipe& reci
     Recipe resolved = recipe;
     Discretisation& d = resolved.discretisation = table.resolved.discretisation;
     if (recipe.discretisation.modes == 1) d.modes = d.azimuth_samples = 1;
-    const auto work = [](const Recipe& of) { return size_of(of).layers * of.discretisation.modes; };
+    const auto work = [](const Recipe& of) {
+        return table_size(of).layers * of.discretisation.modes;
+    };
     cost.add(work(resolved) / work(table.resolved), table.cost);
-    cost.bytes = size_of(resolved).bytes;
+    cost.bytes = table_size(resolved).bytes;
     return cost;
 }
 

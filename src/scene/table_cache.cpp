@@ -38,7 +38,7 @@ std::string text_hash(const std::string& text) {
 
 /// Ranges that may be wider than asked, in the order of a file's name.
 std::vector<Range> recipe_ranges(const Recipe& recipe) {
-    const Range* const mixture = mixture_of(recipe);
+    const Range* const mixture = mixture_range(recipe);
     return {recipe.optical_depth, recipe.albedo, mixture ? *mixture : Range{1, 1},
             recipe.mu_in,         recipe.mu_out, recipe.azimuth};
 }
@@ -54,7 +54,7 @@ std::string table_kind(Recipe recipe) {
     recipe.albedo = {1, 1};
     recipe.mu_in = recipe.mu_out = {0, 1};
     recipe.azimuth = {0, 180};
-    if (Range* const mixture = mixture_of(recipe)) *mixture = {0, 1};
+    if (Range* const mixture = mixture_range(recipe)) *mixture = {0, 1};
     recipe.reflection = recipe.transmission = true;
     return baking_program() + "\n" +
            (infinite      ? "infinite depth alone\n"

@@ -16,7 +16,7 @@ namespace stratus::shader {
 
 using std::abs, std::floor, std::max, std::min, std::sqrt;
 
-inline std::vector<vec4> texels_of(const std::vector<char>& bytes, bool halves) {
+inline std::vector<vec4> to_texels(const std::vector<char>& bytes, bool halves) {
     const std::size_t width = halves ? sizeof(Half) : sizeof(float);
     const auto number = [&](std::size_t n) {
         float value = 0;
@@ -40,9 +40,9 @@ struct Language {
     std::vector<vec4> numbers, functions, layer;
 
     explicit Language(const std::vector<ShaderTexture>& textures)
-        : numbers(texels_of(textures[0].bytes, textures[0].halves)),
-          functions(texels_of(textures[1].bytes, textures[1].halves)) {
-        if (textures.size() > 2) layer = texels_of(textures[2].bytes, textures[2].halves);
+        : numbers(to_texels(textures[0].bytes, textures[0].halves)),
+          functions(to_texels(textures[1].bytes, textures[1].halves)) {
+        if (textures.size() > 2) layer = to_texels(textures[2].bytes, textures[2].halves);
     }
 
     vec4 stratus_number(int texel) { return numbers.at(static_cast<std::size_t>(texel)); }

@@ -42,7 +42,8 @@ struct Grid {
 
 /// Sums of a block's rows, from texel `first` of the layer on, by the text without a filter: along
 /// cosines and along the azimuth this many times as fine as the table's samples.
-Grid samples_of(shader::AsCxx& layer, int side, int first, int finer_cosines, int finer_azimuths) {
+Grid block_samples(shader::AsCxx& layer, int side, int first, int finer_cosines,
+                   int finer_azimuths) {
     const bool held = layer.stratus_field(side, 14).x > 0;
     const auto last = [](float of, int finer) { return static_cast<int>(of) * finer; };
     Grid grid{{last(layer.stratus_field(side, 5).z, finer_cosines) + 1,
@@ -69,12 +70,12 @@ Grid samples_of(shader::AsCxx& layer, int side, int first, int finer_cosines, in
 /// third derivative is continuous at the second value and at the last but one.
 std::vector<vec4> spline_through(const std::vector<vec4>& value) {
     const std::size_t last = value.size() - 1;
-    const auto second_of = [](vec4 first, vec4 second, vec4 third) {
+    const auto second_coefficient = [](vec4 first, vec4 second, vec4 third) {
         return (second * 8 + (first + third) * -1) * (1.0f / 6);
     };
     std::vector<vec4> c = value;
-    c[1] = second_of(value[0], value[1], value[2]);
-    c[last - 1] = second_of(value[last], value[last - 1], value[last - 2]);
+    c[1] = second_coefficient(value[0], value[1], value[2]);
+    c[last - 1] = second_coefficient(value[last], value[last - 1], value[last - 2]);
     constexpr int rounds = 40;  // each leaves at most half of what is lacking
     for (int round = 0; round < rounds; ++round)
         for (std::size_t n = 2; n + 2 <= last; ++n)
@@ -194,9 +195,9 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
     for (const LightBlock& block : blocks) {
         std::vector<Grid> of_word;
         for (int word = 0; word < words; ++word) {
-            of_word.push_back(samples_of(layer, block.side,
-                                         block.first + word * static_cast<int>(rows), finer_cosines,
-                                         finer_azimuths));
+            of_word.push_back(block_samples(layer, block.side,
+                                            block.first + word * static_cast<int>(rows),
+                                            finer_cosines, finer_azimuths));
             for (int axis = 0; axis < 3; ++axis) make_splines(of_word.back(), axis);
         }
         const Grid& first = of_word.front();
@@ -250,7 +251,7 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
     made.bound = true;
     shader::AsCxx layer(shader_textures(table));
     ShaderTexture texture = bound_layer(table, medium, layer);
-    layer.layer = shader::texels_of(texture.bytes, texture.halves);
+    layer.layer = shader::to_texels(texture.bytes, texture.halves);
     const std::vector<Light> exact = random_light(layer, view, true);
     PathSheet path;
     if (view.path_law != nullptr)

@@ -18,7 +18,7 @@ struct FilteredAsCxx : Language {
     explicit FilteredAsCxx(FilteredLight filtered_)
         : Language({filtered_.textures[0], {}, filtered_.textures[1]}),
           filtered(std::move(filtered_)),
-          light(texels_of(filtered.bytes, true)) {
+          light(to_texels(filtered.bytes, true)) {
         if (!filtered.bound) weights.swap(layer);
     }
 

@@ -119,11 +119,11 @@ float stratus_transmission_factor(float albedo, float depth, float exponent, Str
     vec4 kind = stratus_field(STRATUS_TRANSMISSION, 10);
     float within = stratus_clamp(depth, 1e-30f, kind.x);
     float into = stratus_extinguished(min(depth, kind.x) / path.mu_in);
-    float out_of = stratus_extinguished(min(depth, kind.x) / path.mu_out);
+    float outgoing = stratus_extinguished(min(depth, kind.x) / path.mu_out);
     StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * kind.w));
     StratusAttenuation deep = stratus_attenuation(exponent * within);
     float twice = deep.extinguished * (deep.transmitted + 1.0f);
-    return into * out_of * deep.transmitted * edge.extinguished /
+    return into * outgoing * deep.transmitted * edge.extinguished /
            (edge.extinguished + twice - edge.extinguished * twice) *
            stratus_thin_growth(depth, range.z) * stratus_clamp(albedo, range.x, range.y);
 }

@@ -224,8 +224,8 @@ float stratus_single_of_layers(int side, StratusPath path) {
         int curve = int(stack.x) + 4 * k;
         vec4 of = stratus_number(curve + 3);  // albedo, depth, first of its phase samples
         float phase = stratus_x(stratus_phases_of(curve, int(of.z), path));
-        float out_of = side == STRATUS_REFLECTION ? above : max(stack.z - above - of.y, 0.0f);
-        float through = stratus_transmitted(above / path.mu_in + out_of / path.mu_out);
+        float outgoing = side == STRATUS_REFLECTION ? above : max(stack.z - above - of.y, 0.0f);
+        float through = stratus_transmitted(above / path.mu_in + outgoing / path.mu_out);
         float lost = stratus_extinguished(of.y / path.mu_in + of.y / path.mu_out);
         float once = side == STRATUS_REFLECTION
                          ? phase * lost * of.x * 0.25f / (path.mu_in + path.mu_out)

@@ -235,7 +235,7 @@ struct Text {
     vec4 stratus_function(int n) { return texel(table->functions, n); }
     vec4 stratus_layer_texel(int n) { return texel(*layer, n); }
     float stratus_power_of_two(int n) { return std::ldexp(1.0f, n); }
-    int stratus_exponent(float x) { return (bits_of(x) >> 23) - 127; }
+    int stratus_exponent(float x) { return (to_bits(x) >> 23) - 127; }
 
     struct StratusAttenuation {
         float transmitted, extinguished;  // exp(-x), 1 - exp(-x)

@@ -75,7 +75,7 @@ class BlockSearch {
     }
 
     Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
-        Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells),
+        Candidate made{albedo_cells, depth_cells, cell_layers(albedo_cells, depth_cells),
                        {},           infinity,    false};
         const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
         const double allowed = (total_share - sums_share) * tolerance_;
@@ -96,7 +96,7 @@ class BlockSearch {
         return made;
     }
 
-    BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+    BlockLayers cell_layers(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
         const AxisView& depth = view_.optical_depth;
         const int albedos = view_.albedo.count;
         const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
@@ -146,7 +146,7 @@ std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange
     return groups;
 }
 
-std::vector<int> pivots_of(const std::vector<FoundBlocks>& groups) {
+std::vector<int> pivot_layers(const std::vector<FoundBlocks>& groups) {
     std::set<int> pivots;
     for (const FoundBlocks& group : groups)
         for (const Candidate& block : group.blocks)

@@ -40,6 +40,6 @@ struct FoundBlocks {
 std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members);
 
 /// The layers that blocks are made of.
-std::vector<int> pivots_of(const std::vector<FoundBlocks>& groups);
+std::vector<int> pivot_layers(const std::vector<FoundBlocks>& groups);
 
 }  // namespace stratus

@@ -114,7 +114,8 @@ Table table_at(const Table& table, const FamilyPoint& point) {
     return one;
 }
 
-std::optional<double> parameter_of(const PhaseFunction& phase_function, PhaseParameter parameter) {
+std::optional<double> find_parameter(const PhaseFunction& phase_function,
+                                     PhaseParameter parameter) {
     std::optional<double> found;
     for (const auto& [weight, term] : phase_function.terms()) {
         const std::optional<double> value = parameter_value(term, parameter);

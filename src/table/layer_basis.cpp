@@ -25,7 +25,7 @@ class GreedySearch {
     LayerBasis basis(double allowed) {
         for (int l = 0; l < layers_.count(); ++l) {
             remainder_[size(l)] = *layers_.values[size(l)];
-            error_[size(l)] = error_of(l);
+            error_[size(l)] = remaining_error(l);
             add_weight(l);
         }
         for (;;) {
@@ -35,7 +35,7 @@ class GreedySearch {
             add_function(static_cast<int>(worst - error_.begin()));
             for (int l = 0; l < layers_.count(); ++l) {
                 subtract(l, function_.size() - 1);
-                error_[size(l)] = error_of(l);
+                error_[size(l)] = remaining_error(l);
             }
         }
         return std::move(basis_);
@@ -49,7 +49,7 @@ class GreedySearch {
         }
     }
 
-    double error_of(int l) const {
+    double remaining_error(int l) const {
         return double{largest_product(remainder_[size(l)], *layers_.importance[size(l)])};
     }
 

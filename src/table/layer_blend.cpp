@@ -20,7 +20,7 @@ struct LayerQuery {
     double diffusion_exponent;
 };
 
-double exponent_of(const TableView& table, int member, const Stencil& albedo) noexcept {
+double interpolate_exponent(const TableView& table, int member, const Stencil& albedo) noexcept {
     const double* const exponent =
         table.diffusion_exponent + member * table.albedo.count + albedo.first;
     double sum = 0;
@@ -35,15 +35,15 @@ double depth_in(const TableView& table, double optical_depth, BeyondDeepest beyo
     return is_clamped ? std::min(optical_depth, table.optical_depth.highest) : optical_depth;
 }
 
-LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int member,
-                    BeyondDeepest beyond) noexcept {
+LayerQuery make_query(const TableView& table, double albedo, double optical_depth, int member,
+                      BeyondDeepest beyond) noexcept {
     const Stencil stencil = table.albedo.stencil(albedo);
     LayerQuery query{stencil,
                      std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
                      depth_in(table, optical_depth, beyond),
                      member,
                      table.extrapolation_lengths[member],
-                     exponent_of(table, member, stencil)};
+                     interpolate_exponent(table, member, stencil)};
     if (table.has_lower_boundary() || table.is_stack()) query.albedo = 1;
     return query;
 }
@@ -67,7 +67,7 @@ class BlendBuilder {
                      BeyondDeepest beyond, const Add& add) noexcept {
         for (int m = 0; m < members.count; ++m) {
             share_of_member_ = double{members.weight[m]};
-            add(query_of(table_, albedo, optical_depth, members.member[m], beyond));
+            add(make_query(table_, albedo, optical_depth, members.member[m], beyond));
         }
         blend_.optical_depth = depth_in(table_, optical_depth, beyond);
         const AxisView& depths = table_.optical_depth;
@@ -166,7 +166,7 @@ FamilyStencil transmitted_members(const TableView& table, FamilyStencil members,
     const Stencil stencil = table.albedo.stencil(albedo);
     double exponent[FamilyStencil::max_count], chosen = 0;
     for (int m = 0; m < members.count; ++m) {
-        exponent[m] = exponent_of(table, members.member[m], stencil);
+        exponent[m] = interpolate_exponent(table, members.member[m], stencil);
         chosen += double{members.weight[m]} * exponent[m];
     }
     for (int m = 0; m < members.count; ++m)
@@ -215,7 +215,7 @@ LayerBlend transmission_blend(const TableView& table, double albedo, double opti
 
 double deficit_of_deepest(const TableView& table, double albedo) noexcept {
     const LayerQuery query =
-        query_of(table, albedo, 0, table.members.member[0], BeyondDeepest::is_clamped);
+        make_query(table, albedo, 0, table.members.member[0], BeyondDeepest::is_clamped);
     return reflection_deficit(table.optical_depth.highest, query.diffusion_exponent,
                               query.extrapolation_length);
 }

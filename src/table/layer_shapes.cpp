@@ -102,8 +102,8 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
         const Geometry here{mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]};
         double single = order * phase_[at[n]];
         if (table_.is_stack())
-            single = side_ == Side::reflection ? single_reflection_of(table_.layers, here)
-                                               : single_transmission_of(table_.layers, here);
+            single = side_ == Side::reflection ? stack_single_reflection(table_.layers, here)
+                                               : stack_single_transmission(table_.layers, here);
         if (below.has_closed_form()) single += single_reflection_of_boundary(below, tau, here);
         if (path_law_ && shape[n] < 0) {  // the path law is larger than what the samples take back
             if (!has_weights) along_path = weights_along_path(w, tau, mu, other);

@@ -46,8 +46,8 @@ void subtract_sum(const std::vector<std::vector<float>>& function,
     for (std::size_t k = 0; k < function.size(); ++k) subtract(coefficient[k], function[k], values);
 }
 
-std::vector<float> sum_of(const std::vector<std::vector<float>>& function,
-                          const std::vector<float>& coefficient) {
+std::vector<float> weighted_sum(const std::vector<std::vector<float>>& function,
+                                const std::vector<float>& coefficient) {
     std::vector<float> sum(function[0].size(), 0.0f);
     for (std::size_t k = 0; k < function.size(); ++k) subtract(-coefficient[k], function[k], sum);
     return sum;
@@ -79,7 +79,7 @@ class SideSearch {
 
     /// A layer's samples at all directions.
     void see_in_full(int layer, std::vector<float> samples) {
-        shapes_of(layer).divide(albedo(layer), depth(layer), everywhere_, samples);
+        layer_shapes(layer).divide(albedo(layer), depth(layer), everywhere_, samples);
         std::vector<float> of_layer = importance(layer, everywhere_, samples);
         const std::lock_guard<std::mutex> lock(mutex_);
         full_[layer] = {std::move(samples), std::move(of_layer), 0};
@@ -87,7 +87,7 @@ class SideSearch {
 
     /// A layer's samples at the sketch.
     void see_in_sketch(int layer, std::vector<float> samples) {
-        shapes_of(layer).divide(albedo(layer), depth(layer), sums_.sketch, samples);
+        layer_shapes(layer).divide(albedo(layer), depth(layer), sums_.sketch, samples);
         sums_.importance[size(layer)] = importance(layer, sums_.sketch, samples);
         sketched_[size(layer)] = std::move(samples);
     }
@@ -145,7 +145,7 @@ class SideSearch {
             if (*worst <= allowed_) break;
             const auto pivot = static_cast<std::size_t>(worst - error.begin());
             missed.push_back(static_cast<int>(pivot));
-            remove_direction_of(left[pivot], left, error);
+            remove_direction(left[pivot], left, error);
         }
         misses_ = !missed.empty();
         const bool are_few = missed.size() * few_missed <= sums_.function.size();
@@ -163,7 +163,7 @@ class SideSearch {
         for (std::size_t layer = 0; layer < sketched_.size(); ++layer) {
             sums_.coefficient.push_back(
                 fit_.coefficients(sketched_[served_by(static_cast<int>(layer))]));
-            sums_.values.push_back(sum_of(at_sketch_, sums_.coefficient.back()));
+            sums_.values.push_back(weighted_sum(at_sketch_, sums_.coefficient.back()));
         }
         return std::move(sums_);
     }
@@ -178,19 +178,19 @@ class SideSearch {
 
     int depth(int layer) const { return layer % depths_; }
     int albedo(int layer) const { return layer / depths_ % albedos_; }
-    const LayerShapes& shapes_of(int layer) const {
+    const LayerShapes& layer_shapes(int layer) const {
         return sums_.shapes[size(layer / depths_ / albedos_)];
     }
 
     std::vector<float> importance(int layer, const DirectionList& at,
                                   const std::vector<float>& shape) const {
-        return shapes_of(layer).importance(albedo(layer), depth(layer), at, shape);
+        return layer_shapes(layer).importance(albedo(layer), depth(layer), at, shape);
     }
 
     /// Itself, or in place of a layer that is too near the end of float's range a neighbour.
     std::size_t served_by(int layer) const {
         for (int same_depth = layer;; same_depth += depths_) {
-            if (shapes_of(layer).is_resolved(albedo(same_depth), depth(layer)))
+            if (layer_shapes(layer).is_resolved(albedo(same_depth), depth(layer)))
                 return size(same_depth);
             if (albedo(same_depth) == albedos_ - 1) break;
         }
@@ -288,8 +288,8 @@ class SideSearch {
     }
 
     /// Takes what is left of one layer at the sketch out of what is left of all.
-    void remove_direction_of(std::vector<float> pivot, std::vector<std::vector<float>>& left,
-                             std::vector<float>& error) const {
+    void remove_direction(std::vector<float> pivot, std::vector<std::vector<float>>& left,
+                          std::vector<float>& error) const {
         std::vector<float> weighted = pivot;
         for (std::size_t s = 0; s < weighted.size(); ++s) {
             const float weight = greatest_[sums_.sketch[s]];
@@ -316,7 +316,7 @@ class SideSearch {
 };
 
 /// Layers all over the table.
-std::vector<int> pilots_of(const Table& table) {
+std::vector<int> pilot_layers(const Table& table) {
     const auto count = [](const Axis& axis) { return static_cast<int>(axis.values.size()); };
     std::vector<int> layers;
     for (const int member : spread(static_cast<int>(table.member_count()), pilot_members))
@@ -330,7 +330,7 @@ std::vector<int> pilots_of(const Table& table) {
 }  // namespace
 
 std::vector<float> LayerSums::in_full(int layer) const {
-    return is_spanned() ? sum_of(function, coefficient[size(layer)]) : full.at(layer);
+    return is_spanned() ? weighted_sum(function, coefficient[size(layer)]) : full.at(layer);
 }
 
 std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bool, 2>& sides,
@@ -349,7 +349,7 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
     const auto search_both = [&](bool grows) {
         for_each_side([&](SideSearch& side) { side.search(grows); });
     };
-    samples.in_full(pilots_of(table), see_in_full);
+    samples.in_full(pilot_layers(table), see_in_full);
     search_both(true);
     for_each_side([](SideSearch& side) { side.settle(); });
     const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {

@@ -26,7 +26,7 @@ void set_samples(const AxisView& axis, const Stencil& stencil,
     for (int i = 0; i < stencil_size; ++i) sample[i] = std::min(stencil.first + i, axis.count - 1);
 }
 
-Directions directions_of(const TableView& table, const Geometry& geometry) noexcept {
+Directions place_directions(const TableView& table, const Geometry& geometry) noexcept {
     Directions at;
     at.in = table.mu_in.stencil(geometry.mu_in);
     at.out = table.mu_out.stencil(geometry.mu_out);
@@ -115,7 +115,7 @@ double summed(const TableView& table, const LayerBlend& blend, const Directions&
 
 /// The blend's sum over directions, times what the samples were divided by along both of them.
 double summed(const TableView& table, const LayerBlend& blend, const Geometry& geometry) noexcept {
-    const Directions at = directions_of(table, geometry);
+    const Directions at = place_directions(table, geometry);
     const double factor = directional_factor(table, blend, geometry.mu_in, geometry.mu_out);
     switch (at.azimuth_count) {
         case 1: return factor * summed<1>(table, blend, at);
@@ -144,7 +144,7 @@ Scattered reflected(const TableView& table, const TablePoint& point) noexcept {
     Scattered scattered{};
     scattered.single =
         table.is_stack()
-            ? single_reflection_of(*table.layers, geometry)
+            ? stack_single_reflection(*table.layers, geometry)
             : single_reflection(table.phase(cos_scattering_angle_reflected(geometry)), albedo,
                                 optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.has_lower_boundary() && table.lower_boundary->has_closed_form())
@@ -168,7 +168,7 @@ Scattered transmitted(const TableView& table, const TablePoint& point) noexcept 
     if (table.has_lower_boundary()) return scattered;
     scattered.single =
         table.is_stack()
-            ? single_transmission_of(*table.layers, geometry)
+            ? stack_single_transmission(*table.layers, geometry)
             : single_transmission(table.phase(cos_scattering_angle_transmitted(geometry)), albedo,
                                   optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.packed != nullptr)

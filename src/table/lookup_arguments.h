@@ -66,7 +66,7 @@ bool is_unknown(Numbers... argument) noexcept {
 
 /// 0, or not-a-number where an argument is that or infinite.
 template <class... Numbers>
-auto unknown_of(Numbers... argument) noexcept {
+auto zero_or_nan(Numbers... argument) noexcept {
     return (argument + ...) * 0;
 }
 

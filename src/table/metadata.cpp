@@ -31,7 +31,7 @@ PhaseFunction read_phase_function(const std::string& name, const std::string& te
     return parse_phase_function(text);
 }
 
-double number_of(const Metadata& metadata, const char* name) {
+double number_entry(const Metadata& metadata, const char* name) {
     return to_number(name, entry(metadata, name));
 }
 
@@ -60,7 +60,7 @@ LowerBoundary read_lower_boundary(const Metadata& metadata) {
         throw std::invalid_argument("attribute below must be \"" + std::string(surface_name) +
                                     "\", \"" + ground_name + "\" or \"" + layer_name + "\", got " +
                                     shown_text(kind->second));
-    const double albedo = number_of(metadata, "below_albedo");
+    const double albedo = number_entry(metadata, "below_albedo");
     if (is_surface) return LowerBoundary::surface(albedo);
     if (is_ground)
         return {LowerBoundary::Kind::ground,
@@ -106,7 +106,7 @@ void read_layers(const Metadata& metadata, Table& table) {
         throw std::invalid_argument(
             "attributes layer_phase_functions, layer_albedos and layer_optical_depths must have as "
             "many entries as each other");
-    table.spherical_albedo_below = number_of(metadata, "spherical_albedo_below");
+    table.spherical_albedo_below = number_entry(metadata, "spherical_albedo_below");
 }
 
 void add_family(const Table& table, Metadata& metadata) {
@@ -140,7 +140,7 @@ void read_family(const Metadata& metadata, Table& table) {
             "attribute second_phase_function needs mixture in attribute family");
 }
 
-std::string features_of(const Table& table) {
+std::string list_features(const Table& table) {
     std::vector<std::string> features;
     if (table.has_family()) features.emplace_back(family_feature);
     if (table.is_stack()) features.emplace_back(stack_feature);
@@ -157,7 +157,7 @@ std::string stored_features(const Metadata& metadata) {
 
 Metadata shared_metadata(const Table& table) {
     Metadata metadata = table.attributes;
-    if (const std::string features = features_of(table); !features.empty())
+    if (const std::string features = list_features(table); !features.empty())
         metadata["features"] = features;
     metadata["phase_function"] = table.phase_function.text();
     add_lower_boundary(table.lower_boundary, metadata);
@@ -192,15 +192,15 @@ Table table_of_metadata(const Metadata& metadata) {
     table.lower_boundary = read_lower_boundary(metadata);
     read_layers(metadata, table);
     read_family(metadata, table);
-    table.extrapolation_length = number_of(metadata, "extrapolation_length");
-    table.tolerance = number_of(metadata, "tolerance");
-    table.measured_error = number_of(metadata, "measured_error");
+    table.extrapolation_length = number_entry(metadata, "extrapolation_length");
+    table.tolerance = number_entry(metadata, "tolerance");
+    table.measured_error = number_entry(metadata, "measured_error");
     table.highest_order = to_integer("highest_order", entry(metadata, "highest_order"));
     return table;
 }
 
 void check_features(const Metadata& metadata, const Table& table) {
-    const std::string stored = stored_features(metadata), described = features_of(table);
+    const std::string stored = stored_features(metadata), described = list_features(table);
     if (stored != described)
         throw std::invalid_argument("attribute features must be \"" + described +
                                     "\", as the other attributes say, got " + shown_text(stored));

@@ -42,7 +42,7 @@ struct PackedBlocks {
     std::size_t count() const { return block.size() / size(BlockField::count); }
 };
 
-std::vector<Half> halves_of(const std::vector<float>& values) {
+std::vector<Half> to_halves(const std::vector<float>& values) {
     std::vector<Half> halves;
     halves.reserve(values.size());
     for (const float value : values) halves.push_back(to_half(value));
@@ -79,12 +79,13 @@ class BlockBuilder {
         const PackedBlock block = packed_block(sums_, layers, basis);
         const auto index = static_cast<std::int32_t>(packed_.count());
         // A place on the last sample belongs to the last cell; short axes are sampled again.
-        const auto end_of = [](const SampleRange& cells, int samples) {
+        const auto range_end = [](const SampleRange& cells, int samples) {
             return samples < stencil_size ? stencil_size
                                           : std::min(cells.first + cells.count + 1, samples);
         };
-        for (int a = albedo_cells.first; a < end_of(albedo_cells, view_.albedo.count); ++a)
-            for (int d = depth_cells.first; d < end_of(depth_cells, view_.optical_depth.count); ++d)
+        for (int a = albedo_cells.first; a < range_end(albedo_cells, view_.albedo.count); ++a)
+            for (int d = depth_cells.first; d < range_end(depth_cells, view_.optical_depth.count);
+                 ++d)
                 packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
         const std::size_t rows = block.coefficient[0].size();
         std::int32_t field[BlockField::count];
@@ -97,7 +98,7 @@ class BlockBuilder {
             static_cast<std::int32_t>(packed_.coefficient[0].size() / functions);
         packed_.block.insert(packed_.block.end(), field, field + BlockField::count);
         if (takes_halves_)
-            append(halves_of(block.function), packed_.halves);
+            append(to_halves(block.function), packed_.halves);
         else
             append(block.function, packed_.floats);
         for (std::size_t m = 0; m < block.coefficient.size(); ++m)
@@ -138,25 +139,25 @@ void add_functions(TensorWriter& file, const std::string& name, const TableView&
 void add_side(TensorWriter& file, const LayerSums& sums, const std::vector<FoundBlocks>& groups,
               Side which) {
     const Table& table = sums.table();
-    const auto name_of = [&](int member) {
+    const auto side_prefix = [&](int member) {
         return member_prefix(table, size(member)) + side_name(which);
     };
     const int members = static_cast<int>(table.member_count());
     for (const FoundBlocks& group : groups) {
         const PackedBlocks blocks = BlockBuilder(sums, group).take();
         const std::int32_t owner = blocks.members.first;
-        add_functions(file, name_of(owner), table.view(), blocks);
+        add_functions(file, side_prefix(owner), table.view(), blocks);
         for (int m = owner; m <= blocks.members.last(); ++m) {
             const std::vector<float>& coefficients = blocks.coefficient[size(m - owner)];
-            file.add(name_of(m) + coefficients_name, {coefficients.size() / functions, functions},
-                     coefficients);
-            if (m > owner) file.add(name_of(m) + functions_of_name, {1}, std::vector{owner});
+            file.add(side_prefix(m) + coefficients_name,
+                     {coefficients.size() / functions, functions}, coefficients);
+            if (m > owner) file.add(side_prefix(m) + functions_of_name, {1}, std::vector{owner});
         }
     }
     const LowerBoundary& below = table.lower_boundary;
     if (which == Side::reflection && below.kind == LowerBoundary::Kind::layer)
         for (int m = 0; m < members; ++m)
-            add_curve(file, name_of(m) + phase_name,
+            add_curve(file, side_prefix(m) + phase_name,
                       reflected_curve(phase_function_of_member(table, size(m)), {}, &below));
 }
 
@@ -167,7 +168,7 @@ void add_path_law(TensorWriter& file, const Table& table) {
     const std::size_t orders = size(law.order_count() - 2), angles = size(2 * law.angle_count());
     const std::vector<float> samples(law.of_angle(0), law.of_angle(0) + angles * orders);
     if (half_rounding <= rounding_share * kept_tolerance(table.view()))
-        file.add(path_orders_name, {angles, orders}, halves_of(samples));
+        file.add(path_orders_name, {angles, orders}, to_halves(samples));
     else
         file.add(path_orders_name, {angles, orders}, samples);
     file.set(path_offset_name, shortest_text(double{law.offset()}));
@@ -233,7 +234,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
     std::array<std::vector<int>, 2> pivots;
     for (std::size_t n = 0; n < 2 && samples.is_first_rank(); ++n) {
         if (sides[n]) groups[n] = grouped_blocks(sums[n], {0, members});
-        pivots[n] = pivots_of(groups[n]);
+        pivots[n] = pivot_layers(groups[n]);
     }
     see_in_full(pivots, sums, samples);
     if (!samples.is_first_rank()) return {};

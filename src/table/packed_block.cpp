@@ -20,7 +20,7 @@ std::size_t remainders(const LayerBasis& basis) {
 }
 
 /// The power of two in units of which halves hold a number up to `largest`.
-float unit_of(float largest) {
+float choose_unit(float largest) {
     return largest > 0 ? std::exp2(std::ceil(std::log2(largest / (largest_half / 2)))) : 1;
 }
 
@@ -53,7 +53,7 @@ std::array<float, functions> scale_to_units(const LayerBasis& basis, std::vector
         float& largest = unit[c % functions];
         largest = std::max(largest, std::abs(values[c]));
     }
-    for (float& one : unit) one = unit_of(one);
+    for (float& one : unit) one = choose_unit(one);
     for (std::size_t c = 0; c < values.size(); ++c) values[c] /= unit[c % functions];
     for (std::size_t f = 0; f < remainders(basis); ++f)
         unit[basis.pivot.size() + f] = unit[f] / remainder_scale;

@@ -23,7 +23,7 @@ void check_format(const TensorFile& file) {
             packed_format_version, version.substr(0, 40));
 }
 
-AxisScale scale_of(const TensorFile& file, const std::string& name) {
+AxisScale read_scale(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
     for (const AxisScale scale :
          {AxisScale::linear, AxisScale::arcsine_of_fourth_root, AxisScale::logarithmic,
@@ -56,7 +56,7 @@ void read_family_axes(const TensorFile& file, Table& table) {
     for (FamilyAxis& axis : table.family) {
         const std::string name = axis.name();
         axis.is_discrete = file.text(name + scale_suffix) == discrete_scale_name;
-        if (!axis.is_discrete) axis.axis.scale = scale_of(file, name);
+        if (!axis.is_discrete) axis.axis.scale = read_scale(file, name);
         axis.axis.values = copied(file.numbers<double>(name, 1));
     }
 }
@@ -69,8 +69,8 @@ std::string shape_text(const std::vector<std::size_t>& shape) {
     return "[" + joined(words) + "]";
 }
 
-PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,
-                    const PhaseFunction& phase_function) {
+PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std::size_t width,
+                            const PhaseFunction& phase_function) {
     if (!file.has(name)) {
         const auto is_closed = [](const auto& part) {
             return std::visit([](const auto& kind) { return kind.closed_form().has_value(); },
@@ -97,7 +97,7 @@ Table packed_header(const TensorFile& file) {
     for (const AxisField& field : axis_fields) {
         const bool may_be_infinite = field.axis == &Table::optical_depth;
         table.*field.axis = {
-            scale_of(file, field.name),
+            read_scale(file, field.name),
             copied(file.numbers<double>(field.name, 1,
                                         may_be_infinite ? Infinity::allowed : Infinity::refused))};
     }
@@ -110,7 +110,7 @@ Table packed_header(const TensorFile& file) {
         if (!is_reserved(name)) table.attributes[name] = text;
     prepare_header(table);
     if (!table.has_family())
-        table.phase_curve = curve_of(file, phase_name, 1, table.phase_function);
+        table.phase_curve = read_phase_curve(file, phase_name, 1, table.phase_function);
     if (has_feature(file.strings(), path_law_feature)) {
         if (table.has_family())
             table.path_law = PathOrders::of_any(table.phase_function);

@@ -66,8 +66,8 @@ PackedMember packed_member(const TensorFile& file, const Table& header, std::siz
 PathSheetView path_sheet(const TensorFile& file, const Table& header, PathSheet& own);
 
 /// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
-PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,
-                    const PhaseFunction& phase_function);
+PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std::size_t width,
+                            const PhaseFunction& phase_function);
 
 void require_aligned(const void* data, const std::string& name);
 

@@ -21,9 +21,9 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
     const LowerBoundary& below = table.lower_boundary;
     const bool lit = which == Side::reflection && below.is_present();
     const bool over_layer = lit && below.kind == LowerBoundary::Kind::layer;
-    side.phase = over_layer
-                     ? curve_of(file, prefix + side_name(which) + phase_name, 2, phase_function)
-                     : curve_of(file, prefix + phase_name, 1, phase_function);
+    side.phase = over_layer ? read_phase_curve(file, prefix + side_name(which) + phase_name, 2,
+                                               phase_function)
+                            : read_phase_curve(file, prefix + phase_name, 1, phase_function);
     if (lit) {
         const auto albedo = static_cast<float>(below.albedo);
         side.view.over_surface = below.kind == LowerBoundary::Kind::surface;
@@ -293,8 +293,8 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
             "in [2, " + std::to_string(most_depths) + "]", depths);
     require_shape(sheet, path_sheet_name,
                   {size(path_sheet_steps(law) + 1), depths, 2 * size(law.angle_count()), 2});
-    return PathSheet::view_of(sheet.data, law.offset(), law.angle_count(),
-                              static_cast<int>(depths));
+    return PathSheet::make_view(sheet.data, law.offset(), law.angle_count(),
+                                static_cast<int>(depths));
 }
 
 PackedMember packed_member(const TensorFile& file, const Table& table, std::size_t m,

@@ -135,7 +135,7 @@ struct PackedTable::Contents {
         return transmitted_members(view, around, albedo, within);
     }
 
-    const SideMemory& side_of(const FamilyStencil& around, int k, Side side) const noexcept {
+    const SideMemory& side_memory(const FamilyStencil& around, int k, Side side) const noexcept {
         return members[size(around.member[k])].side[side == Side::reflection ? 0 : 1];
     }
 
@@ -155,14 +155,14 @@ struct PackedTable::Contents {
             weighed_members(side, around, point.albedo, point.optical_depth);
         for (int k = 0; k < around.count; ++k) {
             if (around.weight[k] == 0) continue;
-            const Scattered at = at_one(side_of(around, k, side), point);
+            const Scattered at = at_one(side_memory(around, k, side), point);
             sum.single += double{around.weight[k]} * at.single;
             sum.multiple += double{weighed.weight[k]} * at.multiple;
         }
         if (!header.is_stack()) return not_negative(sum);
         sum.single = side == Side::reflection
-                         ? single_reflection_of(header.layers, point.geometry)
-                         : single_transmission_of(header.layers, point.geometry);
+                         ? stack_single_reflection(header.layers, point.geometry)
+                         : stack_single_transmission(header.layers, point.geometry);
         if (header.lower_boundary.has_closed_form())
             sum.single += single_reflection_of_boundary(header.lower_boundary, point.optical_depth,
                                                         point.geometry);
@@ -178,7 +178,8 @@ struct PackedTable::Contents {
             weighed_members(side, around, point.albedo, point.optical_depth);
         for (int k = 0; k < around.count; ++k)
             if (around.weight[k] != 0)
-                sum += double{weighed.weight[k]} * at_one(side_of(around, k, side), point).multiple;
+                sum += double{weighed.weight[k]} *
+                       at_one(side_memory(around, k, side), point).multiple;
         return sum;
     }
 
@@ -196,7 +197,7 @@ struct PackedTable::Contents {
         if (is_dark(side)) return;
         for (int m = 0; m < around.count; ++m) {
             if (around.weight[m] == 0) continue;
-            const SideMemory& memory = side_of(around, m, side);
+            const SideMemory& memory = side_memory(around, m, side);
             float found[3];
             memory.of_multiple->layers(memory.view, points, found);
             for (int k = 0; k < 3; ++k) value[k] += double{weighed[k].weight[m]} * double{found[k]};
@@ -233,7 +234,7 @@ struct PackedTable::Contents {
         const FamilyStencil around = members_around(share);
         for (int m = 0; m < around.count; ++m) {
             if (around.weight[m] == 0) continue;
-            const SideMemory& memory = side_of(around, m, side);
+            const SideMemory& memory = side_memory(around, m, side);
             constexpr std::size_t block = 256;
             float found[block];
             for (std::size_t first = 0; first < points.count; first += block) {
@@ -365,7 +366,7 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
     std::vector<float> values(size(ins) * size(outs) * size(azimuths)), rows(layout.rows());
     const FamilyStencil weighed = contents_->weighed_members(which, members, albedo, optical_depth);
     for (int m = 0; m < members.count; ++m) {
-        const SideMemory& memory = contents_->side_of(members, m, which);
+        const SideMemory& memory = contents_->side_memory(members, m, which);
         if (members.weight[m] == 0 || !memory.no_functions.empty()) continue;
         PackedSide side = memory.view;  // without what is known in closed form
         side.path = {};

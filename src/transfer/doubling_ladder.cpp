@@ -14,16 +14,16 @@ namespace stratus {
 namespace {
 
 template <class Number>
-constexpr bool in_lanes = lanes_of<Number> > 1;
+constexpr bool in_lanes = lanes_per<Number> > 1;
 
 /// Numbers to a register, of the widest kind.
 template <class Number>
-constexpr int in_register = lane_count / lanes_of<Number>;
+constexpr int in_register = lane_count / lanes_per<Number>;
 
 /// Rows begin at a register's boundary, an odd number of registers apart: those a power of two apart
 /// would compete for the same few cache sets.
 template <class Number>
-int stride_of(int columns) {
+int padded_stride(int columns) {
     constexpr int width = in_register<Number>;
     return ((columns + width - 1) / width | 1) * width;
 }
@@ -42,7 +42,7 @@ class Handout {
         return start;
     }
     Number* vector(int size) {
-        Number* start = rows(1, stride_of<Number>(size));
+        Number* start = rows(1, padded_stride<Number>(size));
         if constexpr (in_lanes<Number>) std::fill(start, next_, Number{});
         return start;
     }
@@ -65,21 +65,22 @@ double* allocated(long count) {
 
 template <class Number>
 long size_of_matrix(const SimdLayer<Number>& layer) {
-    return stride_of<Number>(layer.directions) + static_cast<long>(layer.directions) * layer.stride;
+    return padded_stride<Number>(layer.directions) +
+           static_cast<long>(layer.directions) * layer.stride;
 }
 
 template <class Number>
 void set_size(SimdLayer<Number>& layer, int gauss, int directions) {
     layer.gauss = gauss;
     layer.directions = directions;
-    layer.stride = stride_of<Number>(directions);
+    layer.stride = padded_stride<Number>(directions);
     constexpr int width = in_register<Number>;
     layer.right_side = (gauss + width - 1) / width * width;
-    layer.elimination_stride = stride_of<Number>(layer.right_side + directions + 1);
+    layer.elimination_stride = padded_stride<Number>(layer.right_side + directions + 1);
 }
 
 template <class Number>
-double lane_of(const Number& x, int lane) {
+double extract_lane(const Number& x, int lane) {
     if constexpr (in_lanes<Number>)
         return x[lane];
     else
@@ -99,7 +100,8 @@ void set_lane(Number& x, int lane, double value) {
 /// phase function's series.
 double grazing_limit(double strength) { return 0.006 / std::sqrt(std::max(strength, 1e-3)); }
 
-double strength_of(const std::vector<DoublingTask>& tasks, const std::vector<double>& moments) {
+double scattering_strength(const std::vector<DoublingTask>& tasks,
+                           const std::vector<double>& moments) {
     double strength = 0;
     for (const DoublingTask& task : tasks)
         for (auto l = static_cast<std::size_t>(task.mode); l < moments.size(); ++l)
@@ -146,7 +148,7 @@ void DoublingLadder<Number>::allocate(const std::vector<double>& moments,
     const long moment_count = count_modes(moments);  // the rest is zero
     memory_.reset(allocated<Number>(
         8 * size_of_matrix(layer_) + static_cast<long>(layer_.gauss) * layer_.elimination_stride +
-        (3 + 3) * stride_of<Number>(n) + 2 * moment_count * layer_.stride));
+        (3 + 3) * padded_stride<Number>(n) + 2 * moment_count * layer_.stride));
     Handout<Number> memory(memory_.get());
     for (SimdMatrix<Number>* m :
          {&layer_.scatter_odd, &layer_.scatter_even, &layer_.Y, &layer_.Z, &layer_.reflection,
@@ -184,8 +186,8 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     steep.scatter_even = layer_.Z;
     groups_.grazing_at = groups.grazing.places.data();
     groups_.steep_at = groups.steep.places.data();
-    groups_.row_stride = stride_of<Number>(steep.directions);
-    groups_.column_stride = stride_of<Number>(grazing.directions);
+    groups_.row_stride = padded_stride<Number>(steep.directions);
+    groups_.column_stride = padded_stride<Number>(grazing.directions);
 
     const long rows = static_cast<long>(grazing.directions) * groups_.row_stride;
     const long columns = static_cast<long>(steep.directions) * groups_.column_stride;
@@ -220,7 +222,7 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
     allocate(moments, phase);
     Number first_depth{};
     double deepest = 0;
-    for (int lane = 0; lane < lanes_of<Number>; ++lane) {  // idle lanes repeat the last task
+    for (int lane = 0; lane < lanes_per<Number>; ++lane) {  // idle lanes repeat the last task
         const DoublingTask& task = tasks[static_cast<std::size_t>(std::min(lane, tasks_ - 1))];
         phase.mode[lane] = task.mode;
         set_lane(layer_.albedo, lane, task.albedo);
@@ -238,7 +240,7 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
     }
     steps_.phase_kernels(phase, layer_);
     directions_of_groups_ =
-        group_directions(directions, deepest, grazing_limit(strength_of(tasks, moments)));
+        group_directions(directions, deepest, grazing_limit(scattering_strength(tasks, moments)));
     if (!directions_of_groups_.grazing.places.empty()) {
         allocate(directions_of_groups_);
         if (steps_.decouple(layer_, groups_)) doubled_ = {&groups_.grazing, &groups_.steep};
@@ -247,9 +249,9 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
     for (SimdLayer<Number>* layer : doubled_) {
         const int doublings =
             count_doublings(*std::min_element(layer->mu, layer->mu + layer->directions), deepest);
-        for (int lane = 0; lane < lanes_of<Number>; ++lane)
+        for (int lane = 0; lane < lanes_per<Number>; ++lane)
             set_lane(layer->half_depth, lane,
-                     std::ldexp(lane_of(first_depth, lane), -doublings - 1));
+                     std::ldexp(extract_lane(first_depth, lane), -doublings - 1));
         steps_.thin_layer(*layer);
         for (int k = 0; k < doublings; ++k) double_depth(*layer);
     }
@@ -260,7 +262,7 @@ void DoublingLadder<Number>::double_depth(SimdLayer<Number>& layer) const {
     // The gap is carried from tau = 1 on; lanes differ little in depth, the largest decides.
     double deepest = 0;
     for (int lane = 0; lane < tasks_; ++lane)
-        deepest = std::max(deepest, lane_of(layer.half_depth, lane));
+        deepest = std::max(deepest, extract_lane(layer.half_depth, lane));
     if (!layer.has_gap && deepest >= 0.25) steps_.use_gap(layer);
     steps_.double_depth(layer);
 }
@@ -276,9 +278,9 @@ bool DoublingLadder<Number>::is_converged() const {
         if (!layer->has_gap) return false;
         for (int i = 0; i < layer->directions; ++i)
             for (int j = 0; j < layer->directions; ++j)
-                for (int lane = 0; lane < lanes_of<Number>; ++lane) {
+                for (int lane = 0; lane < lanes_per<Number>; ++lane) {
                     const double limit = conservative_[lane] ? 1e-9 : 1e-17;
-                    if (std::abs(lane_of(layer->Y.K[i * layer->stride + j], lane)) >
+                    if (std::abs(extract_lane(layer->Y.K[i * layer->stride + j], lane)) >
                         limit * layer->s[i] * layer->s[j])
                         return false;
                 }
@@ -288,7 +290,7 @@ bool DoublingLadder<Number>::is_converged() const {
 
 template <class Number>
 void DoublingLadder<Number>::double_to_infinity() {
-    const int most = max_doublings_to_infinity(2 * lane_of(doubled_[0]->half_depth, 0));
+    const int most = max_doublings_to_infinity(2 * extract_lane(doubled_[0]->half_depth, 0));
     for (int k = 0; !is_converged(); ++k) {
         if (k == most)
             throw std::runtime_error("solve: infinite depth not reached after " +
@@ -325,7 +327,7 @@ template <class Number>
 std::vector<ModeMatrices> DoublingLadder<Number>::matrices() const {
     const auto of = [this](const Number* K) {
         return lane_matrices(layer_.directions, tasks_, [=, this](int i, int j, int lane) {
-            return lane_of(K[i * layer_.stride + j], lane);
+            return extract_lane(K[i * layer_.stride + j], lane);
         });
     };
     auto reflection = of(layer_.reflection.K), transmission = of(layer_.transmission.K);
@@ -342,8 +344,8 @@ std::vector<PhaseKernels> DoublingLadder<Number>::kernels() const {
     const auto of = [&](double sign) {
         return lane_matrices(layer_.directions, tasks_, [&](int i, int j, int lane) {
             const long at = i * layer_.stride + j;
-            const double even = lane_of(layer_.scatter_even.K[at], lane);
-            const double odd = lane_of(layer_.scatter_odd.K[at], lane);
+            const double even = extract_lane(layer_.scatter_even.K[at], lane);
+            const double odd = extract_lane(layer_.scatter_odd.K[at], lane);
             return unscale(j) * even * unscale(i) + sign * (unscale(j) * odd * unscale(i));
         });
     };

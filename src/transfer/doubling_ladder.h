@@ -75,7 +75,7 @@ class DoublingLadder {
     SimdGroups<Number> groups_{};
     std::vector<SimdLayer<Number>*> doubled_;  // both groups, or the layer as a whole
     int tasks_;
-    bool conservative_[lanes_of<Number>];  // mode 0 at w = 1
+    bool conservative_[lanes_per<Number>];  // mode 0 at w = 1
 };
 
 }  // namespace stratus

@@ -140,7 +140,7 @@ class InsideRun {
         if (truncation.follows_paths)
             solution.path = std::make_shared<const StackPath>(pieces, truncation.layers);
         solution.lower_boundary = boundary;
-        solution.boundary_truncation = truncation_of(boundary, options);
+        solution.boundary_truncation = choose_truncation(boundary, options);
         return solution;
     }
 

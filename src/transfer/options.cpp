@@ -47,8 +47,8 @@ constexpr int fewest_nodes_of_backward_ends = 16;
 
 }  // namespace
 
-Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
-                         bool delta_m) {
+Truncation choose_truncation(const PhaseFunction& phase_function, const SolverOptions& options,
+                             bool delta_m) {
     const int most = options.moments > 0 ? options.moments : 2 * options.nodes;
     if (options.truncate == Truncate::nothing) return no_truncation(phase_function, most);
     if (options.grazing) return truncate_peak(phase_function, moments_completed * options.nodes);
@@ -82,9 +82,9 @@ std::vector<double> path_moments(const PhaseFunction& phase_function) {
     return moments;
 }
 
-Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options) {
+Truncation choose_truncation(const LowerBoundary& boundary, const SolverOptions& options) {
     return boundary.kind == LowerBoundary::Kind::layer
-               ? truncation_of(boundary.phase_function, options, true)
+               ? choose_truncation(boundary.phase_function, options, true)
                : Truncation{};
 }
 

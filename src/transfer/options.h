@@ -16,8 +16,8 @@ void check_options(const SolverOptions& options);
 
 /// The moments of a phase function that the nodes resolve, truncated as the options say; `delta_m`
 /// where what narrow peaks scatter again is not corrected for; backward ones then stay as they are.
-Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
-                         bool delta_m);
+Truncation choose_truncation(const PhaseFunction& phase_function, const SolverOptions& options,
+                             bool delta_m);
 
 /// Whether what a forward peak scatters again is left to the path law (path_law.h); `truncation` is
 /// that without delta-M.
@@ -31,7 +31,7 @@ bool follows_paths(const PhaseFunction& phase_function, const Truncation& trunca
 std::vector<double> path_moments(const PhaseFunction& phase_function);
 
 /// Truncation of the lower boundary's phase function; none for a surface.
-Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options);
+Truncation choose_truncation(const LowerBoundary& boundary, const SolverOptions& options);
 
 /// The lower boundary with the albedo that its single scattering has after truncation. [NT88]
 LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncation);

@@ -66,7 +66,7 @@ Series between(const Series& Q, const Series& F, int nodes) {
     return X;
 }
 
-Series sum_of(Series F, const Series& G) {
+Series add_series(Series F, const Series& G) {
     for (std::size_t n = 1; n < F.K.size(); ++n) add_to(F.K[n], G.K[n]);
     return F;
 }
@@ -93,15 +93,15 @@ Series between(const OrderedMode& above, const OrderedMode& below, int nodes) {
 OrderedMode add(const OrderedMode& above, const OrderedMode& below, int nodes) {
     const Series D = between(above, below, nodes), U = product(below.reflection, D, nodes),
                  none{{}, std::vector<MatrixXd>(D.K.size())};
-    OrderedMode sum{sum_of(above.reflection, product(transposed(above.transmission), U, nodes)),
+    OrderedMode sum{add_series(above.reflection, product(transposed(above.transmission), U, nodes)),
                     none, none};
     if (below.is_opaque()) return sum;
     sum.transmission = product(below.transmission, D, nodes);
     const Series V = between(product(below.reflection, above.reflection_below, nodes),
                              transposed(below.transmission), nodes);
     sum.reflection_below =
-        sum_of(below.reflection_below,
-               product(below.transmission, product(above.reflection_below, V, nodes), nodes));
+        add_series(below.reflection_below,
+                   product(below.transmission, product(above.reflection_below, V, nodes), nodes));
     return sum;
 }
 
@@ -112,7 +112,7 @@ class OrderedStackRun {
         : options_(options),
           layers_(layers),
           truncations_(truncations_of(layers, options)),
-          boundary_truncation_(truncation_of(boundary, options)),
+          boundary_truncation_(choose_truncation(boundary, options)),
           directions_(stack_directions(truncations_, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_) {
         double depth = 0;
@@ -156,7 +156,7 @@ class OrderedStackRun {
                                                   const SolverOptions& options) {
         std::vector<Truncation> all;
         for (const StackLayer& layer : layers)
-            all.push_back(truncation_of(layer.phase_function, options, false));
+            all.push_back(choose_truncation(layer.phase_function, options, false));
         return all;
     }
 
@@ -165,8 +165,9 @@ class OrderedStackRun {
     }
 
     /// Modes `first` to before `end` of a layer of one of any depth.
-    std::vector<OrderedMode> modes_of(const StackLayer& layer, const std::vector<double>& moments,
-                                      int first, int end) const {
+    std::vector<OrderedMode> layer_modes(const StackLayer& layer,
+                                         const std::vector<double>& moments, int first,
+                                         int end) const {
         std::vector<OrderedMode> all(static_cast<std::size_t>(end - first),
                                      {nothing(), nothing(), nothing()});
         if (std::isfinite(layer.optical_depth))
@@ -202,8 +203,8 @@ class OrderedStackRun {
     std::vector<OrderedMode> boundary_modes(int first, int end) {
         const LowerBoundary& boundary = orders_[0].lower_boundary;
         if (boundary.kind == LowerBoundary::Kind::layer)
-            return modes_of({boundary.phase_function, boundary.albedo, infinity},
-                            boundary_truncation_.moments, first, end);
+            return layer_modes({boundary.phase_function, boundary.albedo, infinity},
+                               boundary_truncation_.moments, first, end);
         std::vector<OrderedMode> all(static_cast<std::size_t>(end - first),
                                      {nothing(), nothing(), nothing()});
         for (int m = first; m < std::min(end, boundary_modes_.count()); ++m)
@@ -213,13 +214,14 @@ class OrderedStackRun {
     }
 
     void solve_modes(int first, int end) {
-        std::vector<OrderedMode> sums = modes_of(layers_[0], truncations_[0].moments, first, end);
+        std::vector<OrderedMode> sums =
+            layer_modes(layers_[0], truncations_[0].moments, first, end);
         const auto add_below = [&](const std::vector<OrderedMode>& below) {
             for (std::size_t m = 0; m < sums.size(); ++m)
                 sums[m] = add(sums[m], below[m], directions_.nodes);
         };
         for (std::size_t k = 1; k < layers_.size(); ++k)
-            add_below(modes_of(layers_[k], truncations_[k].moments, first, end));
+            add_below(layer_modes(layers_[k], truncations_[k].moments, first, end));
         if (orders_[0].lower_boundary.is_present()) {
             const std::vector<OrderedMode> below = boundary_modes(first, end);
             if (first == 0) record_boundary(between(sums[0], below[0], directions_.nodes));

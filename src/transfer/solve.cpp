@@ -45,9 +45,9 @@ class LadderRun {
   public:
     explicit LadderRun(const LadderProblem& problem)
         : problem_(problem),
-          truncation_(truncation_of(problem.phase_function, problem.options,
-                                    problem.boundary.is_present())),
-          boundary_truncation_(truncation_of(problem.boundary, problem.options)),
+          truncation_(choose_truncation(problem.phase_function, problem.options,
+                                        problem.boundary.is_present())),
+          boundary_truncation_(choose_truncation(problem.boundary, problem.options)),
           directions_(gauss_directions(
               problem.options.nodes,
               problem.options.grazing
@@ -57,7 +57,7 @@ class LadderRun {
               problem.mu)),
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
           task_{directions_, truncation_.moments, problem.ladder, {}} {
-        path_ = path_of(problem);
+        path_ = make_path(problem);
         if (truncation_.backward)
             backward_path_ = std::make_shared<const BackwardPath>(
                 path_moments(problem.phase_function), truncation_.moments);
@@ -79,7 +79,7 @@ class LadderRun {
             for (LayerSolution& solution : of_albedo)
                 recorders_.back().emplace_back(directions_, solution,
                                                std::vector{single_factors(solution)},
-                                               beam_of(solution));
+                                               direct_beam(solution));
         }
     }
 
@@ -110,7 +110,7 @@ class LadderRun {
   private:
     bool by_order() const { return !problem_.order_weights.empty(); }
 
-    std::shared_ptr<const TruncatedPath> path_of(const LadderProblem& problem) const {
+    std::shared_ptr<const TruncatedPath> make_path(const LadderProblem& problem) const {
         if (problem.boundary.is_present() ||
             !follows_paths(problem.phase_function, truncation_, problem.options))
             return {};
@@ -156,7 +156,7 @@ class LadderRun {
         return factors;
     }
 
-    Beam beam_of(const LayerSolution& solution) const {
+    Beam direct_beam(const LayerSolution& solution) const {
         const VectorXd truncated =
             directions_.mu.unaryExpr([&](double mu) { return truncated_beam(solution, mu); });
         if (!by_order())
@@ -254,7 +254,7 @@ class LadderRun {
 };
 
 /// Every depth of a ladder is its own target.
-std::vector<DepthTarget> targets_of(const DepthLadder& ladder) {
+std::vector<DepthTarget> depth_targets(const DepthLadder& ladder) {
     std::vector<DepthTarget> targets;
     for (int depth = 0; depth < ladder.octaves; ++depth)
         targets.push_back({std::ldexp(ladder.first, depth)});
@@ -319,7 +319,8 @@ void check(const std::vector<double>& albedos, const SolverOptions& options,
 }
 
 /// Weights of the orders up to options.orders; empty when all are solved.
-std::vector<VectorXd> weights_of(const std::vector<double>& albedos, const SolverOptions& options) {
+std::vector<VectorXd> order_weights(const std::vector<double>& albedos,
+                                    const SolverOptions& options) {
     std::vector<VectorXd> weights;
     for (std::size_t a = 0; options.orders > 0 && a < albedos.size(); ++a)
         weights.push_back(weights_of_orders(albedos[a], options.orders));
@@ -339,8 +340,8 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
     if (ladder.octaves > 0)
         require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
                 "first depth of a ladder", "in [1e-280, inf)", ladder.first);
-    return solve_problem({phase_function, albedos, weights_of(albedos, options), ladder,
-                          targets_of(ladder), mu, options, boundary});
+    return solve_problem({phase_function, albedos, order_weights(albedos, options), ladder,
+                          depth_targets(ladder), mu, options, boundary});
 }
 
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
@@ -351,7 +352,7 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     check(albedos, options, boundary);
     const bool can_be_stacked = options.scheme == Scheme::harmonic && options.orders == 0;
     if (boundary.is_present() && std::isfinite(optical_depth) && can_be_stacked) {
-        const Truncation truncation = truncation_of(phase_function, options, false);
+        const Truncation truncation = choose_truncation(phase_function, options, false);
         if (truncation.backward || follows_paths(phase_function, truncation, options))
             return as_one_layer(
                 solve_stack({{phase_function, albedo, optical_depth}}, boundary, mu, options));
@@ -360,7 +361,7 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
                                              phase_function.asymmetry());
     return std::move(solve_problem({phase_function,
                                     albedos,
-                                    weights_of(albedos, options),
+                                    order_weights(albedos, options),
                                     ladder_to(target),
                                     {target},
                                     mu,

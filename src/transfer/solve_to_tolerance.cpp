@@ -184,7 +184,7 @@ int first_nodes_after(int found) {
 /// Grazing geometries need many more nodes than others, and are no measure of them.
 constexpr std::size_t class_count = 3;
 
-std::size_t class_of(const Geometry& at) {
+std::size_t geometry_class(const Geometry& at) {
     const double least = std::min(at.mu_in, at.mu_out);
     return least >= least_path_cosine ? 0 : least >= 0.05 ? 1 : 2;
 }
@@ -212,7 +212,7 @@ class Group {
             const Geometry& at = geometries[places[i]];
             cosines.insert({at.mu_in, at.mu_out});
             Pair& pair = pairs_[{at.mu_in, at.mu_out}];
-            pair.kind = resolved ? 0 : class_of(at);
+            pair.kind = resolved ? 0 : geometry_class(at);
             asked_.push_back({&pair, pair.azimuths.size()});
             pair.azimuths.push_back(at.azimuth);
         }
@@ -244,7 +244,7 @@ class Group {
         for (const auto& [cosine, pair] : pairs_)
             if (!classes_[pair.kind].is_done) cosines.insert({cosine.first, cosine.second});
         const std::vector<double> mu(cosines.begin(), cosines.end());
-        const auto place_of = [&](double cosine) {
+        const auto node_index = [&](double cosine) {
             return static_cast<int>(std::ranges::lower_bound(mu, cosine) - mu.begin());
         };
         const auto solution = solve(mu);
@@ -253,7 +253,7 @@ class Group {
             if (classes_[pair.kind].is_done) continue;
             for (const Side side : {Side::reflection, Side::transmission}) {
                 std::vector<SolvedValue>& values = side == Side::reflection ? pair.R : pair.T;
-                values = solution.values(side, place_of(cosine.first), place_of(cosine.second),
+                values = solution.values(side, node_index(cosine.first), node_index(cosine.second),
                                          pair.azimuths);
                 for (const SolvedValue& value : values) all[pair.kind].push_back(value.total);
             }
@@ -343,7 +343,7 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
     const bool can_resolve = can_resolve_peaks(layers, boundary, options);
     std::vector<std::size_t> plain, resolved;
     for (std::size_t i = 0; i < geometries.size(); ++i)
-        (can_resolve && class_of(geometries[i]) > 0 ? resolved : plain).push_back(i);
+        (can_resolve && geometry_class(geometries[i]) > 0 ? resolved : plain).push_back(i);
     const auto solve = [&](const std::vector<double>& mu, const SolverOptions& with) {
         return solve_stack(layers, boundary, mu, with);
     };

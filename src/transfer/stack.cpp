@@ -61,7 +61,7 @@ class StackRun {
              const std::vector<double>& mu, const SolverOptions& options)
         : options_(options),
           truncation_(layers, options, layers.size() == 1),
-          boundary_truncation_(truncation_of(boundary, options)),
+          boundary_truncation_(choose_truncation(boundary, options)),
           directions_(stack_directions(truncation_.layers, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_),
           layers_(layers, truncation_.layers, directions_) {
@@ -135,7 +135,7 @@ std::vector<StackLayer> checked(const std::vector<StackLayer>& layers,
     return merged(layers);
 }
 
-StackSolution sum_of(const std::vector<StackSolution>& orders) {
+StackSolution sum_orders(const std::vector<StackSolution>& orders) {
     StackSolution sum = orders.front();
     sum.order = 0;
     for (std::size_t n = 1; n < orders.size(); ++n) {
@@ -166,7 +166,7 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoun
         return as_stack(
             solve_layer(only.phase_function, only.albedo, only.optical_depth, mu, options), only);
     }
-    if (options.orders > 0) return sum_of(solve_stack_orders(unlike, boundary, mu, options));
+    if (options.orders > 0) return sum_orders(solve_stack_orders(unlike, boundary, mu, options));
     return StackRun(unlike, boundary, mu, options).run();
 }
 

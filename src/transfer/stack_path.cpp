@@ -52,12 +52,12 @@ void for_each_node(double end, double first_panel, const At& at) {
 StackTruncation::StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options,
                                  bool has_line_law) {
     for (const StackLayer& layer : stack) {
-        layers.push_back(truncation_of(layer.phase_function, options, false));
+        layers.push_back(choose_truncation(layer.phase_function, options, false));
         follows_paths |= stratus::follows_paths(layer.phase_function, layers.back(), options);
     }
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const bool stays = layers[k].backward ? has_line_law : follows_paths;
-        if (!stays) layers[k] = truncation_of(stack[k].phase_function, options, true);
+        if (!stays) layers[k] = choose_truncation(stack[k].phase_function, options, true);
     }
 }
 

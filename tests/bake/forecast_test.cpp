@@ -77,7 +77,7 @@ TEST(Forecast, NamesAnAxisAtItsCapAndWhatWouldDo) {
     EXPECT_GT(axis.error, axis.allowed);
     EXPECT_GT(axis.needed, axis.value);
     EXPECT_GT(axis.needed_bytes, ahead.bytes);
-    const std::string sentence = sentence_of(axis);
+    const std::string sentence = describe(axis);
     for (const char* part : {"mu_samples", "at its cap of 56", "would do", "share"})
         EXPECT_NE(sentence.find(part), std::string::npos) << part << " in " << sentence;
 }

@@ -60,15 +60,15 @@ inline std::string refusal_of(const std::function<void(const std::string&)>& par
 }
 
 /// Every key of the table is read and every default allowed. A key that is not read would take a
-/// date, which no key may be. `name_of` is the full name of a key in these files, each of which must
+/// date, which no key may be. `full_name` is the full name of a key in these files, each of which must
 /// be taken as it is.
 inline void expect_keys_are_read(Keys keys, const std::string& caller,
                                  const std::vector<KeyedFile>& files,
                                  const std::function<void(const std::string&)>& parse,
-                                 const std::function<std::string(const Key&)>& name_of) {
+                                 const std::function<std::string(const Key&)>& full_name) {
     for (const KeyedFile& file : files) EXPECT_EQ(refusal_of(parse, file), "") << file.text();
     for (const Key& key : keys) {
-        const std::string name = name_of(key);
+        const std::string name = full_name(key);
         bool read = false;
         for (const KeyedFile& file : files) {
             if (!file.has(name)) continue;

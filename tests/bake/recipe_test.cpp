@@ -370,14 +370,14 @@ TEST(Recipe, MayMixTwoPhaseFunctions) {
     EXPECT_TRUE(parse_recipe(recipe_with("")).family.empty());
     const Recipe all = parse_recipe(recipe_with("second_phase_function = 'isotropic'\n"));
     ASSERT_TRUE(is_mixture_alone(all));
-    EXPECT_EQ(mixture_of(all)->min, 0);
-    EXPECT_EQ(mixture_of(all)->max, 1);
+    EXPECT_EQ(mixture_range(all)->min, 0);
+    EXPECT_EQ(mixture_range(all)->max, 1);
     EXPECT_EQ(all.second_phase_function.text(), "isotropic");
     const Recipe some = parse_recipe(
         recipe_with("second_phase_function = 'isotropic'\nmixture = { min = 0.25, max = 0.5 }\n"
                     "[discretisation]\nmixture_samples = 4\n"));
-    EXPECT_EQ(mixture_of(some)->min, 0.25);
-    EXPECT_EQ(mixture_of(some)->max, 0.5);
+    EXPECT_EQ(mixture_range(some)->min, 0.25);
+    EXPECT_EQ(mixture_range(some)->max, 0.5);
     EXPECT_EQ(some.discretisation.family_samples[0], 4);
     EXPECT_NEAR(at_member(some, {0.25}).phase_function(1), 0.25 * 1.5 + 0.75, 1e-15);
 }

@@ -135,8 +135,9 @@ TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
         bake(explicit_recipe(), log.options(1));
         FAIL() << "must be refused";
     } catch (const std::runtime_error& error) {
-        EXPECT_NE(std::string(error.what()).find("depths from 0, 3 octaves, albedos 0 1 2 must hold"),
-                  std::string::npos)
+        EXPECT_NE(
+            std::string(error.what()).find("depths from 0, 3 octaves, albedos 0 1 2 must hold"),
+            std::string::npos)
             << error.what();
     }
 }
@@ -183,7 +184,9 @@ TEST_P(InstructionSets, AgreeOnChoices) {
 INSTANTIATE_TEST_SUITE_P(Named, InstructionSets,
                          testing::Values(InstructionSet::generic, InstructionSet::avx2,
                                          InstructionSet::avx512),
-                         [](const auto& row) { return std::string(name_of(row.param)); });
+                         [](const auto& row) {
+                             return std::string(instruction_set_name(row.param));
+                         });
 
 }  // namespace
 }  // namespace stratus::test

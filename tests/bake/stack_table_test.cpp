@@ -259,8 +259,8 @@ TEST(StackTable, ShowsABackgroundFromAbove) {
             for (int j = 0; j < count; ++j) {
                 const double out = (i + 0.5) / count;
                 sum += 2 * out / count / count *
-                       single_transmission_of(table.layers,
-                                              {stack.mu(k), out, pi * (j + 0.5) / count});
+                       stack_single_transmission(table.layers,
+                                                 {stack.mu(k), out, pi * (j + 0.5) / count});
             }
         EXPECT_NEAR(single.background(mu), beam + sum, 1e-3);
         EXPECT_EQ(tableless.background(mu), single.background(mu));
@@ -269,7 +269,7 @@ TEST(StackTable, ShowsABackgroundFromAbove) {
         const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out),
                    azimuth = static_cast<float>(at.azimuth);
         EXPECT_EQ(tableless.reflection(in, out, azimuth), single.reflection(in, out, azimuth));
-        const double expected = single_transmission_of(table.layers, at);
+        const double expected = stack_single_transmission(table.layers, at);
         EXPECT_NEAR(tableless.transmission(in, out, azimuth), expected, 3e-5 * expected);
     }
 }

@@ -16,7 +16,7 @@ namespace stratus {
 namespace {
 
 SidedGeometry seen(double incidence, double emission, double phase) {
-    return geometry_of({incidence, emission, phase}, "test");
+    return observed_geometry({incidence, emission, phase}, "test");
 }
 
 double phase_deg(const SidedGeometry& at) {

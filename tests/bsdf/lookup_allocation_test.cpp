@@ -37,8 +37,8 @@ TEST(Lookup, AllocatesNothing) {
         "0.2*moments:chi=1 0.1");
     Table table = empty_table({5, 5, 5, 5, 5}, {0.5, 8, true});
     table.phase_function = every_kind;
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     const Table both = mixed(table, table);
     const TableView views[] = {table.view(), both.view().at({0.3})};

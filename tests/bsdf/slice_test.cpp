@@ -78,8 +78,8 @@ TEST(Slice, IsRightAtTheLimitsOfDepthAndAlbedo) {
 
 TEST(Slice, IsFiniteAtGrazingAndInvalidDirections) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, true});
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     const Slice slice = bind(table.view(), 3, 0.9);
     for (const float mu : {0.0f, 1e-30f, 1e-7f, -1.0f, 1.0f, 2.0f, std::nanf("")})
@@ -95,8 +95,8 @@ TEST(Slice, IsFiniteAtGrazingAndInvalidDirections) {
 
 TEST(Slice, HasOnlyTheRequestedEffects) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     const auto bound = [&](bool single, bool multiple, bool reflection, bool transmission) {
         Effects effects;
@@ -133,8 +133,8 @@ TEST(Slice, HasOnlyTheRequestedEffects) {
 
 TEST(Slice, WithDensityIsASliceOfTheEffectiveOpticalDepth) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     Effects dense;
     dense.density = 0.2;
@@ -150,8 +150,8 @@ TEST(Slice, WithDensityIsASliceOfTheEffectiveOpticalDepth) {
 
 TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     const double tau = 2, w = 0.9;
     const Slice plain = bind(table.view(), tau, w);
@@ -260,7 +260,7 @@ TEST(Slice, OverALowerBoundaryOnlyReflects) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.3);
     Table table = empty_table({3, 4, 6, 6, 13}, {0.5, 8, false});
     table.reflection_multiple =
-        samples_of(table, [](const Point& p) { return 0.1 + 0.05 * std::cos(p.azimuth); });
+        tabulate(table, [](const Point& p) { return 0.1 + 0.05 * std::cos(p.azimuth); });
     for (const LowerBoundary& boundary :
          {LowerBoundary::surface(0.4), LowerBoundary::layer(PhaseFunction::rayleigh(), 0.7)}) {
         table.lower_boundary = boundary;

@@ -33,8 +33,8 @@ Table every_kind() {
         "0.1*isotropic + 0.1*rayleigh + 0.1*anisotropic:x=0.5 + 0.2*lambert_sphere + "
         "0.2*henyey_greenstein:g=0.1 + 0.1*tabulated:points=0 1/90 0/180 0.25 + "
         "0.2*moments:chi=1 0.1");
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     return table;
 }
@@ -47,7 +47,7 @@ Table every_kind_over_ground() {
     return table;
 }
 
-Geometry geometry_of(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+Geometry geometry_at(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
 
 /// A function of a shared table at one point. New lookups are rows of `functions` below.
 struct Function {
@@ -58,16 +58,16 @@ struct Function {
 const Function functions[] = {
     {"Reflection",
      [](const Shared& shared, const Point& p) {
-         return reflection(shared.table.view(), p.albedo, p.optical_depth, geometry_of(p)).total();
+         return reflection(shared.table.view(), p.albedo, p.optical_depth, geometry_at(p)).total();
      }},
     {"Transmission",
      [](const Shared& shared, const Point& p) {
-         return transmission(shared.table.view(), p.albedo, p.optical_depth, geometry_of(p))
+         return transmission(shared.table.view(), p.albedo, p.optical_depth, geometry_at(p))
              .total();
      }},
     {"ReflectionOverGround",
      [](const Shared& shared, const Point& p) {
-         return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry_of(p))
+         return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry_at(p))
              .total();
      }},
     {"Bsdf",

@@ -34,7 +34,7 @@ std::vector<stratus::StackLayer> in_cpp(const stratus_layer* layers, std::size_t
     return all;
 }
 
-stratus_problem problem_of(const stratus_layer* layers, std::size_t count, int nodes = 12) {
+stratus_problem make_problem(const stratus_layer* layers, std::size_t count, int nodes = 12) {
     stratus_problem problem{};
     problem.size = sizeof problem;
     problem.layers = layers;
@@ -74,11 +74,11 @@ TEST(SolverInC, SolvesLayersAndStacks) {
                   STRATUS_OK)
             << stratus_last_error();
     };
-    stratus_problem problem = problem_of(haze_over_cloud, 2);
+    stratus_problem problem = make_problem(haze_over_cloud, 2);
     solve(problem);
     expect_same(stratus::solve_stack(in_cpp(haze_over_cloud, 2), {}, mu, options), geometries, r,
                 t);
-    problem = problem_of(haze_over_cloud + 1, 1);
+    problem = make_problem(haze_over_cloud + 1, 1);
     problem.orders = 3;
     options.orders = 3;
     solve(problem);
@@ -106,7 +106,7 @@ TEST(SolverInC, SolvesLayersAndStacks) {
 
 TEST(SolverInC, GivesFluxesThatConserveEnergy) {
     const stratus_layer white[2] = {{"rayleigh", 1, 0.5}, {"henyey_greenstein:g=0.5", 1, 1}};
-    stratus_problem problem = problem_of(white, 2);
+    stratus_problem problem = make_problem(white, 2);
     const double mu[3] = {0.1, 0.5, 1};
     double albedo[3], diffuse[3];
     stratus_fluxes uniform{};
@@ -126,7 +126,7 @@ TEST(SolverInC, GivesFluxesThatConserveEnergy) {
 }
 
 TEST(SolverInC, SolvesTheLightInside) {
-    const stratus_problem problem = problem_of(haze_over_cloud, 2, 24);
+    const stratus_problem problem = make_problem(haze_over_cloud, 2, 24);
     const double mu[2] = {0.3, 1}, levels[3] = {0, 0.1, 4.1};
     stratus_level_light light[3][2];
     double error = -1, albedo[2], diffuse[2];
@@ -151,7 +151,7 @@ TEST(SolverInC, SolvesTheLightInside) {
 TEST(SolverInC, HasGroundsBelow) {
     const std::vector<stratus_geometry> geometries{{0.5, 0.7, 3}, {0.9, 0.2, 0.4}};
     const std::vector<double> mu{0.5, 0.7, 0.9, 0.2};
-    stratus_problem problem = problem_of(haze_over_cloud, 1);
+    stratus_problem problem = make_problem(haze_over_cloud, 1);
     stratus::SolverOptions options;
     options.nodes = 12;
     std::vector<stratus_solved> r(2), t(2);
@@ -170,7 +170,7 @@ TEST(SolverInC, HasGroundsBelow) {
 }
 
 TEST(SolverInC, RefusesInWords) {
-    stratus_problem problem = problem_of(haze_over_cloud, 2);
+    stratus_problem problem = make_problem(haze_over_cloud, 2);
     const stratus_geometry good{0.5, 0.5, 0}, flat{0, 0.5, 0}, nowhere{0.5, 0.5, infinity};
     stratus_solved r{7, 7, 7};
     const auto refused = [&](const stratus_problem* of, const stratus_geometry* at,
@@ -330,7 +330,7 @@ TEST(BakerInC, BakesStacks) {
     ASSERT_EQ(stratus_table_describe(table, &info), STRATUS_OK);
     EXPECT_EQ(info.is_stack, 1);
     // The table against the solver, through the layers that it tells of.
-    const stratus_problem problem = problem_of(layers, count, 24);
+    const stratus_problem problem = make_problem(layers, count, 24);
     const stratus_geometry geometry{0.8, 0.4, 1};
     const stratus_point point{info.optical_depth.lowest, info.albedo.lowest, 0.8, 0.4, 1};
     stratus_scattered met{};

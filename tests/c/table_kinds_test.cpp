@@ -300,9 +300,9 @@ TEST(StacksInC, ScatterOnce) {
     float r = 0, t = 0;
     ASSERT_EQ(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, &r), STRATUS_OK);
     ASSERT_EQ(stratus_slice_transmission(slice, 0.5f, 0.7f, 1, &t), STRATUS_OK);
-    const double single = stratus::single_reflection_of(same, {0.5, 0.7, 1});
+    const double single = stratus::stack_single_reflection(same, {0.5, 0.7, 1});
     EXPECT_NEAR(static_cast<double>(r), single, 1e-5 * single);  // single precision
-    const double through = stratus::single_transmission_of(same, {0.5, 0.7, 1});
+    const double through = stratus::stack_single_transmission(same, {0.5, 0.7, 1});
     EXPECT_NEAR(static_cast<double>(t), through, 1e-5 * through);
     stratus_slice_free(slice);
 

@@ -19,7 +19,7 @@ namespace {
 
 using stratus::test::make_synthetic_table;
 
-stratus::test::SyntheticOptions options_of(const std::string& kind) {
+stratus::test::SyntheticOptions make_options(const std::string& kind) {
     stratus::test::SyntheticOptions options;
     if (kind == "full" || kind == "mixed" || kind == "family") {
         options.and_infinity = true;
@@ -37,7 +37,7 @@ stratus::test::SyntheticOptions options_of(const std::string& kind) {
 }
 
 stratus::Table table_of(const std::string& kind) {
-    stratus::test::SyntheticOptions options = options_of(kind);
+    stratus::test::SyntheticOptions options = make_options(kind);
     const stratus::Table table = make_synthetic_table(options);
     if (kind != "mixed" && kind != "family") return table;
     options.phase_function = "isotropic";

@@ -98,7 +98,7 @@ Ring random_ring(const Mode& mode, std::mt19937& random) {
     return {albedo * share, albedo * (1 - share), depth, g2};
 }
 
-FitOptions options_of(const Mode& mode, const Ring& ring) {
+FitOptions make_options(const Mode& mode, const Ring& ring) {
     FitOptions options;
     options.density = mode.circumstances.density;
     options.opposition = mode.circumstances.opposition;
@@ -125,7 +125,7 @@ TEST_P(FitCoverage, IsNominal) {
         const Ring ring = random_ring(mode, random);
         std::vector<Observation> views = mode.views;
         test::solve_views(ring, views, mode.circumstances);
-        const FitOptions options = options_of(mode, ring);
+        const FitOptions options = make_options(mode, ring);
         free = free_parameters(*model, views, options);
         const std::array<double, fit_parameters> truth{ring.optical_depth, ring.w1, ring.w2, 0,
                                                        ring.g2};

@@ -102,7 +102,7 @@ class Damaged : public testing::TestWithParam<Format> {
     }
 
     const Table table = small_table();
-    const io::Bytes whole = GetParam().encode(table, io::metadata_of(table));
+    const io::Bytes whole = GetParam().encode(table, io::make_metadata(table));
     const bool hdf5 = std::string_view(GetParam().name) == "h5";
     int accepted = 0;
 };

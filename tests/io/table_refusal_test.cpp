@@ -144,7 +144,7 @@ Table mixed_table() {
 /// Writes a table whose metadata was changed, with the checksum that belongs to the changed one.
 void write_changed(const fs::path& path, const std::function<void(Metadata&)>& change,
                    const Table& table = sample_table()) {
-    Metadata metadata = io::metadata_of(table);
+    Metadata metadata = io::make_metadata(table);
     change(metadata);
     const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;
     io::write_bytes(path, encode(table, metadata));
@@ -333,7 +333,7 @@ TEST_P(InvalidTable, IsRefusedDespiteValidChecksums) {
     const TemporaryFolder folder;
     Table table = sample_table();
     GetParam().change(table);
-    const Metadata metadata = io::metadata_of(table);
+    const Metadata metadata = io::make_metadata(table);
     for (const char* name : {"table.h5", "table.exr"}) {
         const fs::path path = folder / name;
         const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;

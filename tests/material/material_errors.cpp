@@ -78,11 +78,11 @@ void report_slice(const Stack& stack, const std::vector<Expected>& all) {
         R.add(reflection(mu_in, mu_out, azimuth), at.reflection);
         T.add(transmission(mu_in, mu_out, azimuth), at.transmission);
         R_with_single.add(
-            rest(mu_in, mu_out, azimuth) + single_reflection_of(stack.layers, at.geometry),
+            rest(mu_in, mu_out, azimuth) + stack_single_reflection(stack.layers, at.geometry),
             at.reflection);
-        T_with_single.add(
-            rest_of_T(mu_in, mu_out, azimuth) + single_transmission_of(stack.layers, at.geometry),
-            at.transmission);
+        T_with_single.add(rest_of_T(mu_in, mu_out, azimuth) +
+                              stack_single_transmission(stack.layers, at.geometry),
+                          at.transmission);
     }
     print("reflection", R);
     print("transmission", T);

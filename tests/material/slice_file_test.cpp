@@ -22,7 +22,7 @@ struct Row {
     double median, most;  // 99 %
 };
 
-std::string name_of(const testing::TestParamInfo<Row>& row) { return row.param.name; }
+std::string row_name(const testing::TestParamInfo<Row>& row) { return row.param.name; }
 
 class SliceFile : public testing::TestWithParam<Row> {};
 
@@ -34,7 +34,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Row{"Deep", layer("rayleigh", 1, infinity), 3e-4, 3e-3},
                     Row{"OverGround", over(layer("henyey_greenstein:g=0.5", 0.9, 2), 0.3), 3e-4,
                         3e-3}),
-    name_of);
+    row_name);
 
 TEST_P(SliceFile, IsTheSolverAtRandomPairs) {
     const Stack& stack = GetParam().stack;

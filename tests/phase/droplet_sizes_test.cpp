@@ -32,7 +32,7 @@ Droplets droplets_of(const PhaseFunction& phi) {
 /// Effective radius (um) and variance of the spheres that stand for droplets [HT74] 2.53, 2.54.
 EffectiveSize summed_size(const Droplets& droplets) {
     double area = 0, volume = 0, spread = 0;
-    const std::vector<SphereSize> sizes = sizes_of(droplets);
+    const std::vector<SphereSize> sizes = sphere_sizes(droplets);
     for (const SphereSize& size : sizes) {
         area += size.number * size.x * size.x;
         volume += size.number * size.x * size.x * size.x;

@@ -101,7 +101,7 @@ TEST(MieAmplitudes, HaveTheSameBitsOnEveryProcessor) {
     const std::vector<double> widest = value();
     for (const auto set : {InstructionSet::generic, InstructionSet::avx2}) {
         const InstructionSetLimit limit(set);
-        EXPECT_EQ(value(), widest) << name_of(set);
+        EXPECT_EQ(value(), widest) << instruction_set_name(set);
     }
 }
 
@@ -144,7 +144,7 @@ TEST(MieCoefficients, BecomeRayleighsForSmallSpheres) {
 
 TEST(SphereScattering, HasTheMomentsOfItsCrossSections) {
     const SphereScattering spheres =
-        scattering_of({{3, 1}, {20, 0.5}, {21.5, 0.25}, {80, 0.1}, {400, 0.01}}, {1.35, 1e-3});
+        sphere_scattering({{3, 1}, {20, 0.5}, {21.5, 0.25}, {80, 0.1}, {400, 0.01}}, {1.35, 1e-3});
     EXPECT_EQ(spheres.moments[0], 1);
     EXPECT_NEAR(spheres.moments[1], spheres.total.asymmetry(), 1e-12);
 }
@@ -154,7 +154,7 @@ class SumOfSpheres : public testing::TestWithParam<std::vector<SphereSize>> {};
 TEST_P(SumOfSpheres, IsWhatTheyScatterAlone) {
     const Complex m(1.35, 1e-3);
     const std::vector<SphereSize>& sizes = GetParam();
-    const PhaseFunction phi = PhaseFunction::from_moments(scattering_of(sizes, m).moments);
+    const PhaseFunction phi = PhaseFunction::from_moments(sphere_scattering(sizes, m).moments);
     double scattering = 0;
     for (const SphereSize& size : sizes)
         scattering += size.number * cross_sections(size.x, mie_coefficients(size.x, m)).scattering;
@@ -206,7 +206,7 @@ TEST(SizesOf, HaveTheEffectiveRadiusAndVarianceAskedFor) {
             droplets.effective_radius = 2 * 0.55 / (2 * pi);  // size parameter 2
             droplets.effective_variance = variance;
             droplets.distribution = distribution;
-            const auto [radius, met] = effective_size(sizes_of(droplets));
+            const auto [radius, met] = effective_size(sphere_sizes(droplets));
             EXPECT_NEAR(radius / 2, 1, 1e-5) << variance;  // 1e-7 of each end is left out
             EXPECT_NEAR(met / variance, 1, 1e-3) << variance;
         }
@@ -217,10 +217,10 @@ TEST(SizesOf, AreDenseEnough) {
     // mie.h states.
     const PhaseFunction phi = parse_phase_function(cloud_text);
     const Droplets droplets = std::get<Mie>(phi.terms()[0].second).droplets;
-    const PhaseFunction finer =
-        PhaseFunction::from_moments(scattering_of(sizes_of(droplets, 4 * sizes_of_a_distribution),
-                                                  index_of_refraction(droplets))
-                                        .moments);
+    const PhaseFunction finer = PhaseFunction::from_moments(
+        sphere_scattering(sphere_sizes(droplets, 4 * sizes_of_a_distribution),
+                          index_of_refraction(droplets))
+            .moments);
     double worst = 0, squares = 0;
     const int angles = 720;
     for (int i = 0; i <= angles; ++i) {
@@ -320,7 +320,7 @@ TEST(SizesOf, AbsorbAsRaysDoWhereDropletsAreLarge) {
     droplets.effective_radius = 100;
     droplets.effective_variance = 0.1;
     double absorption = 0, expected = 0;
-    for (const SphereSize& size : sizes_of(droplets, 500)) {
+    for (const SphereSize& size : sphere_sizes(droplets, 500)) {
         const CrossSections sphere = cross_sections(size.x, mie_coefficients(size.x, {n, k}));
         absorption += size.number * (sphere.extinction - sphere.scattering);
         expected += size.number * sphere.area * 8.0 / 3 * k * size.x *

@@ -239,13 +239,13 @@ TEST(CommonRecipe, CoversBothDirectionsOfView) {
 TEST(NeededRecipe, HasAMixtureAxisForRings) {
     const Recipe recipe = *needed_recipe(small_rings(1));
     ASSERT_TRUE(is_mixture_alone(recipe));
-    EXPECT_NEAR(mixture_of(recipe)->min, 0.5, 1e-15);
-    EXPECT_NEAR(mixture_of(recipe)->max, 0.5 / 0.6, 1e-15);
+    EXPECT_NEAR(mixture_range(recipe)->min, 0.5, 1e-15);
+    EXPECT_NEAR(mixture_range(recipe)->max, 0.5 / 0.6, 1e-15);
     EXPECT_EQ(recipe.phase_function.text(), "lambert_sphere");
     EXPECT_EQ(recipe.second_phase_function.text(), "henyey_greenstein:g=0.5");
     Scene even = small_rings(1);
     std::get<Rings>(even.subject).profile.w2 = {0.5, 0.3};
-    EXPECT_EQ(mixture_of(*needed_recipe(even)), nullptr);  // one mixture everywhere: their sum
+    EXPECT_EQ(mixture_range(*needed_recipe(even)), nullptr);  // one mixture everywhere: their sum
     EXPECT_FALSE(common_recipe(recipe, *needed_recipe(even)));
 }
 

@@ -95,7 +95,8 @@ TEST(Noise, IsPerlinsOnEveryProcessor) {
             const double far = k % 4 == 3 ? 1e12 : 1;  // where cells pass 2^32
             const Vector3 point{far * (0.37 * k - 300), far * (200 - 0.171 * k), 0.5 - 0.03 * k};
             const auto seed = static_cast<unsigned>(k % 7);
-            ASSERT_EQ(noise(point, seed), plain_noise(point, seed)) << name_of(set) << ' ' << k;
+            ASSERT_EQ(noise(point, seed), plain_noise(point, seed))
+                << instruction_set_name(set) << ' ' << k;
         }
     }
 }

@@ -51,12 +51,12 @@ inline Table table_of(const Kind& kind) {
         table.mu_out = make_axis(table.mu_out.scale, 0.2, 0.8, 7);
         table.azimuth = make_axis(AxisScale::square_root, 0.3, 2, kind.azimuths);
     }
-    table.reflection_multiple = samples_of(table, [&](const Point& p) {
+    table.reflection_multiple = tabulate(table, [&](const Point& p) {
         return over ? 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p)
                     : small_table_reflection_scale(p) * shape(p);
     });
     if (!over && !kind.one_side)
-        table.transmission_multiple = samples_of(table, [](const Point& p) {
+        table.transmission_multiple = tabulate(table, [](const Point& p) {
             return std::isinf(p.optical_depth) ? 0 : small_table_transmission_scale(p) * shape(p);
         });
     table.path_law = PathOrders::of(table.phase_function);

@@ -25,7 +25,7 @@ namespace {
 using test::differences, test::Differences, test::droplets, test::Kind, test::kinds, test::Light,
     test::Lookup, test::stacks, test::table_of;
 
-std::string name_of(const testing::TestParamInfo<Kind>& row) { return row.param.name; }
+std::string row_name(const testing::TestParamInfo<Kind>& row) { return row.param.name; }
 
 std::vector<Light> as_cxx(const PackedTable& table, const std::vector<Lookup>& lookups) {
     shader::AsCxx shader(shader_textures(table));
@@ -49,8 +49,8 @@ TEST_P(ShaderOf, IsTheRuntimeAsCxx) {
     EXPECT_LE(off.worst, 1e-4);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, ShaderOf, testing::ValuesIn(kinds()), name_of);
-INSTANTIATE_TEST_SUITE_P(Stacks, ShaderOf, testing::ValuesIn(stacks()), name_of);
+INSTANTIATE_TEST_SUITE_P(Kinds, ShaderOf, testing::ValuesIn(kinds()), row_name);
+INSTANTIATE_TEST_SUITE_P(Stacks, ShaderOf, testing::ValuesIn(stacks()), row_name);
 
 TEST(Shader, IsTheRuntimeBehindDeepDroplets) {
     Table path_law_alone = table_of(droplets);
@@ -99,7 +99,7 @@ TEST(Shader, TakesOneMixtureOfATable) {
 constexpr Medium<3> three_layers{{0.4, 1, 6}, {0.9, 0.7, 0.99}};
 
 /// What is bound: of a stack itself.
-Medium<3> medium_of(const PackedTable& table) {
+Medium<3> make_medium(const PackedTable& table) {
     if (!table.view().is_stack()) return three_layers;
     const double depth = table.view().optical_depth.lowest, albedo = table.view().albedo.lowest;
     return {{depth, depth, depth}, {albedo, albedo, albedo}};
@@ -107,7 +107,7 @@ Medium<3> medium_of(const PackedTable& table) {
 
 std::vector<ShaderTexture> with_layer(const PackedTable& table) {
     std::vector<ShaderTexture> textures = shader_textures(table);
-    textures.push_back(shader_layer(table, medium_of(table)));
+    textures.push_back(shader_layer(table, make_medium(table)));
     return textures;
 }
 
@@ -117,7 +117,7 @@ class ShaderLayerOf : public testing::TestWithParam<Kind> {};
 TEST_P(ShaderLayerOf, IsTheTableAtThatLayer) {
     const PackedTable table(pack(table_of(GetParam())));
     shader::AsCxx shader(with_layer(table));
-    const Medium<3> medium = medium_of(table);
+    const Medium<3> medium = make_medium(table);
     for (const Lookup& at : test::random_lookups(table, 300)) {
         const auto r = shader.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth);
         const auto t = shader.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth);
@@ -141,7 +141,7 @@ TEST_P(ShaderLayerOf, IsTheTableAtThatLayer) {
 
 TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
     const PackedTable table(pack(table_of(GetParam())));
-    const RgbBsdf bsdf(RgbSlice(table.view(), medium_of(table)));
+    const RgbBsdf bsdf(RgbSlice(table.view(), make_medium(table)));
     shader::AsCxx shader(with_layer(table));
     EXPECT_EQ(shader.stratus_is_peaked(), std::string(GetParam().name) == "droplets");
     for (const Lookup& at : test::random_lookups(table, 300)) {
@@ -174,13 +174,13 @@ TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
 INSTANTIATE_TEST_SUITE_P(Kinds, ShaderLayerOf,
                          testing::Values(kinds()[0], kinds()[1], kinds()[2], kinds()[3], kinds()[5],
                                          kinds()[6], stacks()[0], stacks()[1], droplets),
-                         name_of);
+                         row_name);
 
 class FilteredLayerOf : public testing::TestWithParam<Kind> {};
 
 /// At the same directions by the runtime: R, T of all orders of the first and the last colour.
 std::vector<Light> filtered_light(const PackedTable& table, const std::vector<Lookup>& lookups) {
-    const Medium<3> medium = medium_of(table);
+    const Medium<3> medium = make_medium(table);
     std::vector<Light> all;
     for (const Lookup& at : lookups) {
         const Geometry along{double{at.mu_in}, double{at.mu_out}, double{at.azimuth}};
@@ -210,7 +210,7 @@ double share_off(const std::vector<Light>& found, const std::vector<Light>& expe
 
 TEST_P(FilteredLayerOf, IsTheTableAtThatLayerByEightFetches) {
     const PackedTable table(pack(table_of(GetParam())));
-    const FilteredLight layer = filtered_layer(table, medium_of(table));
+    const FilteredLight layer = filtered_layer(table, make_medium(table));
     EXPECT_LE(layer.usual_error, 2e-3);
     shader::FilteredAsCxx shader(layer);
     const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
@@ -231,7 +231,7 @@ TEST_P(FilteredLayerOf, IsTheTableAtThatLayerByEightFetches) {
 INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayerOf,
                          testing::Values(kinds()[0], kinds()[1], kinds()[2], kinds()[3], kinds()[5],
                                          kinds()[6], kinds()[8], stacks()[0], stacks()[2]),
-                         name_of);
+                         row_name);
 
 class FilteredLayersOf : public testing::TestWithParam<Kind> {};
 
@@ -272,7 +272,7 @@ TEST_P(FilteredLayersOf, AreTheTableBy27Fetches) {
 INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayersOf,
                          testing::Values(kinds()[0], kinds()[1], kinds()[3], kinds()[5], kinds()[6],
                                          kinds()[8]),
-                         name_of);
+                         row_name);
 
 TEST(Shader, HasFilteredLayersWithoutEnd) {
     const PackedTable table(pack(table_of(kinds()[0])));
@@ -293,7 +293,7 @@ TEST(Shader, HasFilteredLayersOfFewAzimuths) {
         Kind few = kinds()[0];
         few.azimuths = azimuths;
         const PackedTable table(pack(table_of(few)));
-        const FilteredLight layer = filtered_layer(table, medium_of(table));
+        const FilteredLight layer = filtered_layer(table, make_medium(table));
         EXPECT_LE(layer.usual_error, 2e-3) << azimuths << " azimuths";
     }
 }
@@ -307,7 +307,7 @@ TEST(Shader, RefusesWhatItDoesNotRead) {
     expect_refusal<std::invalid_argument>([&] { shader_layer(narrowed, three_layers); },
                                           {"shader", "TABLE", "narrowed"});
     const PackedTable rings(pack(table_of(kinds()[0])));
-    const FilteredLight layer = filtered_layer(rings, medium_of(rings));
+    const FilteredLight layer = filtered_layer(rings, make_medium(rings));
     const PackedTable stack(pack(table_of(stacks()[0])));
     expect_refusal<std::invalid_argument>([&] { filtered_layers(stack); },
                                           {"shader", "TABLE", "of one layer", "a stack"});
@@ -324,7 +324,7 @@ TEST(Shader, RefusesWhatItDoesNotRead) {
 #ifdef STRATUS_RUN_CHROMIUM
 TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
     const PackedTable table(pack(table_of(kinds()[0])));
-    const RgbBsdf bsdf(RgbSlice(table.view(), medium_of(table)));
+    const RgbBsdf bsdf(RgbSlice(table.view(), make_medium(table)));
     const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
     const std::vector<Light> found = test::by_browser(with_layer(table), lookups, R"glsl(
         vec3 wi = vec3(sqrt((1.0 - along.x) * (1.0 + along.x)), 0.0, along.x);
@@ -350,7 +350,7 @@ TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
 
 TEST(ShaderInABrowser, FiltersABoundLayer) {
     const PackedTable table(pack(table_of(kinds()[0])));
-    const FilteredLight layer = filtered_layer(table, medium_of(table));
+    const FilteredLight layer = filtered_layer(table, make_medium(table));
     const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
     const std::vector<Light> found = test::by_browser(layer.textures, lookups, R"glsl(
         StratusColours r = stratus_layer_reflection(along.x, along.y, along.z);
@@ -385,7 +385,7 @@ TEST_P(ShaderInABrowserOf, IsTheRuntime) {
 INSTANTIATE_TEST_SUITE_P(Kinds, ShaderInABrowserOf,
                          testing::Values(kinds()[0], kinds()[3], kinds()[6], stacks()[0],
                                          stacks()[2]),
-                         name_of);
+                         row_name);
 #endif
 
 }  // namespace

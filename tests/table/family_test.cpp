@@ -43,10 +43,9 @@ Table family_table(const std::vector<FamilyAxis>& axes, const PhaseFunction& fir
         const auto add = [](std::vector<float>& all, const std::vector<float>& more) {
             all.insert(all.end(), more.begin(), more.end());
         };
-        add(table.reflection_multiple, samples_of(one, [&](const Point& p) {
-                return level * small_table_reflection_scale(p);
-            }));
-        add(table.transmission_multiple, samples_of(one, [&](const Point& p) {
+        add(table.reflection_multiple,
+            tabulate(one, [&](const Point& p) { return level * small_table_reflection_scale(p); }));
+        add(table.transmission_multiple, tabulate(one, [&](const Point& p) {
                 return level * small_table_transmission_scale(p);
             }));
         table.diffusion_exponent.insert(table.diffusion_exponent.end(),
@@ -164,7 +163,7 @@ TEST(Family, HasATableOfItsOwnAtEveryPoint) {
 
 TEST(Family, TellsTheValuesOfItsParameters) {
     const auto of = [](const char* text, PhaseParameter parameter) {
-        return parameter_of(parse_phase_function(text), parameter);
+        return find_parameter(parse_phase_function(text), parameter);
     };
     EXPECT_EQ(of("0.5*isotropic + 0.5*henyey_greenstein:g=0.4", PhaseParameter::g), 0.4);
     const char* const droplets = "mie:radius=3um,variance=0.2,wavelength=650nm";

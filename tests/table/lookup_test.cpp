@@ -330,13 +330,13 @@ TEST(Lookup, ClampsCosinesAndAlbedoOfTheMultiplePartAlone) {
 
 TEST(Lookup, OfASideThatIsMissingIsSingleScattering) {
     Table table = empty_table(five_each, shallow);
-    table.transmission_multiple = samples_of(table, transmitted_cubic);
+    table.transmission_multiple = tabulate(table, transmitted_cubic);
     prepare(table);
     const Point p{0.7, 2, 0.4, 0.6, 1};
     EXPECT_EQ(look_up_reflection(table.view(), p).multiple, 0);
     EXPECT_GT(look_up_reflection(table.view(), p).single, 0);
     EXPECT_GT(look_up_transmission(table.view(), p).multiple, 0);
-    table.reflection_multiple = samples_of(table, reflected_cubic);
+    table.reflection_multiple = tabulate(table, reflected_cubic);
     table.transmission_multiple.clear();
     EXPECT_GT(look_up_reflection(table.view(), p).multiple, 0);
     EXPECT_EQ(look_up_transmission(table.view(), p).multiple, 0);

@@ -19,9 +19,9 @@ Table level_table(double level, double g) {
     Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true});
     table.phase_function = PhaseFunction::henyey_greenstein(g);
     table.reflection_multiple =
-        samples_of(table, [&](const Point& p) { return level * small_table_reflection_scale(p); });
-    table.transmission_multiple = samples_of(
-        table, [&](const Point& p) { return level * small_table_transmission_scale(p); });
+        tabulate(table, [&](const Point& p) { return level * small_table_reflection_scale(p); });
+    table.transmission_multiple =
+        tabulate(table, [&](const Point& p) { return level * small_table_transmission_scale(p); });
     prepare(table);
     return table;
 }

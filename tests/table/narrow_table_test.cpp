@@ -52,8 +52,8 @@ Table table_of(const Directions& directions, bool to_infinity = true) {
     table.mu_in = directions.mu_in;
     table.mu_out = directions.mu_out;
     table.azimuth = directions.azimuth;
-    table.reflection_multiple = samples_of(table, narrow_reflected);
-    table.transmission_multiple = samples_of(table, narrow_transmitted);
+    table.reflection_multiple = tabulate(table, narrow_reflected);
+    table.transmission_multiple = tabulate(table, narrow_transmitted);
     prepare(table);
     return table;
 }
@@ -175,7 +175,7 @@ TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
     }
     for (const bool reflects : {true, false}) {
         const PackedPoints points{numbers[0].data(), numbers[1].data(), numbers[2].data(),
-                                    numbers[3].data(), numbers[4].data(), at.size()};
+                                  numbers[3].data(), numbers[4].data(), at.size()};
         if (reflects)
             packed.reflection(points, total.data());
         else

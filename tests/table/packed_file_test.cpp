@@ -36,8 +36,8 @@ Table small(const char* phase = "henyey_greenstein:g=0.5") {
     table.phase_function = parse_phase_function(phase);
     table.tolerance = 1e-3;
     table.attributes["title"] = "small";
-    table.reflection_multiple = samples_of(table, packed_reflected);
-    table.transmission_multiple = samples_of(table, packed_transmitted);
+    table.reflection_multiple = tabulate(table, packed_reflected);
+    table.transmission_multiple = tabulate(table, packed_transmitted);
     prepare(table);
     return table;
 }

@@ -39,8 +39,8 @@ Table packable(const Counts& counts, const Depths& depths, const char* phase = "
     Table table = empty_table(counts, depths);
     table.phase_function = parse_phase_function(phase);
     table.tolerance = small_table_tolerance;
-    table.reflection_multiple = samples_of(table, reflected);
-    table.transmission_multiple = samples_of(table, transmitted);
+    table.reflection_multiple = tabulate(table, reflected);
+    table.transmission_multiple = tabulate(table, transmitted);
     prepare(table);
     return table;
 }
@@ -136,8 +136,8 @@ Table forward_filled() {
         table.diffusion_exponent[a] = small_table_exponent(table.albedo.values[a]);
     table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
     table.tolerance = small_table_tolerance;
-    table.reflection_multiple = samples_of(table, reflected);
-    table.transmission_multiple = samples_of(table, transmitted);
+    table.reflection_multiple = tabulate(table, reflected);
+    table.transmission_multiple = tabulate(table, transmitted);
     prepare(table);
     return table;
 }
@@ -260,7 +260,7 @@ TEST_P(PackedTableInstructionSets, AgreeWithTheGenericOne) {
 INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets,
                          testing::Values(InstructionSet::generic, InstructionSet::avx2,
                                          InstructionSet::avx512),
-                         [](const auto& row) { return name_of(row.param); });
+                         [](const auto& row) { return instruction_set_name(row.param); });
 
 TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
     const Table table = packable(usual, to_infinity);
@@ -329,7 +329,7 @@ TEST_P(PackedTableOverBoundary, AgreeWithLookups) {
     table.phase_function = PhaseFunction::henyey_greenstein(0.5);
     table.tolerance = small_table_tolerance;
     table.lower_boundary = GetParam();
-    table.reflection_multiple = samples_of(table, reflected_over);
+    table.reflection_multiple = tabulate(table, reflected_over);
     prepare(table);
     expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 400, 0.005, 40));
 }

@@ -62,7 +62,7 @@ inline Table empty_table(const Counts& counts, const Depths& depths) {
 
 using FunctionOfPoint = std::function<double(const Point&)>;
 
-inline std::vector<float> samples_of(const Table& table, const FunctionOfPoint& function) {
+inline std::vector<float> tabulate(const Table& table, const FunctionOfPoint& function) {
     std::vector<float> samples;
     samples.reserve(table.sample_count());
     for (const double w : table.albedo.values)
@@ -78,8 +78,8 @@ inline std::vector<float> samples_of(const Table& table, const FunctionOfPoint& 
 inline Table filled(const Counts& counts, const Depths& depths, const FunctionOfPoint& reflected,
                     const FunctionOfPoint& transmitted) {
     Table table = empty_table(counts, depths);
-    table.reflection_multiple = samples_of(table, reflected);
-    table.transmission_multiple = samples_of(table, transmitted);
+    table.reflection_multiple = tabulate(table, reflected);
+    table.transmission_multiple = tabulate(table, transmitted);
     prepare(table);
     return table;
 }
@@ -131,9 +131,9 @@ inline Table smooth_table(bool with_azimuth, AxisScale azimuth_scale = AxisScale
                0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *
                    std::cos(p.azimuth);
     };
-    table.reflection_multiple = samples_of(
+    table.reflection_multiple = tabulate(
         table, [&](const Point& p) { return small_table_reflection_scale(p) * varied(p); });
-    table.transmission_multiple = samples_of(table, [&](const Point& p) {
+    table.transmission_multiple = tabulate(table, [&](const Point& p) {
         return std::isinf(p.optical_depth) ? 0.0 : small_table_transmission_scale(p) * varied(p);
     });
     if (!with_azimuth) table.phase_function = PhaseFunction::isotropic();

@@ -17,8 +17,8 @@ namespace {
 
 Table good_table() {
     Table table = empty_table({3, 4, 2, 5, 6}, {0.5, 32, true});
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     table.plane_albedo.assign(3 * 5 * 2, 0.5f);
     table.diffuse_transmittance.assign(3 * 5 * 2, 0.25f);
     table.spherical_albedo.assign(3 * 5, 0.5f);
@@ -62,7 +62,7 @@ TEST(Prepare, ComputesCosineWeightsAtEveryDepth) {
 TEST(Prepare, DropsSamplesBelowTheRangeOfFloat) {
     Table table = empty_table({2, 3, 1, 1, 1}, {1, 1024, false});
     table.albedo.values[0] = 0;
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     EXPECT_GT(table.reflection_weight[0], 1);    // albedo 0 scatters nothing, but weighs
     EXPECT_GT(table.transmission_weight[5], 1);  // albedo 1: 0.7 / 1024.7

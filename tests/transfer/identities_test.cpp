@@ -261,7 +261,7 @@ TEST_P(InstructionSets, GiveTheSameValues) {
 INSTANTIATE_TEST_SUITE_P(Each, InstructionSets,
                          testing::Values(InstructionSet::generic, InstructionSet::avx2,
                                          InstructionSet::avx512),
-                         [](const auto& row) { return name_of(row.param); });
+                         [](const auto& row) { return instruction_set_name(row.param); });
 
 TEST(SolveLayer, AgreesWithAndWithoutTruncation) {
     const struct {

@@ -104,8 +104,8 @@ void check_directions(const Recipe& recipe);
 Recipe at_member(const Recipe& recipe, const FamilyPoint& point);
 
 /// A recipe's range of mixtures with a second phase function, to be widened; null where it has none.
-Range* mixture_of(Recipe& recipe) noexcept;
-const Range* mixture_of(const Recipe& recipe) noexcept;
+Range* mixture_range(Recipe& recipe) noexcept;
+const Range* mixture_range(const Recipe& recipe) noexcept;
 
 /// True where its family is the mixtures of two phase functions and nothing else.
 bool is_mixture_alone(const Recipe& recipe) noexcept;

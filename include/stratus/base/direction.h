@@ -41,7 +41,7 @@ struct SidedGeometry {
 ///          which the rounding of printed angles explains; it then counts as the end of the range.
 /// Sign     the phase angle is 180 degrees less the scattering angle: 0 with the light in the back.
 /// Errors   std::invalid_argument naming `caller`, argument, range and value.
-SidedGeometry geometry_of(const ObservedAngles& angles, const char* caller);
+SidedGeometry observed_geometry(const ObservedAngles& angles, const char* caller);
 
 /// A direction in the local frame of a surface, z along its normal; of unit length, to which no
 /// lookup brings it, pointing away from the surface: towards the light, or towards the eye.

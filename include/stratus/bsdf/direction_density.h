@@ -91,7 +91,7 @@ class DirectionDensity {
     template <class Grid, Side side>
     Direction draw(const DrawnLine& given) const noexcept;
     template <class Grid>
-    Direction sample_of(const Inclination& in, float u1, float u2, float u3) const noexcept;
+    Direction sample_grid(const Inclination& in, float u1, float u2, float u3) const noexcept;
     float lobe_pdf(Side side, const Inclination& in, const Inclination& out,
                    const HalfAzimuth& half) const noexcept;
     float peaked_pdf(Side side, const Inclination& in, const Inclination& out,

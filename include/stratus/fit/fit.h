@@ -96,7 +96,7 @@ constexpr double refusing_probability = 1e-3;
 std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& model);
 
 /// Parameters that the model has: albedos, the optical depth, asymmetries, and what its family varies.
-std::vector<FitParameter> fit_parameters_of(const LayerModel& model);
+std::vector<FitParameter> model_parameters(const LayerModel& model);
 
 /// True for parameters that the model has, and that are neither held nor known of the observations.
 std::array<bool, fit_parameters> free_parameters(const LayerModel& model,

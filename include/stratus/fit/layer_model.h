@@ -72,7 +72,7 @@ inline constexpr std::array<double LayerParameters::*, fit_parameters> layer_fie
     &LayerParameters::variance};
 
 /// The parameter that an axis of a family varies; none for `mixture`, which w1 and w2 determine.
-std::optional<FitParameter> fit_parameter_of(PhaseParameter parameter) noexcept;
+std::optional<FitParameter> to_fit_parameter(PhaseParameter parameter) noexcept;
 
 struct Interval {
     double low, high;

@@ -41,11 +41,11 @@ double single_transmission_through(const Surroundings& around, double phase_valu
                                    double optical_depth, double mu_in, double mu_out) noexcept;
 
 /// R of order 1 of all layers, without what they lie on.
-double single_reflection_of(const std::vector<StackLayer>& layers,
-                            const Geometry& geometry) noexcept;
+double stack_single_reflection(const std::vector<StackLayer>& layers,
+                               const Geometry& geometry) noexcept;
 
 /// Diffuse T of order 1 of all layers; 0 at infinite depth. Not symmetric in the two cosines.
-double single_transmission_of(const std::vector<StackLayer>& layers,
-                              const Geometry& geometry) noexcept;
+double stack_single_transmission(const std::vector<StackLayer>& layers,
+                                 const Geometry& geometry) noexcept;
 
 }  // namespace stratus

@@ -172,8 +172,8 @@ class PathSheet {
     std::size_t sample_count() const noexcept { return samples_.size(); }
 
     /// The view of samples that lie elsewhere.
-    static PathSheetView view_of(const float* samples, float offset, int angles,
-                                 int depths) noexcept;
+    static PathSheetView make_view(const float* samples, float offset, int angles,
+                                   int depths) noexcept;
 
   private:
     float offset_ = 1;

@@ -135,7 +135,7 @@ std::size_t member_count(const std::vector<FamilyAxis>& axes) noexcept;
 FamilyPoint member_at(const std::vector<FamilyAxis>& axes, std::size_t member);
 
 /// Where all axes end.
-std::vector<FamilyPoint> corners_of(std::vector<FamilyAxis> axes);
+std::vector<FamilyPoint> family_corners(std::vector<FamilyAxis> axes);
 
 /// Clamped to ranges; discrete values must be met to 1e-7 of them, or the weights are not-a-number.
 FamilyStencil family_stencil(const std::vector<FamilyAxis>& axes, const FamilyPoint& at) noexcept;

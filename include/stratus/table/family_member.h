@@ -20,6 +20,6 @@ Table table_at(const Table& table, const FamilyPoint& point);
 
 /// The value of a parameter, in the only term that has it; none without such a term, with several,
 /// and for `mixture`. The inverse of with_parameter.
-std::optional<double> parameter_of(const PhaseFunction& phase_function, PhaseParameter parameter);
+std::optional<double> find_parameter(const PhaseFunction& phase_function, PhaseParameter parameter);
 
 }  // namespace stratus

@@ -29,17 +29,17 @@ struct SlicePlace {
 };
 
 template <class F>
-STRATUS_INLINE F place_of(const SlicePlaces& places, int axis, F coordinate) {
+STRATUS_INLINE F place_along(const SlicePlaces& places, int axis, F coordinate) {
     return clamped(coordinate * places.scale[axis] + places.offset[axis], 0.0f, places.last[axis]);
 }
 
 template <bool azimuthal, int channels, class F>
 STRATUS_INLINE auto slice_place(const SliceSide<channels>& side, const LightPathOf<F>& path) {
-    Pair<F> cosines(place_of(side.places, 0, mu_coordinate(path.mu_in())),
-                    place_of(side.places, 1, mu_coordinate(path.mu_out())));
+    Pair<F> cosines(place_along(side.places, 0, mu_coordinate(path.mu_in())),
+                    place_along(side.places, 1, mu_coordinate(path.mu_out())));
     if (side.symmetric) cosines = higher_first(cosines);
     const auto mu = axis_place(cosines.first()), other = axis_place(cosines.second()),
-               azimuth = axis_place(place_of(side.places, 2, square_root(path.half_azimuth)));
+               azimuth = axis_place(place_along(side.places, 2, square_root(path.half_azimuth)));
     return SlicePlace<F, decltype(mu.sample + 0)>{mu, other, azimuth};
 }
 
@@ -87,7 +87,7 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
     auto row = mu.sample * (side.columns * column) + other.sample * column;
     auto next = row + side.columns * column;
     if (side.symmetric) {
-        row = (half_of(mu.sample * (mu.sample + 3)) + other.sample) * column;
+        row = (halved(mu.sample * (mu.sample + 3)) + other.sample) * column;
         next = row + (mu.sample + 2) * column;
     }
     for (int c = 0; c < channel_steps<channels, F>; ++c) {

@@ -85,9 +85,9 @@ void check(const Droplets& droplets) {
             index.real());
     const double x = 2 * pi * effective_size(droplets).radius / droplets.wavelength;
     require(x >= 1e-4, mie_caller, "2 pi radius / wavelength", "at least 1e-4", x);
-    require(radii_of(droplets).max * x <= max_size_parameter, mie_caller,
+    require(radius_range(droplets).max * x <= max_size_parameter, mie_caller,
             "2 pi radius / wavelength of the largest droplet", "at most 10000",
-            radii_of(droplets).max * x);
+            radius_range(droplets).max * x);
 }
 
 // ---- Values between angles
@@ -138,7 +138,7 @@ double lagrange(const double* value, double t) noexcept {
 
 Mie::Scattering compute_scattering(const Droplets& droplets) {
     const std::complex<double> index = index_of_refraction(droplets);
-    SphereScattering spheres = scattering_of(sizes_of(droplets), index);
+    SphereScattering spheres = sphere_scattering(sphere_sizes(droplets), index);
     Mie::Scattering all;
     all.extinction_efficiency = spheres.total.extinction / spheres.total.area;
     all.albedo =
@@ -168,7 +168,7 @@ double read_length(PhaseText& text, const std::string& parameter) {
                 "=0.55um, got '" + given + "'");
 }
 
-bool is_one_of(const std::string& word, const std::vector<std::string>& words) {
+bool is_listed(const std::string& word, const std::vector<std::string>& words) {
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
@@ -222,7 +222,7 @@ struct DropletText {
     std::string index_file;
     std::vector<std::string> given;
 
-    bool has(const char* parameter) const { return is_one_of(parameter, given); }
+    bool has(const char* parameter) const { return is_listed(parameter, given); }
 };
 
 void read_index(PhaseText& text, DropletText& met) {
@@ -397,7 +397,7 @@ Mie Mie::read(PhaseText& text, const std::string& first) {
     DropletText met;
     std::string parameter = first;
     for (;;) {
-        if (is_one_of(parameter, met.given))
+        if (is_listed(parameter, met.given))
             text.refuse("mie: " + parameter + " must be given once, got it again");
         met.given.push_back(parameter);
         read_value(text, parameter, met);

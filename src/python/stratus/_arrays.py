@@ -17,7 +17,7 @@ def shown(value: object) -> str:
     return text if len(text) <= 80 else text[:77] + "..."
 
 
-def array_of(function: str, name: str, dtype: type, value: ArrayLike) -> NDArray[Any]:
+def as_array(function: str, name: str, dtype: type, value: ArrayLike) -> NDArray[Any]:
     try:
         return np.asarray(value, dtype)
     except (TypeError, ValueError):
@@ -26,7 +26,7 @@ def array_of(function: str, name: str, dtype: type, value: ArrayLike) -> NDArray
 
 def number(function: str, name: str, value: Any) -> float:
     """One number."""
-    array = array_of(function, name, np.float64, value)
+    array = as_array(function, name, np.float64, value)
     if array.ndim > 0:
         raise ValueError(f"{function}: {name} must be one number, got {shown(value)}")
     return float(array)
@@ -45,7 +45,7 @@ def broadcast(function: str, dtype: type, **values: ArrayLike) -> tuple[list[NDA
 
     Errors   ValueError naming `function` and the argument.
     """
-    given = [array_of(function, name, dtype, value) for name, value in values.items()]
+    given = [as_array(function, name, dtype, value) for name, value in values.items()]
     try:
         arrays = np.broadcast_arrays(*given)
     except ValueError:
@@ -65,7 +65,7 @@ def broadcast_vectors(*values: ArrayLike) -> tuple[list[NDArray[np.float32]], Sh
     return [np.ascontiguousarray(array).reshape(-1, 3) for array in arrays], shape
 
 
-def values_of(rows: NDArray[Any], shape: Shape) -> Any:
+def in_shape(rows: NDArray[Any], shape: Shape) -> Any:
     """A row for each channel as an array over `shape`, and the channel where there are three."""
     return rows.reshape(shape)[()] if len(rows) == 1 else np.ascontiguousarray(rows.T).reshape(*shape, 3)
 

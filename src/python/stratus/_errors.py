@@ -11,7 +11,7 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def errors_of(path: str | None = None) -> Iterator[None]:
+def builtin_errors(path: str | None = None) -> Iterator[None]:
     """Turns failures into OSError where a file cannot be opened, ValueError otherwise."""
     try:
         yield
@@ -29,7 +29,7 @@ def errors_of(path: str | None = None) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def errors_of_writing() -> Iterator[None]:
+def os_errors() -> Iterator[None]:
     """Turns failures to write a file into OSError."""
     try:
         yield
@@ -40,7 +40,7 @@ def errors_of_writing() -> Iterator[None]:
     raise OSError(sentence)
 
 
-def warn_of(notes: Iterable[str]) -> None:
+def warn(notes: Iterable[str]) -> None:
     """Warns the caller of the function that calls this."""
     for note in notes:
         warnings.warn(note, stacklevel=3)

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
 from ._arrays import broadcast, number
-from ._phase import PhaseFunction, phase_function_of
-from ._slice import Opposition, law_of
+from ._phase import PhaseFunction, as_phase_function
+from ._slice import Opposition, opposition_parts
 from ._table import Table
 
 _SIDES = {"lit": 0, "unlit": 1, "beam": 2}
@@ -93,8 +93,8 @@ def fit(
         raise ValueError("fit: table or phase_function must be given unless all sides are beams, got neither")
     found = _stratus.fit(
         table._own if table is not None else None,
-        phase_function_of(phase_function)._own if phase_function is not None else None,
-        phase_function_of(second_phase_function)._own if second_phase_function is not None else None,
+        as_phase_function(phase_function)._own if phase_function is not None else None,
+        as_phase_function(second_phase_function)._own if second_phase_function is not None else None,
         single,
         *arrays[:5],
         [_SIDES[name] for name in sides],
@@ -102,7 +102,7 @@ def fit(
         {name: number("fit", f"fixed {name}", value) for name, value in (fixed or {}).items()},
         list(free),
         number("fit", "density", density),
-        law_of(opposition),
+        opposition_parts(opposition),
     )
     count = len(found["names"])
     for name in ("covariance", "correlation"):

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
 from ._arrays import each, shown
-from ._errors import errors_of, warn_of
+from ._errors import builtin_errors, warn
 
 
 class PhaseFunction:
@@ -28,9 +28,9 @@ class PhaseFunction:
     __slots__ = ("_own",)
 
     def __init__(self, text: str, directory: str | os.PathLike[str] = "") -> None:
-        with errors_of():
+        with builtin_errors():
             self._own, notes = _stratus.read_phase_function(text, os.fspath(directory))
-        warn_of(notes)
+        warn(notes)
 
     @classmethod
     def _of(cls, own: _stratus.PhaseFunction) -> PhaseFunction:
@@ -82,7 +82,7 @@ def phase_function_help() -> str:
     return _stratus.phase_function_help()
 
 
-def phase_function_of(phase_function: PhaseFunction | str) -> PhaseFunction:
+def as_phase_function(phase_function: PhaseFunction | str) -> PhaseFunction:
     if isinstance(phase_function, str):
         return PhaseFunction(phase_function)
     if not isinstance(phase_function, PhaseFunction):

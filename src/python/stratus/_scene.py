@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _stratus
-from ._errors import errors_of, text_or_path, warn_of
+from ._errors import builtin_errors, text_or_path, warn
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ def plan(
              cannot be opened.
     """
     text, is_path = text_or_path(scene)
-    with errors_of(text if is_path else None):
+    with builtin_errors(text if is_path else None):
         told, seconds, notes = _stratus.plan(text, is_path, tolerance or 0.0, list(drop), measure, threads, progress)
-    warn_of(notes)
+    warn(notes)
     scenes = [
         ScenePlan(
             title=one["title"],
@@ -128,10 +128,10 @@ def render(
     """
     text, is_path = text_or_path(scene)
     tables = [table] if isinstance(table, (str, os.PathLike)) else list(table)
-    with errors_of(text if is_path else None):
+    with builtin_errors(text if is_path else None):
         light, height, across, notes = _stratus.render(
             text, is_path, frame, list(effects), list(drop), width or 0, [os.fspath(each) for each in tables], cache,
             threads, progress,
         )
-    warn_of(notes)
+    warn(notes)
     return light.reshape(height, across, 3)

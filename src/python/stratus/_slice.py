@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import broadcast, broadcast_vectors, values_of
+from ._arrays import broadcast, broadcast_vectors, in_shape
 
 Opposition = str | tuple[str, float] | tuple[str, float, float]
 
@@ -37,7 +37,7 @@ class Slice:
     def _scattered(self, transmitted: bool, mu_in: ArrayLike, mu_out: ArrayLike, azimuth: ArrayLike) -> Any:
         name = "transmission" if transmitted else "reflection"
         arrays, shape = broadcast(name, np.float32, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
-        return values_of(self._own.scattered(transmitted, *arrays), shape)
+        return in_shape(self._own.scattered(transmitted, *arrays), shape)
 
     def reflection(self, mu_in: ArrayLike, mu_out: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float32]:
         """R at cosines (0, 1] and azimuths in radians, 0 the forward side."""
@@ -50,11 +50,11 @@ class Slice:
     def eval(self, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
         """BRDF or BTDF per steradian, without the cosine, by the sides that wi and wo are on."""
         vectors, shape = broadcast_vectors(wi, wo)
-        return values_of(self._own.eval(*vectors), shape)
+        return in_shape(self._own.eval(*vectors), shape)
 
     def _behind(self, what: str, mu: ArrayLike) -> Any:
         arrays, shape = broadcast(what, np.float32, mu=mu)
-        return values_of(self._own.behind(what, *arrays), shape)
+        return in_shape(self._own.behind(what, *arrays), shape)
 
     def direct(self, mu: ArrayLike) -> NDArray[np.float32]:
         """The beam that is transmitted unscattered, exp(-tau / mu); 0 over a lower boundary."""
@@ -100,21 +100,21 @@ class Bsdf(Slice):
         """Directions for random numbers u in [0, 1], three for each: arrays of (..., 3) both."""
         vectors, shape = broadcast_vectors(wi, u)
         wo, value, pdf = self._own.sample(*vectors)
-        return Sample(wo.reshape(*shape, 3), values_of(value, shape), values_of(pdf, shape))
+        return Sample(wo.reshape(*shape, 3), in_shape(value, shape), in_shape(pdf, shape))
 
     def pdf(self, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
         """The density with which `sample` draws wo, per steradian. One, of all channels."""
         vectors, shape = broadcast_vectors(wi, wo)
-        return values_of(self._own.pdf(*vectors), shape)
+        return in_shape(self._own.pdf(*vectors), shape)
 
     def albedo(self, mu_in: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Shares of a beam that are reflected and transmitted, without the beam itself."""
         arrays, shape = broadcast("albedo", np.float32, mu_in=mu_in)
         reflected, transmitted = self._own.albedo(*arrays)
-        return values_of(reflected, shape), values_of(transmitted, shape)
+        return in_shape(reflected, shape), in_shape(transmitted, shape)
 
 
-def medium_of(optical_depth: ArrayLike, albedo: ArrayLike) -> tuple[list[float], list[float]]:
+def make_medium(optical_depth: ArrayLike, albedo: ArrayLike) -> tuple[list[float], list[float]]:
     """One number each, or three."""
     arrays, _ = broadcast("bind", np.float64, optical_depth=optical_depth, albedo=albedo)
     if arrays[0].size not in (1, 3):
@@ -122,7 +122,7 @@ def medium_of(optical_depth: ArrayLike, albedo: ArrayLike) -> tuple[list[float],
     return arrays[0].tolist(), arrays[1].tolist()
 
 
-def law_of(opposition: Opposition | None) -> tuple[str, float, float]:
+def opposition_parts(opposition: Opposition | None) -> tuple[str, float, float]:
     """Law, width and amplitude."""
     if opposition is None:
         return "", 0.0, 1.0
@@ -132,7 +132,7 @@ def law_of(opposition: Opposition | None) -> tuple[str, float, float]:
     return law, float(width), float(amplitude[0]) if amplitude else 1.0
 
 
-def effects_of(
+def effects_dict(
     single: bool = True,
     multiple: bool = True,
     reflection: bool = True,
@@ -141,6 +141,6 @@ def effects_of(
     density: float = 0.0,
     opposition: Opposition | None = None,
 ) -> dict[str, Any]:
-    law, width, amplitude = law_of(opposition)
+    law, width, amplitude = opposition_parts(opposition)
     return dict(single=single, multiple=multiple, reflection=reflection, transmission=transmission,
                 background=background, density=density, law=law, width=width, amplitude=amplitude)

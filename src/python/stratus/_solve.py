@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import array_of, broadcast, number, whole
-from ._errors import errors_of, text_or_path, warn_of
-from ._phase import PhaseFunction, phase_function_of
+from ._arrays import as_array, broadcast, number, whole
+from ._errors import builtin_errors, text_or_path, warn
+from ._phase import PhaseFunction, as_phase_function
 
 Below = float | str | tuple[PhaseFunction | str, float]
 PhaseFunctions = PhaseFunction | str | Sequence[Any] | NDArray[np.object_]
@@ -82,19 +82,19 @@ class Stack:
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
         text, is_path = text_or_path(source)
-        with errors_of(text if is_path else None):
+        with builtin_errors(text if is_path else None):
             self._own, notes = _stratus.read_stack(text, is_path)
-        warn_of(notes)
+        warn(notes)
 
     @classmethod
     def of(cls, *layers: tuple[PhaseFunction | str, float, float], below: Below | None = None) -> Stack:
         """Layers of a phase function, an albedo and an optical depth each, top first; `below` as of `solve`."""
         stack = cls.__new__(cls)
         parts = [
-            (phase_function_of(phase_function)._own, number("Stack", "albedo", albedo), number("Stack", "optical_depth", depth))
+            (as_phase_function(phase_function)._own, number("Stack", "albedo", albedo), number("Stack", "optical_depth", depth))
             for phase_function, albedo, depth in layers
         ]
-        stack._own = _stratus.stack_of(parts, _boundary(below))
+        stack._own = _stratus.make_stack(parts, _boundary(below))
         return stack
 
 
@@ -108,7 +108,7 @@ def _options(function: str, nodes: Any, tolerance: Any, orders: Any) -> tuple[in
 
 def _boundary(below: Below | None) -> object:
     if isinstance(below, tuple):
-        return phase_function_of(below[0])._own, number("below", "albedo", below[1])
+        return as_phase_function(below[0])._own, number("below", "albedo", below[1])
     return below if below is None or isinstance(below, str) else number("below", "albedo", below)
 
 
@@ -120,7 +120,7 @@ def _layers(
     indices = np.arange(phases.size).reshape(phases.shape)
     (which, albedos, depths, *others), shape = broadcast(
         function, np.float64, phase_function=indices, albedo=albedo, optical_depth=optical_depth, **more)
-    own = [phase_function_of(phase)._own for phase in phases.reshape(-1)]
+    own = [as_phase_function(phase)._own for phase in phases.reshape(-1)]
     places: dict[tuple[float, float, float], list[int]] = {}
     for at, layer in enumerate(zip(which.tolist(), albedos.tolist(), depths.tolist())):
         places.setdefault(layer, []).append(at)
@@ -133,7 +133,7 @@ def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...], toler
         for value, error in ((found[0], found[4]), (found[1], found[5]))
     )
     if missed:
-        warn_of([f"solve: the tolerance of {tolerance:g} is missed by {missed} of {2 * found[0].size} values"])
+        warn([f"solve: the tolerance of {tolerance:g} is missed by {missed} of {2 * found[0].size} values"])
     return Light(*(values.reshape(shape)[()] for values in found))
 
 
@@ -201,7 +201,7 @@ def solve_stack(
 
 
 def _cosines(function: str, mu_in: ArrayLike) -> NDArray[np.float64]:
-    at = np.atleast_1d(array_of(function, "mu_in", np.float64, mu_in))
+    at = np.atleast_1d(as_array(function, "mu_in", np.float64, mu_in))
     if at.ndim > 1:
         raise ValueError(f"{function}: mu_in must be one number or of shape (n,), got the shape {at.shape}")
     return at
@@ -274,7 +274,7 @@ def stack_fluxes_inside(
     A single layer is `Stack.of((phase_function, albedo, optical_depth))`. Options as of `solve`.
     """
     name = "stack_fluxes_inside"
-    at, depths = _cosines(name, mu_in), np.atleast_1d(array_of(name, "levels", np.float64, levels)).reshape(-1)
+    at, depths = _cosines(name, mu_in), np.atleast_1d(as_array(name, "levels", np.float64, levels)).reshape(-1)
     *arrays, error = _stratus.stack_fluxes_inside(stack._own, depths, at, *_options(name, nodes, tolerance, 0))
     return FluxesInside(depths, at, *(values.reshape(depths.size, at.size) for values in arrays), error=error)
 

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
 from ._arrays import each
-from ._errors import errors_of, errors_of_writing, text_or_path, warn_of
-from ._phase import PhaseFunction, phase_function_of
-from ._slice import Bsdf, Opposition, Slice, effects_of, medium_of
+from ._errors import builtin_errors, os_errors, text_or_path, warn
+from ._phase import PhaseFunction, as_phase_function
+from ._slice import Bsdf, Opposition, Slice, effects_dict, make_medium
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -160,8 +160,8 @@ class Table:
 
     def _bound(self, optical_depth: ArrayLike, albedo: ArrayLike, member: list[float], clamp: bool, sampled: bool,
                effects: EffectOptions) -> _stratus.Bound:
-        medium = medium_of(optical_depth, albedo)
-        return _stratus.bind_table(self._own, *medium, member, clamp, sampled, effects_of(**effects))
+        medium = make_medium(optical_depth, albedo)
+        return _stratus.bind_table(self._own, *medium, member, clamp, sampled, effects_dict(**effects))
 
     def bind(
         self,
@@ -208,7 +208,7 @@ class Table:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes .h5 or .exr, of dense tables; or .stratus, which packs it. Whole or not at all."""
-        with errors_of_writing():
+        with os_errors():
             self._own.write(os.fspath(path))
 
     def pack(self) -> Table:
@@ -241,7 +241,7 @@ def load(path: str | os.PathLike[str]) -> Table:
              foreign, with the reason.
     """
     name = os.fspath(path)
-    with errors_of(name):
+    with builtin_errors(name):
         return Table(_stratus.read_table(name))
 
 
@@ -268,9 +268,9 @@ def bake(
              for a file that cannot be opened.
     """
     text, is_path = text_or_path(recipe)
-    with errors_of(text if is_path else None):
+    with builtin_errors(text if is_path else None):
         own, notes, missed = _stratus.bake(text, is_path, threads, note, progress)
-    warn_of(notes)
+    warn(notes)
     if missed:
         warnings.warn("bake: " + missed, RuntimeWarning, stacklevel=2)
     return Table(own)
@@ -280,5 +280,5 @@ def bind_single(
     phase_function: PhaseFunction | str, optical_depth: ArrayLike, albedo: ArrayLike, **effects: Unpack[EffectOptions]
 ) -> Bsdf:
     """Light scattered once, in closed form: a layer that needs no table. Arguments as of `Table.bind`."""
-    own = phase_function_of(phase_function)._own
-    return Bsdf(_stratus.bind_single(own, *medium_of(optical_depth, albedo), True, effects_of(**effects)))
+    own = as_phase_function(phase_function)._own
+    return Bsdf(_stratus.bind_single(own, *make_medium(optical_depth, albedo), True, effects_dict(**effects)))

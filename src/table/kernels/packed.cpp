@@ -21,7 +21,7 @@ template <int lanes>
 constexpr int words_of_row = functions / lanes;
 
 template <int lanes>
-STRATUS_INLINE Word<lanes> word_of(const float* row, int word) {
+STRATUS_INLINE Word<lanes> load_word(const float* row, int word) {
     Word<lanes> values;
     __builtin_memcpy(&values, row + word * lanes, sizeof values);
     return values;
@@ -29,7 +29,7 @@ STRATUS_INLINE Word<lanes> word_of(const float* row, int word) {
 
 /// Halves: the values are these times `half_scale`.
 template <int lanes>
-STRATUS_INLINE Word<lanes> word_of(const Half* row, int word) {
+STRATUS_INLINE Word<lanes> load_word(const Half* row, int word) {
     const Half* const from = row + word * lanes;
 #if defined(__AVX512F__)
     if constexpr (lanes == 16)
@@ -56,13 +56,13 @@ constexpr float half_scale = half_unit;
 #endif
 
 template <int width>
-STRATUS_INLINE float sum_of(Word<width> lanes) {
+STRATUS_INLINE float reduce_sum(Word<width> lanes) {
     if constexpr (width == 4) {
         return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
     } else {
         Word<width / 2> half[2];
         __builtin_memcpy(half, &lanes, sizeof lanes);
-        return sum_of<width / 2>(half[0] + half[1]);
+        return reduce_sum<width / 2>(half[0] + half[1]);
     }
 }
 
@@ -82,7 +82,7 @@ class Sums {
     template <class Number>
     STRATUS_INLINE void add(int which, float weight, const Number* row) {
         for (int w = 0; w < words_at_once<lanes>; ++w)
-            sum_[which].word[w] += weight * word_of<lanes>(row, w);
+            sum_[which].word[w] += weight * load_word<lanes>(row, w);
     }
     STRATUS_INLINE void scale(int which, float weight) {
         for (Word<lanes>& word : sum_[which].word) word *= weight;
@@ -101,7 +101,7 @@ class Sums {
 
 /// The coefficients of lookup n of a plan, from the `first` on.
 template <int lanes, int width>
-STRATUS_INLINE Words<lanes> coefficients_of(const Plan<width>& plan, int n, int first) {
+STRATUS_INLINE Words<lanes> blend_coefficients(const Plan<width>& plan, int n, int first) {
     Sums<lanes> sums;
     const float* row = plan.coefficient[n]->value + first;
     for (int l = 0; l < stencil_size; ++l) {
@@ -114,13 +114,13 @@ STRATUS_INLINE Words<lanes> coefficients_of(const Plan<width>& plan, int n, int 
 
 /// The functions at the directions of lookup n of a plan, from the `first` on.
 template <int lanes, class Number, bool azimuthal, int width>
-STRATUS_INLINE Words<lanes> functions_of(const PackedSide& side, const Plan<width>& plan, int n,
-                                         int first) {
+STRATUS_INLINE Words<lanes> blend_functions(const PackedSide& side, const Plan<width>& plan, int n,
+                                            int first) {
     Sums<lanes> sums;
     const std::ptrdiff_t column = std::ptrdiff_t{side.column_step} * functions;
     const auto* row = reinterpret_cast<const Number*>(plan.function[n]) + first;
     // Each row of symmetric R and T is one (mu, mu') longer than the one before.
-    const std::ptrdiff_t longer = side.symmetric ? rows_of<azimuthal>(side) * functions : 0;
+    const std::ptrdiff_t longer = side.symmetric ? values_per_pair<azimuthal>(side) * functions : 0;
     std::ptrdiff_t next = std::ptrdiff_t{plan.next_mu[n]} * functions;
     for (int r = 0; r < stencil_size; ++r) {
         const Number* at = row;
@@ -145,12 +145,13 @@ template <int lanes, class Number, bool azimuthal, int width>
 STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
     Word<lanes> sum{};
     for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
-        const Words<lanes> coefficient = coefficients_of<lanes>(plan, n, first),
-                           function = functions_of<lanes, Number, azimuthal>(side, plan, n, first);
+        const Words<lanes> coefficient = blend_coefficients<lanes>(plan, n, first),
+                           function =
+                               blend_functions<lanes, Number, azimuthal>(side, plan, n, first);
         for (int w = 0; w < words_at_once<lanes>; ++w)
             sum += coefficient.word[w] * function.word[w];
     }
-    return sum_of<lanes>(sum);
+    return reduce_sum<lanes>(sum);
 }
 
 template <int lanes, bool azimuthal, int width>
@@ -228,25 +229,26 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
                 store_row<word_width>(
                     half_scale,
                     [&](int first) {
-                        return functions_of<word_width, Half, azimuthal>(side, plan, 0, first);
+                        return blend_functions<word_width, Half, azimuthal>(side, plan, 0, first);
                     },
                     function);
             else
                 store_row<word_width>(
                     1,
                     [&](int first) {
-                        return functions_of<word_width, float, azimuthal>(side, plan, 0, first);
+                        return blend_functions<word_width, float, azimuthal>(side, plan, 0, first);
                     },
                     function);
         }
         summed = plan.function[0];
         float coefficient[functions];
         store_row<word_width>(
-            1, [&](int first) { return coefficients_of<word_width>(plan, 0, first); }, coefficient);
+            1, [&](int first) { return blend_coefficients<word_width>(plan, 0, first); },
+            coefficient);
         Word<word_width> sum{};
         for (int word = 0; word < words_of_row<word_width>; ++word)
-            sum += word_of<word_width>(coefficient, word) * word_of<word_width>(function, word);
-        multiple[k] = plan.factor[0] * sum_of<word_width>(sum) + plan.along_path[0];
+            sum += load_word<word_width>(coefficient, word) * load_word<word_width>(function, word);
+        multiple[k] = plan.factor[0] * reduce_sum<word_width>(sum) + plan.along_path[0];
     }
 }
 
@@ -256,9 +258,9 @@ STRATUS_INLINE void sum_rows(const float* coefficient, const FunctionRowOf<Numbe
     for (std::size_t row = 0; row < rows; ++row) {
         Word<lane_width> sum{};
         for (int word = 0; word < words_of_row<lane_width>; ++word)
-            sum += word_of<lane_width>(coefficient, word) *
-                   word_of<lane_width>(function[row].value, word);
-        value[row] = sum_of<lane_width>(sum);
+            sum += load_word<lane_width>(coefficient, word) *
+                   load_word<lane_width>(function[row].value, word);
+        value[row] = reduce_sum<lane_width>(sum);
     }
 }
 
@@ -272,7 +274,7 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
     if (side.halves) factor = factor * half_scale;
     float coefficient[functions];
     store_row<word_width>(
-        factor, [&](int first) { return coefficients_of<word_width>(plan, 0, first); },
+        factor, [&](int first) { return blend_coefficients<word_width>(plan, 0, first); },
         coefficient);
     const auto cell = layer_window(side, at.co_albedo, at.optical_depth).cell;
     const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];

@@ -248,7 +248,7 @@ STRATUS_INLINE void store_products(const F (&a)[stencil_size], const F (&b)[sten
 
 /// Function values of one (mu, mu').
 template <bool azimuthal>
-STRATUS_INLINE int rows_of(const PackedSide& side) {
+STRATUS_INLINE int values_per_pair(const PackedSide& side) {
     return azimuthal ? side.azimuths + 2 : 1;
 }
 
@@ -280,8 +280,8 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
         plan.factor[n] *=
             static_cast<float>(thin_growth(double{point.optical_depth}) * side.inverse_growth);
     }
-    const int rows = rows_of<azimuthal>(side);
-    const int row = side.symmetric ? half_of(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;
+    const int rows = values_per_pair<azimuthal>(side);
+    const int row = side.symmetric ? halved(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;
     plan.function[n] =
         static_cast<const char*>(block.function) +
         static_cast<std::ptrdiff_t>(row + at.other_mu * side.column_step + at.first_azimuth) *

@@ -212,11 +212,11 @@ class PhotonRun {
         const double phase = phase_(1 - 2 * angle.v);
         flight.weight *= phase / angle.density;
         set_out(flight, to);
-        return inverse_of(phase);
+        return capped_inverse(phase);
     }
 
     /// 1/|phi|, kept finite: shares may be any that sum to 1.
-    static double inverse_of(double phase) { return 1 / std::max(std::abs(phase), 1e-3); }
+    static double capped_inverse(double phase) { return 1 / std::max(std::abs(phase), 1e-3); }
 
     /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
     void tally_collision(const Flight& flight, const std::vector<Exit>& exits,
@@ -242,7 +242,7 @@ class PhotonRun {
                      ++j) {  // order 1 is the closed form
                     if (highest_order_ > 0 && order + static_cast<int>(j) >= highest_order_) break;
                     const auto [value, phase] = join(flight, back[j]);
-                    const double inverse = inverse_of(phase);
+                    const double inverse = capped_inverse(phase);
                     photon.exits[e].multiple[side] +=
                         value * inverse /
                         (inverse + back[j].inverse + recent[recent.size() - 1 - j]);

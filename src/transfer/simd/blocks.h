@@ -20,7 +20,7 @@ constexpr int word_bytes = 16, block = 3;
 using Word = double __attribute__((vector_size(word_bytes), aligned(word_bytes), may_alias));
 
 template <class Number>
-constexpr bool is_pack = lanes_of<Number> > 1;
+constexpr bool is_pack = lanes_per<Number> > 1;
 
 /// One register of each Number, or of as many columns as it holds.
 template <class Number>
@@ -140,7 +140,7 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::always_inline]] inline double lane_of(const Number& x, int lane) {
+[[gnu::always_inline]] inline double extract_lane(const Number& x, int lane) {
     if constexpr (is_pack<Number>)
         return x[lane];
     else
@@ -159,7 +159,7 @@ template <class Number>
 
 template <class Vector>
 [[gnu::always_inline]] inline Vector square_root(Vector x) {
-    for (int lane = 0; lane < lanes_of<Vector>; ++lane) x[lane] = __builtin_sqrt(x[lane]);
+    for (int lane = 0; lane < lanes_per<Vector>; ++lane) x[lane] = __builtin_sqrt(x[lane]);
     return x;
 }
 

@@ -219,8 +219,8 @@ bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups) {
     for (int round = 0;; ++round) {
         const Number change = iterate(whole, groups, m);
         double most = 0;
-        for (int lane = 0; lane < lanes_of<Number>; ++lane)
-            if (!(lane_of(change, lane) <= most)) most = lane_of(change, lane);
+        for (int lane = 0; lane < lanes_per<Number>; ++lane)
+            if (!(extract_lane(change, lane) <= most)) most = extract_lane(change, lane);
         const bool is_next_small = most * most <= converged * last;  // at this round's gain
         if (most <= converged || is_next_small) break;
         if (round == max_rounds || (round > 2 && !(most < slow * last))) return false;

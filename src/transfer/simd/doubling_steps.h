@@ -26,7 +26,7 @@ using Pack = double __attribute__((vector_size(64)));
 
 /// Lanes of a Number, Pack or double.
 template <class Number>
-constexpr int lanes_of = static_cast<int>(sizeof(Number) / sizeof(double));
+constexpr int lanes_per = static_cast<int>(sizeof(Number) / sizeof(double));
 
 /// A symmetric matrix diag(d) + K for every lane; K row by row, SimdLayer::stride apart. Rows of
 /// doubles, and vectors, are padded to a multiple of eight.
@@ -84,7 +84,7 @@ struct SimdGroups {
 /// Input of the phase kernels: the azimuthal mode of each lane, and chi_l.
 template <class Number>
 struct PhaseSeries {
-    int mode[lanes_of<Number>];
+    int mode[lanes_per<Number>];
     const double* moments;
     int moment_count;
     bool completed;  // the diagonal is given what the nodes miss of each row

@@ -23,7 +23,7 @@ void legendre_rows(const PhaseSeries<Number>& phase, const SimdLayer<Number>& la
     }
     for (int k = 1; k <= highest; ++k) {
         Number factor{}, unchanged{};  // in lanes of a lower mode
-        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
+        for (int lane = 0; lane < lanes_per<Number>; ++lane) {
             const bool counts = k <= phase.mode[lane];
             set_lane(factor, lane, counts ? __builtin_sqrt((2.0 * k - 1) / (2.0 * k)) : 0);
             set_lane(unchanged, lane, counts ? 0 : 1);
@@ -32,7 +32,7 @@ void legendre_rows(const PhaseSeries<Number>& phase, const SimdLayer<Number>& la
     }
     for (int k = 1; k < count; ++k) {
         Number up{}, back{};  // Y_l = up mu Y_{l-1} - back Y_{l-2}
-        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
+        for (int lane = 0; lane < lanes_per<Number>; ++lane) {
             const double m = phase.mode[lane], l = m + k;
             const double norm = 1 / __builtin_sqrt(l * l - m * m);
             set_lane(up, lane, (2 * l - 1) * norm);
@@ -65,8 +65,8 @@ void conserve_energy(SimdLayer<Number>& layer) {
         multiply(N, weighted, layer.scatter_even.K, stride, n, sum);
         for (int i = 0; i < n; ++i) {
             sum[i] = 1.0 + layer.conserving * (sum[i] * d[i] - 1.0);
-            for (int lane = 0; lane < lanes_of<Number>; ++lane) {
-                const double miss = __builtin_fabs(lane_of(sum[i], lane) - 1);
+            for (int lane = 0; lane < lanes_per<Number>; ++lane) {
+                const double miss = __builtin_fabs(extract_lane(sum[i], lane) - 1);
                 if (miss > worst) worst = miss;
             }
         }
@@ -90,10 +90,10 @@ void leave_out_steep(const PhaseSeries<Number>& phase, const SimdLayer<Number>& 
     const long stride = layer.stride;
     for (int i = 0; i < layer.gauss; ++i) {
         Number scatters{};
-        for (int lane = 0; lane < lanes_of<Number>; ++lane)
-            set_lane(
-                scatters, lane,
-                lane_of(phase.legendre[i], lane) > least_light * lane_of(phase.legendre[0], lane));
+        for (int lane = 0; lane < lanes_per<Number>; ++lane)
+            set_lane(scatters, lane,
+                     extract_lane(phase.legendre[i], lane) >
+                         least_light * extract_lane(phase.legendre[0], lane));
         for (int j = 0; j < layer.directions; ++j) {
             K[i * stride + j] *= scatters;
             K[j * stride + i] *= scatters;
@@ -113,12 +113,13 @@ void add_missed(const PhaseSeries<Number>& phase, const SimdLayer<Number>& layer
     for (int j = 0; j < N; ++j) weighted[j] = layer.weight[j] * Y[j];
     multiply(N, weighted, K, layer.stride, N, sum);
     for (int i = 0; i < N; ++i)
-        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
-            if (lane_of(K[i * static_cast<long>(layer.stride) + i], lane) == 0) continue;
+        for (int lane = 0; lane < lanes_per<Number>; ++lane) {
+            if (extract_lane(K[i * static_cast<long>(layer.stride) + i], lane) == 0) continue;
             const int l = phase.mode[lane] + parity;
             const double chi = l < phase.moment_count ? phase.moments[l] : 0;
             set_lane(missed[i], lane,
-                     lane_of(missed[i], lane) + chi - lane_of(sum[i], lane) / lane_of(Y[i], lane));
+                     extract_lane(missed[i], lane) + chi -
+                         extract_lane(sum[i], lane) / extract_lane(Y[i], lane));
         }
 }
 
@@ -152,7 +153,7 @@ void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
     Number* weighted = phase.legendre + phase.moment_count * stride;
     for (int k = 0; k < count; ++k) {
         Number c{};
-        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
+        for (int lane = 0; lane < lanes_per<Number>; ++lane) {
             const int l = phase.mode[lane] + k;
             if (l < phase.moment_count) set_lane(c, lane, (2 * l + 1) * phase.moments[l]);
         }

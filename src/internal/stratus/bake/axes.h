@@ -16,7 +16,7 @@ SolverOptions solver_options(const Recipe& recipe);
 
 /// Returns the path law that tables of the recipe leave to lookups (path_law.h); null where the phase function has no
 /// narrow peak, over a lower boundary, in mixtures and of stacks.
-std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
+std::shared_ptr<const PathOrders> recipe_path_law(const Recipe& recipe);
 
 /// Whether they leave it, of a family: no mixture, and a narrow peak at all ends of its axes.
 bool leaves_path_law(const Recipe& recipe);

@@ -37,17 +37,17 @@ struct TableSize {
     double layers, samples_a_side, bytes;
 };
 
-TableSize size_of(const Recipe& resolved);
+TableSize table_size(const Recipe& resolved);
 
 /// The forecast of a resolved recipe; with ranks, which would wait for it, without times.
-Forecast forecast_of(const Resolution& resolution, const BakeOptions& options);
+Forecast forecast(const Resolution& resolution, const BakeOptions& options);
 
 /// Resolves a recipe and times a piece of its table and a layer of its check, on one thread; the
 /// rest is taken to be alike.
 Forecast forecast(const Recipe& recipe, const BakeOptions& options = {});
 
 /// One sentence on an axis that is at its cap: by how much it misses, what would do and cost.
-std::string sentence_of(const Shortfall& axis);
+std::string describe(const Shortfall& axis);
 
 /// One line on size and time.
 std::string sentence_of_cost(const Forecast& forecast);

@@ -39,7 +39,7 @@ std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
 
 /// Whether a table was baked of this recipe, by a program of this version, with the same files of
 /// phase functions.
-bool is_baked_of(const Table& table, const Recipe& recipe);
+bool is_baked_from(const Table& table, const Recipe& recipe);
 
 /// Whether the errors that a table states meet its tolerance, as Verification::meets.
 bool states_tolerance_met(const Table& table);

@@ -108,7 +108,7 @@ class Section {
 };
 
 /// A value as TOML writes it.
-std::string text_of(const toml::node& node);
+std::string toml_text(const toml::node& node);
 
 /// Where phase functions find the files that they name, and where notes on them go.
 struct PhaseSource {

@@ -7,7 +7,7 @@ namespace stratus {
 enum class InstructionSet { generic, avx2, avx512 };
 
 /// "generic", "avx2" or "avx512".
-const char* name_of(InstructionSet instruction_set) noexcept;
+const char* instruction_set_name(InstructionSet instruction_set) noexcept;
 
 /// True of generic; of avx2 with fma and f16c, and of avx512 with its forms for short vectors, where
 /// this build and the processor have them.

@@ -62,7 +62,7 @@ constexpr TensorType tensor_type<std::int32_t>() {
 }
 
 /// How many numbers a shape has: its product.
-inline std::size_t count_of(const std::vector<std::size_t>& shape) noexcept {
+inline std::size_t element_count(const std::vector<std::size_t>& shape) noexcept {
     std::size_t count = 1;
     for (const std::size_t extent : shape) count *= extent;
     return count;
@@ -74,7 +74,7 @@ struct Tensor {
     std::vector<std::size_t> shape;  // each at least 1; empty for a single number
     const void* data;                // aligned to the size of a number
 
-    std::size_t count() const noexcept { return count_of(shape); }
+    std::size_t count() const noexcept { return element_count(shape); }
 };
 
 /// A tensor whose type and rank are known.
@@ -83,7 +83,7 @@ struct TensorOf {
     const Number* data;
     std::vector<std::size_t> shape;
 
-    std::size_t count() const noexcept { return count_of(shape); }
+    std::size_t count() const noexcept { return element_count(shape); }
     const Number* begin() const noexcept { return data; }
     const Number* end() const noexcept { return data + count(); }
 };

@@ -7,6 +7,6 @@
 namespace stratus {
 
 /// Parses as parse_recipe does, and leaves the recipe's text empty.
-Recipe recipe_of(const toml::table& parsed, const TomlFile& file, const PhaseSource& source);
+Recipe make_recipe(const toml::table& parsed, const TomlFile& file, const PhaseSource& source);
 
 }  // namespace stratus

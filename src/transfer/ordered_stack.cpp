@@ -111,7 +111,7 @@ class OrderedStackRun {
                     const std::vector<double>& mu, const SolverOptions& options)
         : options_(options),
           layers_(layers),
-          truncations_(truncations_of(layers, options)),
+          truncations_(choose_truncations(layers, options)),
           boundary_truncation_(choose_truncation(boundary, options)),
           directions_(stack_directions(truncations_, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_) {
@@ -152,8 +152,8 @@ class OrderedStackRun {
     }
 
   private:
-    static std::vector<Truncation> truncations_of(const std::vector<StackLayer>& layers,
-                                                  const SolverOptions& options) {
+    static std::vector<Truncation> choose_truncations(const std::vector<StackLayer>& layers,
+                                                      const SolverOptions& options) {
         std::vector<Truncation> all;
         for (const StackLayer& layer : layers)
             all.push_back(choose_truncation(layer.phase_function, options, false));

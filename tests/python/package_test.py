@@ -237,7 +237,7 @@ class Slices(unittest.TestCase):
         np.testing.assert_allclose(found, expected, rtol=1e-2)  # the table's tolerance
         three = small_table().bind(1.5, [0.8, 0.9, 1.0]).reflection(0.6, mu[:, None], azimuth)
         self.assertEqual(three.shape, (9, 5, 3))
-        np.testing.assert_allclose(three[..., 1], found, rtol=1e-5)
+        np.testing.assert_allclose(three[..., 1], found, rtol=5e-3)  # refined to the tolerance, unlike
         self.assertEqual(np.shape(small_table().bind(1.5, 0.9).reflection(1, 1, 0)), ())
 
     def test_evaluate_vectors_as_angles(self):

@@ -73,36 +73,49 @@ STRATUS_INLINE void cubic_weights(F t, F* weight) {
     }
 }
 
-/// Between samples over (mu, other, azimuth), `stride` apart along azimuth and `column` along other:
-/// straight lines along both cosines from `here`, and from `next` for the next mu; the cubic through
-/// four azimuths, from the second of which `azimuth` is the share of the way to the third.
-template <int stride, class F, class Index>
-STRATUS_INLINE F between_samples(const float* sample, int column, Index here, Index next, F mu,
-                                 F other, F azimuth) {
+/// Between samples over (mu, other, azimuth, channel), `column` apart along other: straight lines along
+/// both cosines from `here`, and from `next` for the next mu; the cubic through four azimuths, from
+/// the second of which `azimuth` is the share of the way to the third.
+template <int channels, class F, class Index>
+STRATUS_INLINE void between_samples(const float* sample, int column, Index here, Index next, F mu,
+                                    F other, F azimuth, F* value) {
     F along[4];
     cubic_weights(azimuth + 1.0f, along);
-    if constexpr (std::is_same_v<F, float> && stride == 1) {
+    if constexpr (std::is_same_v<F, float>) {
         using Four = QuantityLanes;
         const auto row = [&](Index at) { return load<Four>(sample + at); };
         const Four p = row(here), q = row(here + column), r = row(next), s = row(next + column);
         const Four near = p + Four(other) * (q - p), far = r + Four(other) * (s - r);
-        return sum_of_all(load<Four>(along) * (near + Four(mu) * (far - near)));
-    } else {
-        const CornerWeights<F> weight = corner_weights(mu, other);
-        const auto& w = weight.at;
-        F sum(0.0f);
-        for (int k = 0; k < 4; k += 2) {
-            const auto pair = [&](int from, Index at) {
-                return neighbours<stride, F>(sample + k * stride + from, at);
-            };
-            const auto p = pair(0, here), q = pair(column, here), r = pair(0, next),
-                       s = pair(column, next);
-            sum =
-                sum +
-                along[k] * ((w[0] * p.here + w[1] * q.here) + (w[2] * r.here + w[3] * s.here)) +
-                along[k + 1] * ((w[0] * p.next + w[1] * q.next) + (w[2] * r.next + w[3] * s.next));
+        *value = sum_of_all(load<Four>(along) * (near + Four(mu) * (far - near)));
+        return;
+    }
+    const CornerWeights<F> weight = corner_weights(mu, other);
+    const auto& w = weight.at;
+    if constexpr (std::is_same_v<F, ChannelLanes>) {
+        const auto corners = [&](int at) {
+            return (w[0] * load<F>(sample + at + here) +
+                    w[1] * load<F>(sample + at + here + column)) +
+                   (w[2] * load<F>(sample + at + next) +
+                    w[3] * load<F>(sample + at + next + column));
+        };
+        *value = (along[0] * corners(0) + along[1] * corners(channels)) +
+                 (along[2] * corners(2 * channels) + along[3] * corners(3 * channels));
+    } else if constexpr (std::is_same_v<F, LookupLanes>) {
+        F sum[4 * channels];  // over (azimuth, channel)
+#pragma GCC unroll 3
+        for (int n = 0; n < channels; ++n) {
+            const float *const from = sample + 4 * n, *const beside = from + column;
+            const FourSamples p = four_samples(from, here), q = four_samples(beside, here),
+                              r = four_samples(from, next), s = four_samples(beside, next);
+#pragma GCC unroll 4
+            for (int k = 0; k < 4; ++k)
+                sum[4 * n + k] =
+                    (w[0] * p.at[k] + w[1] * q.at[k]) + (w[2] * r.at[k] + w[3] * s.at[k]);
         }
-        return sum;
+#pragma GCC unroll 3
+        for (int c = 0; c < channels; ++c)
+            value[c] = (along[0] * sum[c] + along[1] * sum[channels + c]) +
+                       (along[2] * sum[2 * channels + c] + along[3] * sum[3 * channels + c]);
     }
 }
 

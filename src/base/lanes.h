@@ -476,5 +476,46 @@ STRATUS_INLINE Neighbours<F> neighbours(const float* samples, Index index) {
     return {sample_at<F>(samples, index), sample_at<F>(samples + stride, index)};
 }
 
+/// samples[index] to samples[index + 3], each lane's by one read.
+struct FourSamples {
+    LookupLanes at[4];
+};
+STRATUS_INLINE FourSamples four_samples(const float* samples, LookupLanes::Ints index) {
+#if defined(__AVX2__)
+    using Floats = LookupLanes::Floats;
+    alignas(64) std::int32_t place[lane_width];
+    store(index, place);
+    const auto read = [&](int lane) { return _mm_loadu_ps(samples + place[lane]); };
+#if defined(__AVX512F__)
+    const auto rows = [&](int lane) {  // of every fourth lane
+        const __m512 half =
+            _mm512_insertf32x4(_mm512_castps128_ps512(read(lane)), read(lane + 4), 1);
+        return _mm512_insertf32x4(_mm512_insertf32x4(half, read(lane + 8), 2), read(lane + 12), 3);
+    };
+    const __m512 a = rows(0), b = rows(1), c = rows(2), d = rows(3);
+    const __m512 low_ab = _mm512_unpacklo_ps(a, b), high_ab = _mm512_unpackhi_ps(a, b);
+    const __m512 low_cd = _mm512_unpacklo_ps(c, d), high_cd = _mm512_unpackhi_ps(c, d);
+    return {{LookupLanes(Floats(_mm512_shuffle_ps(low_ab, low_cd, 0x44))),
+             LookupLanes(Floats(_mm512_shuffle_ps(low_ab, low_cd, 0xee))),
+             LookupLanes(Floats(_mm512_shuffle_ps(high_ab, high_cd, 0x44))),
+             LookupLanes(Floats(_mm512_shuffle_ps(high_ab, high_cd, 0xee)))}};
+#else
+    const auto rows = [&](int lane) {
+        return _mm256_insertf128_ps(_mm256_castps128_ps256(read(lane)), read(lane + 4), 1);
+    };
+    const __m256 a = rows(0), b = rows(1), c = rows(2), d = rows(3);
+    const __m256 low_ab = _mm256_unpacklo_ps(a, b), high_ab = _mm256_unpackhi_ps(a, b);
+    const __m256 low_cd = _mm256_unpacklo_ps(c, d), high_cd = _mm256_unpackhi_ps(c, d);
+    return {{LookupLanes(Floats(_mm256_shuffle_ps(low_ab, low_cd, 0x44))),
+             LookupLanes(Floats(_mm256_shuffle_ps(low_ab, low_cd, 0xee))),
+             LookupLanes(Floats(_mm256_shuffle_ps(high_ab, high_cd, 0x44))),
+             LookupLanes(Floats(_mm256_shuffle_ps(high_ab, high_cd, 0xee)))}};
+#endif
+#else
+    return {{gathered(samples, index), gathered(samples + 1, index), gathered(samples + 2, index),
+             gathered(samples + 3, index)}};
+#endif
+}
+
 }  // namespace
 }  // namespace stratus

@@ -90,18 +90,16 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
         row = (halved(mu.sample * (mu.sample + 3)) + other.sample) * column;
         next = row + (mu.sample + 2) * column;
     }
+    if constexpr (azimuthal)
+        return between_samples<channels>(side.sample, column, row + azimuth.sample * channels,
+                                         next + azimuth.sample * channels, mu.fraction,
+                                         other.fraction, azimuth.fraction, value);
     for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const float* const sample = side.sample + c;
-        if constexpr (!azimuthal) {
-            const F a = sample_at<F>(sample, row), b = sample_at<F>(sample + column, row);
-            const F d = sample_at<F>(sample, next), e = sample_at<F>(sample + column, next);
-            const F near = a + other.fraction * (b - a), far = d + other.fraction * (e - d);
-            value[c] = near + mu.fraction * (far - near);
-        } else {
-            value[c] = between_samples<channels>(sample, column, row + azimuth.sample * channels,
-                                                 next + azimuth.sample * channels, mu.fraction,
-                                                 other.fraction, azimuth.fraction);
-        }
+        const F a = sample_at<F>(sample, row), b = sample_at<F>(sample + column, row);
+        const F d = sample_at<F>(sample, next), e = sample_at<F>(sample + column, next);
+        const F near = a + other.fraction * (b - a), far = d + other.fraction * (e - d);
+        value[c] = near + mu.fraction * (far - near);
     }
 }
 

@@ -270,6 +270,8 @@ RingShine::Sources RingShine::sources(const Vector3& point) const noexcept {
     for (std::size_t part = 0; part < parts; ++part) {
         const auto& grid = grid_[(point.z > 0) == (to_sun_.z > 0)][part];
         sources[part] = interpolated(grid.data(), solar_times.count, along, around);
+        for (double& channel : sources[part].irradiance)
+            channel = std::max(0.0, channel);  // cubics swing below 0 beside darkness
         Vector3& v = sources[part].direction;
         v = v.x * sun + (time < 0 ? -v.y : v.y) * aside + Vector3{0, 0, point.z < 0 ? -v.z : v.z};
     }

@@ -115,6 +115,15 @@ TEST(Ringshine, LightsTheNightSide) {
     EXPECT_EQ(radiance_along(scene, without, {eye, -point}, scene.to_sun)[0], 0);
 }
 
+TEST(Ringshine, IsNeverNegative) {
+    const Scene scene = once(shining());
+    const LayerLight light(scene, nullptr);
+    for (int latitude = -80; latitude <= 80; latitude += 2)
+        for (int longitude = 0; longitude < 360; longitude += 3)
+            for (const double channel : light.ringshine(on_globe(latitude, longitude, 0.1)))
+                EXPECT_GE(channel, 0) << latitude << ' ' << longitude;
+}
+
 /// What planetshine adds to a point of the rings, by a sum over rays to the globe.
 Rgb3 expected_planetshine(const Scene& dark, const LayerLight& light, const Vector3& point,
                           const Vector3& to_eye) {

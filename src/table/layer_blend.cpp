@@ -29,12 +29,6 @@ double interpolate_exponent(const TableView& table, int member, const Stencil& a
     return std::max(0.0, sum);
 }
 
-double depth_in(const TableView& table, double optical_depth, BeyondDeepest beyond) noexcept {
-    const bool is_clamped =
-        !table.optical_depth.ends_at_infinity && beyond == BeyondDeepest::is_clamped;
-    return is_clamped ? std::min(optical_depth, table.optical_depth.highest) : optical_depth;
-}
-
 LayerQuery make_query(const TableView& table, double albedo, double optical_depth, int member,
                       BeyondDeepest beyond) noexcept {
     const Stencil stencil = table.albedo.stencil(albedo);
@@ -150,6 +144,12 @@ class BlendBuilder {
 };
 
 }  // namespace
+
+double depth_in(const TableView& table, double optical_depth, BeyondDeepest beyond) noexcept {
+    const bool is_clamped =
+        !table.optical_depth.ends_at_infinity && beyond == BeyondDeepest::is_clamped;
+    return is_clamped ? std::min(optical_depth, table.optical_depth.highest) : optical_depth;
+}
 
 double fall_from_member(double optical_depth, double exponent, double chosen_exponent,
                         double extrapolation_length) noexcept {

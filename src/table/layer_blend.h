@@ -41,6 +41,11 @@ struct LayerBlend {
 /// The law beyond the deepest sample of a table that has none at infinity.
 enum class BeyondDeepest { is_clamped, follows_diffusion };
 
+/// The depth at which a table is looked up: beyond its deepest sample that one, unless light is known
+/// further on.
+double depth_in(const TableView& table, double optical_depth,
+                BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
+
 /// Factor that takes transmitted light from a member of a family, of that diffusion exponent, to the
 /// chosen point. Light of n orders is a polynomial of degree n in a mixture and divided by nothing; but
 /// in deep layers many orders make it exponential.

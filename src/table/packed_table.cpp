@@ -129,10 +129,7 @@ struct PackedTable::Contents {
     FamilyStencil weighed_members(Side side, const FamilyStencil& around, double albedo,
                                   double optical_depth) const noexcept {
         if (side == Side::reflection) return around;
-        const AxisView& depths = view.optical_depth;
-        const double within =
-            depths.ends_at_infinity ? optical_depth : std::min(optical_depth, depths.highest);
-        return transmitted_members(view, around, albedo, within);
+        return transmitted_members(view, around, albedo, depth_in(view, optical_depth));
     }
 
     const SideMemory& side_memory(const FamilyStencil& around, int k, Side side) const noexcept {

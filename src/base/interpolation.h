@@ -1,6 +1,7 @@
 // Interpolation between samples: places on axes, and weights of straight lines and of cubics.
 #pragma once
 
+#include "gathers.h"
 #include "quantities.h"
 
 namespace stratus {

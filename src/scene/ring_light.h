@@ -107,7 +107,7 @@ class RingShine {
     double sun_azimuth_, flattening_;
     bool shadows_;
     Axis latitude_, solar_time_;  // parametric, from the equator on; from the sun's meridian
-    // Of the hemisphere in darkness above its rings, and of the other.
+    // One for the hemisphere in darkness above its rings, one for the other.
     std::array<std::vector<LightSource>, parts> grid_[2];
 };
 

@@ -20,7 +20,7 @@ constexpr const char* caller = "scene";
 struct Source {
     std::filesystem::path directory;
     std::vector<std::string>* notes;
-    // What panels and frames share, already read: images, and oceans by their text.
+    // Panels and frames share these, which are read once: images, and oceans by their text.
     std::map<std::string, std::shared_ptr<const Image>>* images;
     std::map<std::string, Texture>* oceans;
 

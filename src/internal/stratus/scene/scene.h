@@ -195,7 +195,7 @@ std::vector<SceneFile> read_film(const std::filesystem::path& path,
 /// The panels of all frames, frame after frame: the scenes that a film's tables serve.
 std::vector<Scene> all_panels(const std::vector<SceneFile>& film);
 
-/// What a user changes in all pictures of a film; what is empty or 0 stays as it is.
+/// Changes that a user makes to all pictures of a film. A member that is empty or 0 changes nothing.
 struct SceneChanges {
     std::vector<std::string> effects;  // in place of the scenes' own
     std::vector<std::string> drop;     // switched off, whether or not a scene names them

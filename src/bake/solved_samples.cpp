@@ -118,24 +118,28 @@ std::vector<float> SolvedSamples::flux_values(const LayerSolution& solution) con
 std::vector<char> SolvedSamples::solve_unit(
     const Unit& unit, const Choice& is_asked_for,
     const std::array<std::vector<std::size_t>, 2>& positions) const {
+    std::vector<SolvedLayer> layers = units_.solve(unit);
+    std::erase_if(layers, [&](const SolvedLayer& layer) { return !is_asked_for(layer.number); });
+    std::vector<const LayerSolution*> solutions;
+    for (const SolvedLayer& layer : layers) solutions.push_back(&layer.solution);
+    const DirectionGrid& grid = units_.grid(unit.member);
+    std::array<std::vector<std::vector<double>>, 2> samples;  // of each layer
+    for (std::size_t n = 0; n < 2; ++n)
+        if (sides_[n] && positions[n].size() < numbers_.count())
+            samples[n] = evaluate_tabulated(solutions, both_sides[n], grid, positions[n]);
     std::vector<float> numbers;
-    for (const SolvedLayer& layer : units_.solve(unit)) {
-        if (!is_asked_for(layer.number)) continue;
+    for (std::size_t l = 0; l < layers.size(); ++l) {
         for (std::size_t n = 0; n < 2; ++n) {
             if (!sides_[n]) continue;
-            const DirectionGrid& grid = units_.grid(unit.member);
-            if (positions[n].size() == numbers_.count()) {
-                const std::vector<double> all =
-                    evaluate_tabulated(layer.solution, both_sides[n], grid);
-                for (const std::size_t at : positions[n])
-                    numbers.push_back(static_cast<float>(all[at]));
-            } else {
-                for (const double sample :
-                     evaluate_tabulated(layer.solution, both_sides[n], grid, positions[n]))
-                    numbers.push_back(static_cast<float>(sample));
+            if (!samples[n].empty()) {
+                numbers.insert(numbers.end(), samples[n][l].begin(), samples[n][l].end());
+                continue;
             }
+            const std::vector<double> all = evaluate_tabulated(*solutions[l], both_sides[n], grid);
+            for (const std::size_t at : positions[n])
+                numbers.push_back(static_cast<float>(all[at]));
         }
-        const std::vector<float> fluxes = flux_values(layer.solution);
+        const std::vector<float> fluxes = flux_values(layers[l].solution);
         numbers.insert(numbers.end(), fluxes.begin(), fluxes.end());
     }
     return as_chars(numbers);

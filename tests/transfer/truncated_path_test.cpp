@@ -39,7 +39,7 @@ std::vector<double> added(const TruncatedPath& path, Side side, double w, double
     PathWeights weights = path_weights(side, path.law().order_count(), tau, in, out);
     for (int n = 0; n < weights.count; ++n) weights.of_order[n] *= std::pow(w, n);
     std::vector<double> sum = path.law().legendre(weights);
-    const Eigen::VectorXd rest = path.rest(weights);
+    const Eigen::VectorXd rest = path.rest({&weights, 1});
     for (Eigen::Index l = 0; l < rest.size(); ++l) sum[static_cast<std::size_t>(l)] += rest(l);
     return sum;
 }
@@ -74,7 +74,8 @@ TEST(TruncatedPath, EqualsItsIntegralOverDepth) {
 
 TEST(TruncatedPath, RestEndsWithTheTruncatedSeries) {
     const TruncatedPath path(PathLaw(moments), truncation);
-    EXPECT_EQ(path.rest(path_weights(Side::reflection, 20, 1, 0.5, 0.7)).size(),
+    const PathWeights weights = path_weights(Side::reflection, 20, 1, 0.5, 0.7);
+    EXPECT_EQ(path.rest({&weights, 1}).rows(),
               static_cast<Eigen::Index>(truncation.moments.size()));
 }
 
@@ -197,8 +198,8 @@ TEST(NarrowPeaks, FollowSmallAngleTheory) {
 }
 
 TEST(NarrowPeaks, OfLargeDropletsFollowSmallAngleTheoryWithinTheDiffractionLobe) {
-    for (const char* const droplets : {"mie:radius=50um,wavelength=0.45um",
-                                       "mie:radius=350um,wavelength=0.45um"})
+    for (const char* const droplets :
+         {"mie:radius=50um,wavelength=0.45um", "mie:radius=350um,wavelength=0.45um"})
         expect_small_angle_theory(parse_phase_function(droplets), {0, 0.01}, 1, 1e-3);
 }
 

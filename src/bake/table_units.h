@@ -20,8 +20,7 @@ struct Unit {
     std::size_t member;
     int run;  // samples run, run + runs, run + 2 runs, ... of optical depth
     std::vector<std::size_t> albedos;
-    int octaves;       // of the run
-    bool to_infinity;  // and the last sample
+    DepthLadder ladder;  // of the run, and the last sample
 };
 
 /// A layer of a unit and its number (layer_samples.h).
@@ -61,7 +60,6 @@ class TableUnits {
     void place_axes();
     void place_cosines();
     int runs() const;
-    DepthLadder depth_ladder(const Unit& unit) const;
     double unit_weight(const Unit& unit) const;
     double layer_seconds(const Unit& unit) const;
 

@@ -63,6 +63,19 @@ TEST(SolveLadder, RefusesOctavesBelowZero) {
         {"solve", "octaves", ">= 0", "-1"});
 }
 
+TEST(SolveLadder, RefusesToBeAskedForNoDepthOrForOthers) {
+    expect_refusal<std::invalid_argument>(
+        [] {
+            solve_ladder(isotropic, {0.5}, {1, 2, false, {false, false}}, {1});
+        },
+        {"solve", "depths of a ladder", "at least one"});
+    expect_refusal<std::invalid_argument>(
+        [] {
+            solve_ladder(isotropic, {0.5}, {1, 2, true, {true, true}}, {1});
+        },
+        {"solve", "depths of a ladder", "3", "got 2"});
+}
+
 TEST(SolveLadder, RefusesAFirstDepthOutOfRange) {
     for (const double first : {0.0, -1.0, 1e-281, infinity, not_a_number})
         expect_refusal<std::invalid_argument>(

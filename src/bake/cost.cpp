@@ -6,7 +6,7 @@
 #include <stratus/base/number_text.h>
 
 #include "cost_sweeps.h"
-#include "family_section.h"
+#include "recipe_sections.h"
 
 #include <algorithm>
 #include <cmath>

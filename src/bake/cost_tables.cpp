@@ -5,7 +5,7 @@
 #include <stratus/table/packed_table.h>
 
 #include "cost_sweeps.h"
-#include "family_section.h"
+#include "recipe_sections.h"
 
 #include <cmath>
 #include <functional>

@@ -5,11 +5,10 @@
 #include <stratus/bake/clock.h>
 #include <stratus/base/argument.h>
 
-#include "family_section.h"
+#include "recipe_sections.h"
 #include "solve_material.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
@@ -203,7 +202,7 @@ double TableUnits::layer_seconds(const Unit& unit) const {
                                                                                    : 8));
     const double started = processor_seconds();
     for (const SolvedLayer& layer : solve(timed))
-        for (const Side side : {Side::reflection, Side::transmission})
+        for (const Side side : both_sides)
             if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
                 evaluate_tabulated(layer.solution, side, grids_[timed.member]);
     return (processor_seconds() - started) / unit_weight(timed);

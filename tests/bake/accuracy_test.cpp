@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -195,8 +194,7 @@ TEST(Verify, RefusesZeroSamples) {
     const Table table = bake(explicit_recipe());
     VerifyOptions options;
     options.samples = 0;
-    expect_refusal<std::invalid_argument>([&] { verify(table, options); },
-                                          {"verify", "samples", ">= 1", "got 0"});
+    expect_refusal([&] { verify(table, options); }, {"verify", "samples", ">= 1", "got 0"});
 }
 
 /// A table good to 1e-3: one percent of its higher orders is a difference that must show.

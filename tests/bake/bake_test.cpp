@@ -1,7 +1,6 @@
 #include <stratus/bake/bake.h>
 
 #include <stratus/bake/accuracy.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
@@ -10,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace stratus {

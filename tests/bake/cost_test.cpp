@@ -385,15 +385,14 @@ TEST(Cost, MeasuresASingleSemiInfiniteLayer) {
 TEST(Cost, RefusesZeroSeconds) {
     CostOptions options;
     options.seconds = 0;
-    expect_refusal<std::invalid_argument>([&] { measure_cost(recipe(), options); },
-                                          {"measure_cost", "seconds", "above 0", "got 0"});
+    expect_refusal([&] { measure_cost(recipe(), options); },
+                   {"measure_cost", "seconds", "above 0", "got 0"});
 }
 
 TEST(Cost, RefusesStacks) {
     Recipe stack = recipe();
     stack.layers.resize(2);
-    expect_refusal<std::invalid_argument>([&] { measure_cost(stack); },
-                                          {"measure_cost", "layers", "one layer", "got 2"});
+    expect_refusal([&] { measure_cost(stack); }, {"measure_cost", "layers", "one layer", "got 2"});
 }
 
 // Directions are sampled so finely that the family alone leaves an error.
@@ -499,8 +498,7 @@ TEST(SolveTable, HoldsTheSamplesOfTheBake) {
 TEST(SolveTable, RefusesAnOpenChoice) {
     Recipe open = test::explicit_recipe();
     open.discretisation.mu_samples = 0;
-    expect_refusal<std::invalid_argument>([&] { solve_table(open); },
-                                          {"solve_table", "mu_samples", "resolved", "got 0"});
+    expect_refusal([&] { solve_table(open); }, {"solve_table", "mu_samples", "resolved", "got 0"});
 }
 
 }  // namespace

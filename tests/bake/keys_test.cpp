@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -91,9 +90,8 @@ TEST(StackKeys, OfLayersAreAllRead) {
     for (const Key& key : stack_keys()) {
         if (key.section != std::string("layers")) continue;
         const std::string dated = test::KeyedFile(layer).with(key.name, "1979-05-27").text();
-        expect_refusal<std::invalid_argument>(
-            [&] { parse_stack("[[layers]]\n" + dated); },
-            {("stack: line 4: layer 1." + std::string(key.name) + " must be ").c_str()});
+        expect_refusal([&] { parse_stack("[[layers]]\n" + dated); },
+                       {("stack: line 4: layer 1." + std::string(key.name) + " must be ").c_str()});
     }
 }
 

@@ -11,9 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -137,9 +135,8 @@ TEST(PathLawTable, EffectsKeepTheirMeaning) {
     // nothing scatters: nothing is left of the law
     EXPECT_EQ(bind(view, 2, 0).transmission(0.7f, 0.72f, 0.1f), 0);
     // not-a-number never becomes an index
-    const double nan = std::numeric_limits<double>::quiet_NaN();
     const PackedTable packed(pack(table()));
-    for (const double bad : {nan, -nan}) {
+    for (const double bad : {NAN, -NAN}) {
         const auto of = static_cast<float>(bad);
         for (const Geometry& at : {Geometry{bad, 0.5, 1}, Geometry{0.5, 0.5, bad}}) {
             transmission(view, 1, 2, at);

@@ -7,8 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
@@ -33,7 +31,7 @@ std::string recipe_but(const std::string& key, const std::string& line) {
 
 void expect_recipe_refusal(const std::string& text, const std::vector<const char*>& fragments) {
     SCOPED_TRACE(text);
-    expect_refusal<std::invalid_argument>([&] { parse_recipe(text); }, fragments);
+    expect_refusal([&] { parse_recipe(text); }, fragments);
 }
 
 TEST(Recipe, HoldsItsText) {
@@ -311,8 +309,7 @@ TEST(ReadRecipe, NamesFileAndLineOfABadKey) {
     const std::string name = (folder / "rings.toml").string();
     const auto refuse = [&](const std::string& text, const std::string& start) {
         test::set_content(folder / "rings.toml", text);
-        expect_refusal<std::invalid_argument>([&] { read_recipe(name); },
-                                              {("recipe: " + name + start).c_str()});
+        expect_refusal([&] { read_recipe(name); }, {("recipe: " + name + start).c_str()});
     };
     refuse(recipe_with("tolerence = 1\n"), ", line 5: unknown key 'tolerence'");
     refuse(recipe_but("tolerance", "tolerance = 1"), ", line 2: tolerance must be");
@@ -386,8 +383,7 @@ TEST(Recipe, RefusesWhatIsNestedTooDeep) {  // the stack ended, and the program 
     std::string key = "a", lists, tables;
     for (int i = 1; i < 40'000; ++i) key += ".a", lists += '[', tables += "{a=";
     const auto refused = [](const std::string& lines, const char* sentence) {
-        expect_refusal<std::invalid_argument>([&] { parse_recipe(recipe_with(lines)); },
-                                              {"line 5", sentence, "got more"});
+        expect_refusal([&] { parse_recipe(recipe_with(lines)); }, {"line 5", sentence, "got more"});
     };
     refused(key + " = 1\n", "a key must have at most 32 dotted parts");
     refused("[" + key + "]\n", "a key must have at most 32 dotted parts");
@@ -401,14 +397,14 @@ TEST(Recipe, CountsNoDotsOrBracketsInTexts) {
         const std::string text = std::string(quote) + dots + brackets + quote;
         EXPECT_NO_THROW(parse_recipe(
             recipe_but("phase_function", "phase_function = 'rayleigh' # " + dots + brackets)));
-        expect_refusal<std::invalid_argument>([&] { parse_recipe(recipe_with("depth = " + text)); },
-                                              {"unknown key 'depth'"});
+        expect_refusal([&] { parse_recipe(recipe_with("depth = " + text)); },
+                       {"unknown key 'depth'"});
     }
 }
 
 TEST(Recipe, ShowsNoControlCharacters) {
-    expect_refusal<std::invalid_argument>([] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); },
-                                          {"unknown key '\\x1b[2J'"});
+    expect_refusal([] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); },
+                   {"unknown key '\\x1b[2J'"});
 }
 
 TEST(Recipe, IsNoDeviceWithoutEnd) {
@@ -477,7 +473,7 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
 
 TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {
     for (const char* range : {"{ min = 1, max = inf }", "{ min = 0.1, max = 8 }"})
-        expect_refusal<std::invalid_argument>(
+        expect_refusal(
             [&] {
                 parse_recipe("phase_function = 'rayleigh'\ntolerance = 1e-2\noptical_depth = " +
                              std::string(range) +
@@ -488,7 +484,7 @@ TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {
 }
 
 TEST(Recipe, RefusesRangesTooNarrowToSample) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [] {
             parse_recipe(
                 "phase_function = 'rayleigh'\ntolerance = 1e-2\n"

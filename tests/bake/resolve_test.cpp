@@ -1,12 +1,10 @@
 #include <stratus/bake/bake.h>
-#include <stratus/base/constants.h>
 
 #include "choices.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <set>

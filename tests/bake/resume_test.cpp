@@ -1,6 +1,7 @@
 #include <stratus/bake/bake.h>
 #include <stratus/base/instruction_set.h>
 
+#include "row_name.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
@@ -125,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Recipes, Resume,
                                          Case{"OverGround", recipe_over_ground},
                                          Case{"Mixtures", recipe_of_mixtures},
                                          Case{"SomeDirections", recipe_of_some_directions}),
-                         [](const auto& row) { return row.param.name; });
+                         row_name);
 
 TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
     MemoryLog log;

@@ -6,8 +6,6 @@
 
 #include "../table/table_equality.h"
 
-#include <gtest/gtest.h>
-
 #include <string>
 
 namespace stratus::test {

@@ -157,13 +157,12 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
                     on_dust.plane_albedo(1), 1e-2 * on_dust.plane_albedo(1));
     }
     const auto refused = [&](const char* text, const char* part) {
-        expect_refusal<std::invalid_argument>([&] { read_ground(text, folder.path().string()); },
-                                              {part});
+        expect_refusal([&] { read_ground(text, folder.path().string()); }, {part});
     };
     refused("table:file=haze.stratus,optical_depth=9", "optical_depth must be");
     refused("table:file=haze.stratus,albedo=0.1", "albedo must be");
     refused("table:name=haze.stratus", "parameter of table must be file");
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] {
             parse_recipe("tolerance = 1e-2\n" + air + "[below]\nground = 'table:file=" +
                          (folder / "haze.stratus").string() + "'\n");
@@ -325,8 +324,7 @@ TEST(StackTable, IsOfItsStackAlone) {
     const StackLayer mean = mean_layer(table.layers);
     const auto refused = [&](double depth, double albedo, const Effects& effects,
                              const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>([&] { bind(table.view(), depth, albedo, effects); },
-                                              fragments);
+        expect_refusal([&] { bind(table.view(), depth, albedo, effects); }, fragments);
     };
     refused(1.7, mean.albedo, {}, {"optical_depth", "1.8", "that of the stack", "1.7"});
     refused(mean.optical_depth, 0.5, {}, {"albedo", "that of the stack", "0.5"});
@@ -373,18 +371,15 @@ TEST(StackRecipe, IsAStackFile) {
     EXPECT_TRUE(recipe.transmission);
     EXPECT_FALSE(parse_recipe(air + "[below]\nlambert_albedo = 0.3\n").transmission);
     EXPECT_FALSE(parse_recipe(air + layer("isotropic", 0.5, "inf")).transmission);
-    expect_refusal<std::invalid_argument>([] { parse_recipe("albedo = 1\n" + air); },
-                                          {"line 1", "unknown key 'albedo'"});
-    expect_refusal<std::invalid_argument>([] { parse_recipe("orders = 4\n" + air); },
-                                          {"line 1", "unknown key 'orders'"});
-    expect_refusal<std::invalid_argument>(
+    expect_refusal([] { parse_recipe("albedo = 1\n" + air); }, {"line 1", "unknown key 'albedo'"});
+    expect_refusal([] { parse_recipe("orders = 4\n" + air); }, {"line 1", "unknown key 'orders'"});
+    expect_refusal(
         [] {
             parse_recipe("sides = ['transmission']\n" + air + "[below]\nlambert_albedo = 0.3\n");
         },
         {"line 1", "sides", "[below]"});
-    expect_refusal<std::invalid_argument>(
-        [] { parse_recipe(layer("isotropic", 1, "0.0")); },
-        {"line 1", "optical depth of all layers", "1e-06", "got 0"});
+    expect_refusal([] { parse_recipe(layer("isotropic", 1, "0.0")); },
+                   {"line 1", "optical depth of all layers", "1e-06", "got 0"});
 }
 
 }  // namespace

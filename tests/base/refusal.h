@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,16 +14,23 @@ struct Refusal {
     std::vector<const char*> fragments;
 };
 
-/// Fails unless `call` throws an `Error` whose message holds every fragment.
-template <class Error, class Call>
-void expect_refusal(const Call& call, const std::vector<const char*>& fragments) {
+/// The message of the Error that `call` throws; empty if it throws none.
+template <class Error = std::invalid_argument, class Call>
+std::string refusal(const Call& call) {
     try {
         call();
-        ADD_FAILURE() << "nothing was refused";
     } catch (const Error& error) {
-        const std::string message = error.what();
-        for (const char* const fragment : fragments)
-            EXPECT_NE(message.find(fragment), std::string::npos)
-                << "no '" << fragment << "' in '" << message << "'";
+        return error.what();
     }
+    return "";
+}
+
+/// Fails unless `call` throws an `Error` whose message holds every fragment.
+template <class Error = std::invalid_argument, class Call>
+void expect_refusal(const Call& call, const std::vector<const char*>& fragments) {
+    const std::string message = refusal<Error>(call);
+    EXPECT_FALSE(message.empty()) << "nothing was refused";
+    for (const char* const fragment : fragments)
+        EXPECT_NE(message.find(fragment), std::string::npos)
+            << "no '" << fragment << "' in '" << message << "'";
 }

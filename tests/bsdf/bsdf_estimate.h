@@ -2,7 +2,6 @@
 // * cos / pdf.
 #pragma once
 
-#include <stratus/base/angle.h>
 #include <stratus/bsdf/bsdf.h>
 
 #include <cmath>

@@ -4,12 +4,12 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "bsdf_estimate.h"
+#include "row_name.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -49,8 +49,7 @@ const Material materials[] = {
 
 class EveryMaterial : public testing::TestWithParam<Material> {};
 
-INSTANTIATE_TEST_SUITE_P(Bsdf, EveryMaterial, testing::ValuesIn(materials),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(Bsdf, EveryMaterial, testing::ValuesIn(materials), row_name);
 
 /// The normal itself, beside it, and down to the horizon.
 constexpr float bsdf_cosines[] = {1, 0.9995f, 0.99f, 0.8f, 0.45f, 0.2f, 0.05f, 0.01f, 0.001f};

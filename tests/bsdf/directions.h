@@ -1,7 +1,6 @@
 // Directions and vectors at which tests evaluate slices.
 #pragma once
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/direction.h>
 

@@ -27,7 +27,7 @@ namespace stratus {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double none = NAN;
 
 constexpr double odd_numbers[] = {none, inf, -inf, -0.0, 0, 1e-40, -1, -0.5, 1.5, 1e30, 5e-324};
 

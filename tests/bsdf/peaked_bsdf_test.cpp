@@ -4,6 +4,7 @@
 #include <stratus/bsdf/bsdf.h>
 
 #include "bsdf_estimate.h"
+#include "row_name.h"
 #include "water_cloud.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,6 @@
 #include <cmath>
 #include <cstddef>
 #include <random>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -220,7 +220,7 @@ INSTANTIATE_TEST_SUITE_P(
                                 "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
                         }},
                     Colours{"WaterCloud", water_cloud}),
-    [](const auto& row) { return row.param.name; });
+    row_name);
 
 TEST_P(EveryPhaseOfColours, KeepsWeightsInBounds) {
     const RgbBsdf bsdf = coloured_bsdf(GetParam().phase());

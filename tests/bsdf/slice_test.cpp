@@ -82,7 +82,7 @@ TEST(Slice, IsFiniteAtGrazingAndInvalidDirections) {
     table.transmission_multiple = tabulate(table, small_table_transmission_scale);
     prepare(table);
     const Slice slice = bind(table.view(), 3, 0.9);
-    for (const float mu : {0.0f, 1e-30f, 1e-7f, -1.0f, 1.0f, 2.0f, std::nanf("")})
+    for (const float mu : {0.0f, 1e-30f, 1e-7f, -1.0f, 1.0f, 2.0f, NAN})
         for (const float azimuth : {0.0f, -1.0f, 3.2f, 1e4f}) {
             EXPECT_TRUE(std::isfinite(slice.reflection(std::isnan(mu) ? 0.5f : mu, 0.5f, azimuth)))
                 << mu;

@@ -3,6 +3,7 @@
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/table/lookup.h>
 
+#include "row_name.h"
 #include "small_table.h"
 
 #include <gtest/gtest.h>
@@ -123,8 +124,7 @@ TEST_P(SharedTable, IsBitIdenticalFromManyThreads) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryFunction, SharedTable, testing::ValuesIn(functions),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(EveryFunction, SharedTable, testing::ValuesIn(functions), row_name);
 
 #if defined(__SANITIZE_THREAD__)
 TEST(ThreadSanitizerDeathTest, SeesTwoThreadsWriteTheSame) {

@@ -124,7 +124,7 @@ TEST_F(C, LooksUpTablesToTheBitsOfCpp) {
 }
 
 TEST_F(C, ClampsLookupsOfTables) {
-    const double none = std::nan("");
+    const double none = NAN;
     const struct {
         stratus_point at, nearest;
     } rows[] = {{{1.5, 0.9, -1, 0.8, 1}, {1.5, 0.9, 0, 0.8, 1}},
@@ -442,7 +442,7 @@ TEST_F(C, ServesProgramsBuiltAgainstTheFirstHeader) {
 }
 
 TEST_F(C, RefusesToBindWhatIsOutOfRange) {
-    const double one = 1, negative = -1e-9, more = 1.0000001, nan = std::nan("");
+    const double one = 1, negative = -1e-9, more = 1.0000001, nan = NAN;
     stratus_slice* slice = nullptr;
     const auto refused = [&](int channels, const double* depth, const double* albedo,
                              const stratus_effects* effects, const char* part) {

@@ -2,6 +2,7 @@
 // within two of them as should, whatever is fitted by whichever model.
 #include "observed_clouds.h"
 #include "observed_rings.h"
+#include "row_name.h"
 
 #include <gtest/gtest.h>
 
@@ -163,8 +164,7 @@ TEST_P(FitCoverage, IsNominal) {
     EXPECT_LE(refused, 2);  // a probability below 1e-3
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, FitCoverage, testing::ValuesIn(modes()),
-                         [](const auto& mode) { return mode.param.name; });
+INSTANTIATE_TEST_SUITE_P(Of, FitCoverage, testing::ValuesIn(modes()), row_name);
 
 TEST(FitCoverageOfClouds, IsNominal) {
     const auto model = table_model(test::droplet_table().view());

@@ -67,7 +67,7 @@ TEST(FitFamily, TwoWavelengthsGiveDepthAndRadius) {
     const Cloud cloud{1.2, 0.95, 0.31};
     std::vector<Observation> two;
     for (const double wavelength : wavelengths)
-        two.push_back({{0.7, 0.8, 1.6}, Light::reflected, 0, 0, {std::nan(""), wavelength}});
+        two.push_back({{0.7, 0.8, 1.6}, Light::reflected, 0, 0, {NAN, wavelength}});
     FitOptions options;
     options.w1 = cloud.w;
     const Fit fit = fit_layer(droplet_table().view(), seen(cloud, two), options);
@@ -146,8 +146,7 @@ TEST(FitFamily, PredictsWhatLookupsOfTheMemberGive) {
 void expect_family_refusal(const Table& table, const FitOptions& options,
                            const std::vector<Observation>& observed,
                            const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>([&] { fit_layer(table.view(), observed, options); },
-                                          fragments);
+    expect_refusal([&] { fit_layer(table.view(), observed, options); }, fragments);
 }
 
 TEST(FitFamily, RefusesWhatTheFamilyDoesNotHold) {

@@ -1,6 +1,5 @@
 #include <stratus/fit/fit.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
 
@@ -348,8 +347,7 @@ void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& ch
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     change(views);
-    expect_refusal<std::invalid_argument>([&] { fit_layer(ring_table().view(), views); },
-                                          fragments);
+    expect_refusal([&] { fit_layer(ring_table().view(), views); }, fragments);
 }
 
 TEST(Fit, RefusesObservationsOutOfRange) {
@@ -359,7 +357,7 @@ TEST(Fit, RefusesObservationsOutOfRange) {
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_in = 0; }, {"mu_in", "(0, 1]", "got 0"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_out = 1.1; }, {"mu_out", "(0, 1]", "1.1"});
     expect_fit_refusal([&](Views& v) { v[3].geometry.azimuth = infinity; }, {"azimuth", "inf"});
-    expect_fit_refusal([](Views& v) { v[3].brightness = std::nan(""); }, {"brightness", "nan"});
+    expect_fit_refusal([](Views& v) { v[3].brightness = NAN; }, {"brightness", "nan"});
     expect_fit_refusal([](Views& v) { v[3].sigma = 0; }, {"sigma", "(0, inf)", "got 0"});
     expect_fit_refusal([](Views& v) { v[3].brightness = 1e308; },
                        {"brightness / sigma", "[-1e100, 1e100]", "so that its square is a number"});
@@ -371,15 +369,14 @@ TEST(Fit, RefusesTablesWithoutTheSide) {
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     Table lit = ring_table();
     lit.transmission_multiple.clear();
-    expect_refusal<std::invalid_argument>([&] { fit_layer(lit.view(), views); },
-                                          {"observed light", "the model knows", "transmitted"});
+    expect_refusal([&] { fit_layer(lit.view(), views); },
+                   {"observed light", "the model knows", "transmitted"});
 }
 
 void expect_option_refusal(const FitOptions& options, const std::vector<const char*>& fragments) {
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
-    expect_refusal<std::invalid_argument>([&] { fit_layer(ring_table().view(), views, options); },
-                                          fragments);
+    expect_refusal([&] { fit_layer(ring_table().view(), views, options); }, fragments);
 }
 
 TEST(Fit, RefusesOptionsOutOfRange) {
@@ -408,7 +405,7 @@ TEST(Fit, RefusesWhatOtherModelsDoNotKnow) {
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     const auto refuses = [&](const LayerModel& model, const FitOptions& options,
                              const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>([&] { fit_layer(model, views, options); }, fragments);
+        expect_refusal([&] { fit_layer(model, views, options); }, fragments);
     };
     refuses(*beam_model(), {}, {"observed light", "reflected"});
     const auto one = single_scattering_model(PhaseFunction::henyey_greenstein(0.5), std::nullopt);

@@ -55,7 +55,7 @@ inline std::vector<Observation> cloud_views(bool is_spectrum) {
             for (const double azimuth : {0.3, 1.6, 2.9})
                 for (const Light light : {Light::reflected, Light::transmitted}) {
                     all.push_back({{0.7, mu_out, azimuth}, light, 0, 0});
-                    if (is_spectrum) all.back().known = {std::nan(""), wavelength};
+                    if (is_spectrum) all.back().known = {NAN, wavelength};
                 }
     return all;
 }

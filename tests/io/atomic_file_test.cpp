@@ -3,6 +3,7 @@
 #include <stratus/io/table_file.h>
 
 #include "hdf5_table.h"
+#include "refusal.h"
 #include "sample_table.h"
 #include "temporary_folder.h"
 

@@ -1,10 +1,10 @@
 #include <stratus/io/image.h>
 
+#include "refusal.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -37,7 +37,7 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
     const std::uintmax_t file = std::filesystem::file_size(path);
     const std::uintmax_t pixels = ramp().rgb.size() * sizeof(float);
     const auto refusal_of = [&](std::uintmax_t max_memory) {
-        return test::refusal<std::runtime_error>([&] { read_exr_image(path, max_memory); });
+        return refusal<std::runtime_error>([&] { read_exr_image(path, max_memory); });
     };
     const auto starts = [&](const std::string& message, const std::string& reason) {
         EXPECT_TRUE(message.starts_with(path.string() + ": " + reason)) << message;
@@ -51,12 +51,10 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
 TEST(ExrImage, NamesAnUnreadableFile) {
     const test::TemporaryFolder folder;
     test::set_content(folder / "a.exr", "no picture");
-    EXPECT_NE(
-        test::refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }).find("a.exr"),
-        std::string::npos);
-    EXPECT_NE(
-        test::refusal<std::runtime_error>([&] { read_exr_image(folder / "b.exr"); }).find("b.exr"),
-        std::string::npos);
+    EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }).find("a.exr"),
+              std::string::npos);
+    EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "b.exr"); }).find("b.exr"),
+              std::string::npos);
 }
 
 }  // namespace

@@ -16,7 +16,6 @@
 #include <cstdlib>
 #include <iostream>
 #include <malloc.h>
-#include <string>
 #include <thread>
 #include <vector>
 

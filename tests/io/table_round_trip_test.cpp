@@ -4,6 +4,7 @@
 
 #include "exr_table.h"
 #include "hdf5_table.h"
+#include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
 #include "temporary_folder.h"
@@ -252,8 +253,7 @@ TEST_P(RoundTrip, WritesTheSameBytesTwice) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Tables, RoundTrip, testing::ValuesIn(cases),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(Tables, RoundTrip, testing::ValuesIn(cases), row_name);
 
 TEST(TableFile, DirectWritersEqualWriteTable) {
     const TemporaryFolder folder;

@@ -3,6 +3,7 @@
 #include <stratus/io/table_file.h>
 
 #include "refusal_of_reading.h"
+#include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
 #include "temporary_folder.h"
@@ -164,8 +165,7 @@ TEST_P(TamperedHdf5, IsRefused) {
     EXPECT_TRUE(message.starts_with(path.string() + ": " + GetParam().reason)) << message;
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, TamperedHdf5, testing::ValuesIn(tamperings),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(Files, TamperedHdf5, testing::ValuesIn(tamperings), row_name);
 
 TEST_F(Hdf5Table, SaysHowToSealWhatWasChangedOnPurpose) {
     tamper(change_sample);

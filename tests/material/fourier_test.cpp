@@ -3,13 +3,14 @@
 
 #include "fourier_reader.h"
 #include "material_check.h"
+#include "refusal.h"
+#include "row_name.h"
 #include "solved_stack.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -88,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
              layer("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5", 0.95, 1.5)},
         Case{"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
         Case{"stack", cloud_in_haze()}, Case{"stack_over_ground", over(cloud_in_haze(), 0.5)}),
-    [](const auto& info) { return std::string(info.param.name); });
+    row_name);
 
 // Another way to the same numbers, which knows no solver: forward and back, up and down.
 TEST(FourierTable, IsWhatPhotonsTell) {
@@ -155,7 +156,7 @@ TEST(FourierTable, KeepsMeansAtMostEight) {
 }
 
 TEST(FourierTable, RefusesAPeakThatItsSamplerCannotDraw) {
-    const std::string said = refusal<std::invalid_argument>([] {
+    const std::string said = refusal([] {
         make_material({{layer("henyey_greenstein:g=0.97", 1, 1)}, ""}, MaterialFormat::fourier);
     });
     EXPECT_NE(said.find("at most 8, got "), std::string::npos) << said;

@@ -2,11 +2,9 @@
 
 #include "material_check.h"
 #include "mqdiffuse_reader.h"
+#include "refusal.h"
 
 #include <gtest/gtest.h>
-
-#include <cmath>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -72,7 +70,7 @@ TEST(Mqdiffuse, LosesNoLightInAWhiteFurnace) {
 
 TEST(Mqdiffuse, RefusesColours) {
     const Stack grey = layer("isotropic", 0.9, 1);
-    EXPECT_EQ(refusal<std::invalid_argument>([&] {
+    EXPECT_EQ(refusal([&] {
                   make_material({{grey, grey, grey}, ""}, MaterialFormat::netcdf);
               }),
               "export: colours of netcdf must be one, it holds grey, got 3");

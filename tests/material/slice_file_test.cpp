@@ -1,4 +1,5 @@
 // Slices, read as their layout says, beside the solver.
+#include "row_name.h"
 #include "slice_reader.h"
 
 #include "material_check.h"
@@ -21,8 +22,6 @@ struct Row {
     Stack stack;
     double median, most;  // 99 %
 };
-
-std::string row_name(const testing::TestParamInfo<Row>& row) { return row.param.name; }
 
 class SliceFile : public testing::TestWithParam<Row> {};
 

@@ -1,6 +1,7 @@
 #include <stratus/material/material.h>
 
 #include "material_check.h"
+#include "row_name.h"
 #include "solved_stack.h"
 #include "tensor_reader.h"
 
@@ -57,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
                                 {parse_phase_function("henyey_greenstein:g=0.7"), 0.98, 2}},
                                {}},
                               0.5)}),
-    [](const auto& info) { return std::string(info.param.name); });
+    row_name);
 
 /// The integral of f cos over wi: cosines even in their square root.
 double albedo_of(const TensorReader& table, double mu_o) {

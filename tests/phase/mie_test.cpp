@@ -7,6 +7,8 @@
 #include "phase/droplet_sizes.h"
 #include "phase/mie_scattering.h"
 
+#include "row_name.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,11 +63,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Published{"Metal", {10, 10}, 1, 2.049405, 1e-6, -0.110664},
                     Published{"MetalLarge", {10, 10}, 100, 1.836785, 1e-6, 0.556215},
                     Published{"MetalHuge", {10, 10}, 10000, 1.795393, 1e-6, 0.548194},
-                    Published{"Glass", {1.5, 0}, 10, 2.8820, 1e-4, std::nan("")},
-                    Published{"GlassLarge", {1.5, 0}, 100, 2.0944, 1e-4, std::nan("")},
-                    Published{"GlassLarger", {1.5, 0}, 1000, 2.0139, 1e-4, std::nan("")},
-                    Published{"GlassHuge", {1.5, 0}, 5000, 2.0086, 1e-4, std::nan("")}),
-    [](const auto& row) { return row.param.name; });
+                    Published{"Glass", {1.5, 0}, 10, 2.8820, 1e-4, NAN},
+                    Published{"GlassLarge", {1.5, 0}, 100, 2.0944, 1e-4, NAN},
+                    Published{"GlassLarger", {1.5, 0}, 1000, 2.0139, 1e-4, NAN},
+                    Published{"GlassHuge", {1.5, 0}, 5000, 2.0086, 1e-4, NAN}),
+    row_name);
 
 TEST(MieAmplitudes, ArePublishedOnesAtThirtyDegreeSteps) {
     // The same, case 14: x = 1, m = 1.5 + i; our amplitudes for exp(-i omega t) are the conjugates.
@@ -290,7 +292,7 @@ TEST(Mie, HasTheValuesOfItsSeries) {
 
 TEST(Mie, IsNotANumberAtNotANumber) {
     const PhaseFunction cloud = parse_phase_function("mie:radius=1um,index=1.33");
-    EXPECT_TRUE(std::isnan(std::get<Mie>(cloud.terms()[0].second)(std::nan(""))));
+    EXPECT_TRUE(std::isnan(std::get<Mie>(cloud.terms()[0].second)(NAN)));
 }
 
 TEST(Mie, IsTheSameWhetherComputedOrShared) {

@@ -3,6 +3,7 @@
 #include <stratus/base/angle.h>
 
 #include "refusal.h"
+#include "row_name.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,6 @@
 #include <cstring>
 #include <random>
 #include <sstream>
-#include <stdexcept>
 #include <vector>
 
 namespace stratus {
@@ -107,22 +107,20 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"HenyeyGreensteinBackward", "henyey_greenstein:g=-0.325", -0.325},
                     Case{"HenyeyGreensteinFlat", "henyey_greenstein:g=0", 0},
                     Case{"Moments", "moments:chi=1 0.6 0.3 0.1 0.02", 0.6},
-                    Case{"MomentsFlat", "moments:chi=1", 0},
-                    Case{"Tabulated", points, std::nan("")},
-                    Case{"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", std::nan("")},
-                    Case{"SmallDroplets", "mie:radius=0.15um,variance=0.1", std::nan("")},
-                    Case{"OneDroplet", "mie:radius=500nm,wavelength=1064nm,index=1.5+0.01i",
-                         std::nan("")},
+                    Case{"MomentsFlat", "moments:chi=1", 0}, Case{"Tabulated", points, NAN},
+                    Case{"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", NAN},
+                    Case{"SmallDroplets", "mie:radius=0.15um,variance=0.1", NAN},
+                    Case{"OneDroplet", "mie:radius=500nm,wavelength=1064nm,index=1.5+0.01i", NAN},
                     Case{"IceCrystals",
                          "mie:radius=0.2um, variance=0.2, distribution=lognormal, material=ice, "
                          "wavelength=2um",
-                         std::nan("")},
+                         NAN},
                     Case{"Saturn", saturn, 0.5 * (0.404 - 0.596)},
                     Case{"SumOfEveryKind",
                          "0.1*rayleigh + 0.2*lambert_sphere + 0.3*henyey_greenstein:g=0.1 + "
                          "0.15*tabulated:points=0 1/90 0/180 0.25 + 0.25*moments:chi=1 0.1",
-                         std::nan("")}),
-    [](const auto& row) { return row.param.name; });
+                         NAN}),
+    row_name);
 
 // ---- Each kind
 
@@ -337,14 +335,14 @@ TEST(Moments, AreSoonChecked) {  // 16 s for 20,000 when each angle summed them 
 
 TEST(Moments, AreRefusedWhereTheirSumIsNegative) {
     // 1 + 3 chi_1 cos x + 5 chi_2 P_2 is lowest between the angles of a coarse grid.
-    expect_refusal<std::invalid_argument>([] { Moments({1, 0.3, 0.9}); }, {"no lower than"});
-    expect_refusal<std::invalid_argument>([] { Moments({1, 0.5}); }, {"got -0.5"});
+    expect_refusal([] { Moments({1, 0.3, 0.9}); }, {"no lower than"});
+    expect_refusal([] { Moments({1, 0.5}); }, {"got -0.5"});
 }
 
 TEST(Moments, AreAtMost65536) {
     std::vector<double> chi(65'537);
     chi[0] = 1;
-    expect_refusal<std::invalid_argument>([&] { Moments{chi}; }, {"at most 65536", "got 65537"});
+    expect_refusal([&] { Moments{chi}; }, {"at most 65536", "got 65537"});
 }
 
 TEST(Moments, AreDividedByTheFirst) {
@@ -439,8 +437,7 @@ TEST(PhaseFunction, HasACaption) {
 class ParsePhaseFunctionRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(ParsePhaseFunctionRefuses, NamingWhatIsWrong) {
-    expect_refusal<std::invalid_argument>([] { parse_phase_function(GetParam().text); },
-                                          GetParam().fragments);
+    expect_refusal([] { parse_phase_function(GetParam().text); }, GetParam().fragments);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -552,25 +549,17 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"DropletTooSmall", "mie:radius=1e-6um", {"at least 1e-4"}},
         Refusal{"BareRadius", "mie:10um", {"must be written radius=10", "got '10'"}},
         Refusal{"BareMoments", "moments:1 0.5", {"must be written chi=1", "got '1'"}}),
-    [](const auto& row) { return row.param.name; });
+    row_name);
 
 TEST(PhaseFunction, RefusesSumsWithoutWeight) {
     const PhaseFunction phi;
-    expect_refusal<std::invalid_argument>([] { PhaseFunction::sum({}); }, {"total weight"});
-    expect_refusal<std::invalid_argument>(
-        [&] {
-            PhaseFunction::sum({{-1, phi}});
-        },
-        {"weight", "-1"});
-    expect_refusal<std::invalid_argument>(
-        [&] {
-            PhaseFunction::sum({{std::nan(""), phi}});
-        },
-        {"weight", "nan"});
+    expect_refusal([] { PhaseFunction::sum({}); }, {"total weight"});
+    expect_refusal([&] { PhaseFunction::sum({{-1, phi}}); }, {"weight", "-1"});
+    expect_refusal([&] { PhaseFunction::sum({{NAN, phi}}); }, {"weight", "nan"});
 }
 
 TEST(PhaseFunction, RefusesTablesOfUnequalColumns) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [] {
             PhaseFunction::tabulated({0, 90, 180}, {1, 1});
         },
@@ -578,8 +567,7 @@ TEST(PhaseFunction, RefusesTablesOfUnequalColumns) {
 }
 
 TEST(PhaseFunction, RefusesACountOfZeroMoments) {
-    expect_refusal<std::invalid_argument>([] { PhaseFunction().moments(0); },
-                                          {"count", "at least 1", "got 0"});
+    expect_refusal([] { PhaseFunction().moments(0); }, {"count", "at least 1", "got 0"});
 }
 
 TEST(PhaseFunction, IsIsotropicByDefault) {

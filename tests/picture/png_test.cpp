@@ -1,12 +1,12 @@
 #include <stratus/picture/png.h>
 
+#include "refusal.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@ TEST(Srgb, EncodesAndDecodes) {
     // [IEC 61966-2-1]: a number of 188 of 255 is half the light.
     EXPECT_NEAR(255 * srgb_encoded(0.5), 187.5, 0.1);
     EXPECT_EQ(srgb_encoded(-1), 0);
-    EXPECT_EQ(srgb_encoded(std::numeric_limits<double>::quiet_NaN()), 0);
+    EXPECT_EQ(srgb_encoded(NAN), 0);
     EXPECT_DOUBLE_EQ(srgb_encoded(3), 1);
     for (const double light : {0.0, 0.001, 0.0031308, 0.02, 0.7, 1.0})
         EXPECT_NEAR(srgb_decoded(srgb_encoded(light)), light,
@@ -79,7 +79,7 @@ TEST(Png, NamesAFileThatIsNotOne) {
     const test::TemporaryFolder folder;
     test::set_content(folder / "a.png", "no picture");
     for (const char* const name : {"a.png", "b.png"})
-        EXPECT_NE(test::refusal<std::runtime_error>([&] { read_png(folder / name); }).find(name),
+        EXPECT_NE(refusal<std::runtime_error>([&] { read_png(folder / name); }).find(name),
                   std::string::npos);
 }
 
@@ -88,8 +88,7 @@ TEST(Png, RespectsTheMemoryLimit) {
     const std::filesystem::path path = folder / "a.png";
     write_png(Image(30, 20), 1, {}, path);
     constexpr std::uintmax_t needed = 30 * 20 * 20;
-    const std::string message =
-        test::refusal<std::runtime_error>([&] { read_png(path, needed - 1); });
+    const std::string message = refusal<std::runtime_error>([&] { read_png(path, needed - 1); });
     EXPECT_TRUE(message.starts_with(path.string() + ": reading the picture needs ")) << message;
     EXPECT_EQ(read_png(path, needed).width, 30);
 }
@@ -101,7 +100,7 @@ TEST(Png, RefusesSidesAboveTheMaximum) {
     const std::string whole = test::content(path);
     for (const std::size_t side_at : {16U, 20U}) {
         test::set_content(path, std::string(whole).replace(side_at, 4, {0, 0, 0x40, 1}));
-        EXPECT_EQ(test::refusal<std::runtime_error>([&] { read_png(path); }),
+        EXPECT_EQ(refusal<std::runtime_error>([&] { read_png(path); }),
                   path.string() + ": a picture must have sides in [1, 16384]");
     }
 }

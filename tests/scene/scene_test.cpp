@@ -56,7 +56,7 @@ std::string cloud_but(const std::string& line, const std::string& instead) {
 
 void expect_scene_refusal(const std::string& text, const std::vector<const char*>& fragments) {
     SCOPED_TRACE(text);
-    expect_refusal<std::invalid_argument>([&] { parse_scene(text); }, fragments);
+    expect_refusal([&] { parse_scene(text); }, fragments);
 }
 
 TEST(SceneFile, HoldsTheValuesOfItsText) {
@@ -112,16 +112,13 @@ TEST(SceneFile, TakesADensityFromNumberAndRadiusOfParticles) {
     EXPECT_EQ(blinn.opposition.width, Opposition::radius_in_free_paths(density));
     const SceneLayer given = layer(particles, "opposition = { law = 'blinn', density = 0.2 }");
     EXPECT_EQ(given.opposition.width, Opposition::radius_in_free_paths(0.2));
-    expect_refusal<std::invalid_argument>([&] { layer("", "opposition = { law = 'blinn' }"); },
-                                          {"layer.opposition.density", "no density"});
-    expect_refusal<std::invalid_argument>(
-        [&] { layer("", "opposition = { law = 'hapke', amplitude = 1.0 }"); },
-        {"layer.opposition.width", "no density"});
-    expect_refusal<std::invalid_argument>(
-        [&] { layer("density = { number = 1.0, radius = 1.0 }", ""); },
-        {"layer.density", "radius^3", "[0, 1)", "got 4.18"});
-    expect_refusal<std::invalid_argument>([&] { layer("density = { number = 1.0 }", ""); },
-                                          {"layer.density.radius"});
+    expect_refusal([&] { layer("", "opposition = { law = 'blinn' }"); },
+                   {"layer.opposition.density", "no density"});
+    expect_refusal([&] { layer("", "opposition = { law = 'hapke', amplitude = 1.0 }"); },
+                   {"layer.opposition.width", "no density"});
+    expect_refusal([&] { layer("density = { number = 1.0, radius = 1.0 }", ""); },
+                   {"layer.density", "radius^3", "[0, 1)", "got 4.18"});
+    expect_refusal([&] { layer("density = { number = 1.0 }", ""); }, {"layer.density.radius"});
 }
 
 TEST(SceneFile, RefusesUnknownKeysWithTheNearestKnown) {
@@ -515,7 +512,7 @@ TEST_F(RingProfileFile, MayBeOfAPlanetWithALayerOfItsOwn) {
     EXPECT_EQ(scene.named, std::vector{&SceneEffects::density}) << "which the planet's layer has";
     const auto refuse = [&](const std::string& keys, const std::vector<const char*>& fragments) {
         SCOPED_TRACE(keys);
-        expect_refusal<std::invalid_argument>([&] { read(rows, keys); }, fragments);
+        expect_refusal([&] { read(rows, keys); }, fragments);
     };
     refuse("surface = 0.5\n" + layer, {"rings.surface", "absent beside [planet]"});
     refuse("[planet]\nsurface = { wind = 5 }\n" + layer, {"planet.surface", "no ocean"});
@@ -588,15 +585,14 @@ TEST(SceneFile, RefusesShellsBeyondTheirRange) {
 TEST_F(RingProfileFile, NamesTheLineOfABadRow) {
     const auto refuse = [&](const std::string& rows, const std::vector<const char*>& fragments) {
         SCOPED_TRACE(rows);
-        expect_refusal<std::invalid_argument>([&] { read(head + rows); }, fragments);
+        expect_refusal([&] { read(head + rows); }, fragments);
     };
     refuse("120,1,0.6,0.5\n140,3,0.2,0.2\n", {"line 2", "w1 + w2", "[0, 1]", "1.1"});
     refuse("120,1,0.6,0.2\n140,-3,0.2,0.2\n", {"line 3", "optical_depth", "got -3"});
     refuse("120,1,0.6,0.2\n110,1,0.2,0.2\n", {"line 3", "radius", "above", "got 110"});
     refuse("120,1,0.6,0.2\n", {"at least 2 rows", "got 1"});
     refuse("90,1,0.6,0.2\n120,1,0.6,0.2\n", {"rings.inner", "planet's radius", "got 0.9"});
-    expect_refusal<std::invalid_argument>([&] { read("radius,optical_depth,w1\n120,1,0.5\n"); },
-                                          {"w2"});
+    expect_refusal([&] { read("radius,optical_depth,w1\n120,1,0.5\n"); }, {"w2"});
 }
 
 TEST(SceneFile, OfTheGalleryIsReadable) {
@@ -687,7 +683,7 @@ TEST(Film, RefusesWhatNoFramesCanBeMadeOf) {
                              const std::vector<const char*>& fragments) {
         std::string text = moving;
         text.replace(text.find(line), line.size(), instead);
-        expect_refusal<std::invalid_argument>([&] { parse_film(text); }, fragments);
+        expect_refusal([&] { parse_film(text); }, fragments);
     };
     refused("frames = 9", "frames = 0", {"line 25: animation.frames", "[1, 10000]", "got 0"});
     refused("frames = 9", "", {"animation.frames", "present"});
@@ -740,7 +736,7 @@ TEST(SceneOfAStack, HoldsItsLayers) {
     EXPECT_EQ(scene.layer.optical_depth.max, 2);
     EXPECT_EQ(scene.layer.albedo[0], (0.5 + 0.75) / 2);
     const auto refused = [&](const auto& call, const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>(call, fragments);
+        expect_refusal(call, fragments);
     };
     for (const char* line : {"phase_function = 'isotropic'", "albedo = 0.5", "optical_depth = 1",
                              "density = 0.1", "opposition = { law = 'blinn' }"}) {

@@ -5,6 +5,8 @@
 #include <stratus/base/angle.h>
 #include <stratus/picture/png.h>
 
+#include "refusal.h"
+#include "row_name.h"
 #include "synthetic_table.h"
 #include "temporary_folder.h"
 
@@ -96,8 +98,7 @@ const Kind kinds[] = {
     {"Peaked", {.phase_function = "henyey_greenstein:g=0.95", .and_infinity = true}},
     {"Black", {.lowest_albedo = 0, .highest_albedo = 0, .albedos = 1}},
 };
-INSTANTIATE_TEST_SUITE_P(TablePortrait, EveryTable, ::testing::ValuesIn(kinds),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(TablePortrait, EveryTable, ::testing::ValuesIn(kinds), row_name);
 
 TEST_F(TablePortrait, ShowsALowerBoundary) {
     Table bare = make_synthetic_table({.transmission = false});
@@ -150,7 +151,7 @@ TEST_F(TablePortrait, NeedsNoTitle) {
 TEST_F(TablePortrait, RefusesAPathThatCannotBeWritten) {
     const Table table = make_synthetic_table();
     const std::filesystem::path png = folder / "absent" / "portrait.png";
-    const std::string refusal = test::refusal<std::runtime_error>(
+    const std::string refusal = refusal<std::runtime_error>(
         [&] { draw_portrait(make_portrait(table, table.view()), png); });
     EXPECT_EQ(refusal, png.string() + ": No such file or directory");
 }

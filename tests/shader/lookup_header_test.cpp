@@ -148,9 +148,8 @@ TEST_F(LookupHeader, LooksUpAMemberOfAFamily) {
 
 TEST_F(LookupHeader, GivesNotANumberForOne) {
     std::vector<Lookup> lookups(5, {0.9f, 1, 0.5f, 0.6f, 1});
-    const float nan = std::numeric_limits<float>::quiet_NaN();
     lookups[0].albedo = lookups[1].optical_depth = lookups[2].mu_in = lookups[3].mu_out =
-        lookups[4].azimuth = nan;
+        lookups[4].azimuth = NAN;
     for (const std::size_t kind : {std::size_t{0}, std::size_t{4}, std::size_t{5}})
         for (const TableRow& row : found<TableRow>(pack(table_of(test::kinds()[kind])), lookups)) {
             for (const float one : row.light) EXPECT_TRUE(std::isnan(one));

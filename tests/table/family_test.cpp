@@ -11,13 +11,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
-
-using Error = std::invalid_argument;
 
 FamilyAxis range_of(PhaseParameter parameter, double low, double high, int count) {
     return {parameter, make_axis(parameter_scale(parameter), low, high, count), false};
@@ -117,11 +113,7 @@ TEST(Family, OfTwoAxesIsTheirProduct) {
             const double phase = PhaseFunction::mixture(share, full, even)(0.3);
             EXPECT_NEAR(view.phase(0.3), phase, 1e-14 * phase);
         }
-    expect_refusal<Error>(
-        [&] {
-            table.view().at({0.5, 0.4});
-        },
-        {"at", "g", "one of 0.3, 0.5, 0.8"});
+    expect_refusal([&] { table.view().at({0.5, 0.4}); }, {"at", "g", "one of 0.3, 0.5, 0.8"});
 }
 
 /// Lookups at a point against those of the table of its own there, at samples of layers.
@@ -150,8 +142,8 @@ TEST(Family, HasATableOfItsOwnAtEveryPoint) {
     prepare(table);
     for (const double g : {0.2, 0.37, 0.9}) expect_same_at(table, {g});
     for (const double g : {0.1, 0.91})
-        expect_refusal<Error>([&] { table_at(table, {g}); }, {"table_at", "g", "[0.2, 0.9]"});
-    expect_refusal<Error>([&] { table_at(table, {}); }, {"at", "1, one for each axis", "got 0"});
+        expect_refusal([&] { table_at(table, {g}); }, {"table_at", "g", "[0.2, 0.9]"});
+    expect_refusal([&] { table_at(table, {}); }, {"at", "1, one for each axis", "got 0"});
     const Table two =
         family_table({range_of(PhaseParameter::mixture, 0, 1, 2),
                       {PhaseParameter::g, {AxisScale::linear, {0.3, 0.5, 0.8}}, true}},
@@ -199,18 +191,18 @@ TEST(Family, PackedIsThatOfItsTable) {
 TEST(Family, NotChosenGivesNotANumberAndCannotBeBound) {
     const Table table = lobes();
     EXPECT_TRUE(std::isnan(reflection(table.view(), 0.9, 1, three_geometries[0]).total()));
-    expect_refusal<Error>([&] { bind(table.view(), 1, 0.9); }, {"at", "g", "chosen", "nan"});
+    expect_refusal([&] { bind(table.view(), 1, 0.9); }, {"at", "g", "chosen", "nan"});
 }
 
 TEST(Family, RefusesWhatItDoesNotHold) {
     const Table table = lobes();
-    expect_refusal<Error>([&] { bind(table.view(), 1, 0.9, {0.95}); },
-                          {"bind", "g", "in [0.2, 0.9]", "0.95"});
+    expect_refusal([&] { bind(table.view(), 1, 0.9, {0.95}); },
+                   {"bind", "g", "in [0.2, 0.9]", "0.95"});
     EXPECT_TRUE(bind(table.view(), 1, 0.9, {0.95}, {}, OutsideTable::clamp).clamped());
-    expect_refusal<Error>([&] { table.view().at({0.5, 0.5}); }, {"at", "values", "1", "got 2"});
-    expect_refusal<Error>([&] { table.view().at({}); }, {"at", "values", "1", "got 0"});
-    expect_refusal<Error>([&] { table.view().at({1.5}); }, {"henyey_greenstein", "(-1, 1)", "1.5"});
-    expect_refusal<Error>(
+    expect_refusal([&] { table.view().at({0.5, 0.5}); }, {"at", "values", "1", "got 2"});
+    expect_refusal([&] { table.view().at({}); }, {"at", "values", "1", "got 0"});
+    expect_refusal([&] { table.view().at({1.5}); }, {"henyey_greenstein", "(-1, 1)", "1.5"});
+    expect_refusal(
         [&] {
             empty_table({4, 4, 4, 4, 4}, {0.25, 8, true}).view().at({0.5});
         },
@@ -226,24 +218,24 @@ TEST(Family, SetsTheOneTermThatHasTheParameter) {
               parse_phase_function("mie:radius=4um,variance=0.1").text());
     EXPECT_EQ(with_parameter(drops, PhaseParameter::wavelength, 0.65).text(),
               parse_phase_function("mie:radius=10um,variance=0.1,wavelength=650nm").text());
-    expect_refusal<Error>([&] { with_parameter(drops, PhaseParameter::g, 0.5); },
-                          {"family", "g", "one henyey_greenstein", "mie"});
-    expect_refusal<Error>(
+    expect_refusal([&] { with_parameter(drops, PhaseParameter::g, 0.5); },
+                   {"family", "g", "one henyey_greenstein", "mie"});
+    expect_refusal(
         [&] {
             with_parameter(
                 parse_phase_function("0.5*henyey_greenstein:g=0.5 + 0.5*henyey_greenstein:g=-0.5"),
                 PhaseParameter::g, 0.5);
         },
         {"family", "g", "one henyey_greenstein"});
-    expect_refusal<Error>([&] { with_parameter(drops, PhaseParameter::radius, -1); },
-                          {"mie", "radius", "above 0", "-1"});
+    expect_refusal([&] { with_parameter(drops, PhaseParameter::radius, -1); },
+                   {"mie", "radius", "above 0", "-1"});
 }
 
 TEST(Family, RefusesAxesThatAreNone) {
     const auto refuse = [](std::vector<FamilyAxis> axes, const std::vector<const char*>& parts) {
         Table table = lobes();
         table.family = std::move(axes);
-        expect_refusal<Error>([&] { prepare(table); }, parts);
+        expect_refusal([&] { prepare(table); }, parts);
     };
     const FamilyAxis g = range_of(PhaseParameter::g, 0.2, 0.9, 5);
     refuse({g, g}, {"prepare", "family", "differ"});

@@ -344,7 +344,7 @@ TEST(Lookup, OfASideThatIsMissingIsSingleScattering) {
 
 TEST(Lookup, StaysWithinTheTableForAnyArgument) {
     const Table table = filled({4, 4, 4, 4, 4}, {0.5, 4, true}, reflected_cubic, transmitted_cubic);
-    const double odd[] = {std::nan(""), -infinity, -1, 0, 1e-300, 0.5, 1, 2, 1e300, infinity};
+    const double odd[] = {NAN, -infinity, -1, 0, 1e-300, 0.5, 1, 2, 1e300, infinity};
     for (const double w : odd)
         for (const double tau : odd)
             for (const double mu : odd)

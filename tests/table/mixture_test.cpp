@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -93,10 +92,9 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
     EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
     EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));
-    expect_refusal<std::invalid_argument>([] { bind(both().view(), 1, 0.9); },
-                                          {"at", "mixture", "chosen", "nan"});
-    expect_refusal<std::invalid_argument>([] { bind(both().view().at({1.1}), 1, 0.9); },
-                                          {"at", "mixture", "[0, 1]", "1.1"});
+    expect_refusal([] { bind(both().view(), 1, 0.9); }, {"at", "mixture", "chosen", "nan"});
+    expect_refusal([] { bind(both().view().at({1.1}), 1, 0.9); },
+                   {"at", "mixture", "[0, 1]", "1.1"});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "refusal.h"
+#include "row_name.h"
 #include "small_table.h"
 
 #include <gtest/gtest.h>
@@ -124,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Shape{"cosines_that_differ", {9, 12, 16, 15, 9}, to_eight, "rayleigh"},
                     Shape{"two_cosines", {9, 12, 2, 2, 9}, to_eight, "rayleigh"},
                     Shape{"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}),
-    [](const auto& row) { return row.param.name; });
+    row_name);
 
 /// A table whose azimuths lie evenly in their square root, and albedos in the fourth of 1 - w.
 Table forward_filled() {

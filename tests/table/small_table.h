@@ -1,7 +1,6 @@
 // Tables filled from a function, for tests of lookups.
 #pragma once
 
-#include <stratus/base/angle.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/table.h>

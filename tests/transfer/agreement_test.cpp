@@ -1,12 +1,13 @@
 // A matrix of layers on which all applicable methods are compared pairwise: each pair agrees within
 // the sum of the errors that the two state.
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
+
+#include "row_name.h"
 
 #include <gtest/gtest.h>
 
@@ -372,7 +373,7 @@ TEST_P(Methods, AgreeWithinTheirStatedErrors) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, Methods, testing::ValuesIn(list_layers()),
-                         [](const auto& row) { return row.param.name; });
+                         row_name);
 
 class StoppedSeries : public testing::TestWithParam<Layer> {};
 
@@ -399,7 +400,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Layer{"RayleighAlbedo1Depth01", PhaseFunction::rayleigh(), 1, 0.1},
                     Layer{"ForwardAlbedo1Depth1", PhaseFunction::henyey_greenstein(0.5), 1, 1},
                     Layer{"LambertSphereAlbedo03Depth1", PhaseFunction::lambert_sphere(), 0.3, 1}),
-    [](const auto& row) { return row.param.name; });
+    row_name);
 
 }  // namespace
 }  // namespace stratus

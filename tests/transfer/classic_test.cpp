@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 namespace stratus {
@@ -69,11 +68,11 @@ TEST(ClassicDoubling, NeedsNoDoublingWithinTheStartDepth) {
 }
 
 TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
-    for (const double depth : {-1.0, 9e-16, 1.25, std::numeric_limits<double>::quiet_NaN()}) {
+    for (const double depth : {-1.0, 9e-16, 1.25, NAN}) {
         SolverOptions options;
         options.scheme = Scheme::classic;
         options.start_depth = depth;
-        expect_refusal<std::invalid_argument>(
+        expect_refusal(
             [&] { solve_layer(PhaseFunction::isotropic(), 1, 1, {1}, options); },
             {"solve", "start_depth", "[1e-15, 1]"});
     }

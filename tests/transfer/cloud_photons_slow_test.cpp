@@ -5,10 +5,11 @@
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 
+#include "row_name.h"
+
 #include <gtest/gtest.h>
 
 #include <ostream>
-#include <string>
 #include <vector>
 
 namespace stratus {
@@ -79,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(Cloud, CloudFromPhotons,
                          testing::Values(Cloud{"Thin", cloud, 0.9, 0.5},
                                          Cloud{"Thick", cloud, 1, 4},
                                          Cloud{"Drizzle", drizzle, 1, 2}),
-                         [](const auto& row) { return row.param.name; });
+                         row_name);
 
 }  // namespace
 }  // namespace stratus

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 namespace stratus {
@@ -65,12 +64,12 @@ TEST(FourierSum, OverAGridEqualsPairByPairAboveALowerBoundary) {
 TEST(FourierSum, RefusesAGridOfOtherCosinesOrTooFewModes) {
     const LayerSolution layer = solve_layer(peaked, 0.9, 1, grid_cosines, few_nodes());
     const LowerBoundary none;
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, {0.5}, grid_azimuths, 32});
         },
         {"cosines of the solution", "got 3"});
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, grid_cosines, grid_azimuths, 2});
         },

@@ -1,5 +1,4 @@
 // Identities that hold for any layer: symmetries, and agreement of the solver with itself.
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/transfer/quadrature.h>
@@ -16,8 +15,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 namespace stratus {
 namespace {

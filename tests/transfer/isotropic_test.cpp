@@ -11,8 +11,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 namespace stratus {
 namespace {
@@ -36,7 +34,7 @@ TEST(HFunction, HasTheMeanThatItsEquationImplies) {
 
 TEST(HFunction, RefusesAlbedosOutOfRange) {
     for (const double albedo : {-0.25, 1.25})
-        expect_refusal<std::invalid_argument>([&] { HFunction{albedo}; },
+        expect_refusal([&] { HFunction{albedo}; },
                                               {"HFunction", "albedo", "[0, 1]", "25"});
 }
 
@@ -183,7 +181,7 @@ TEST(SolveIsotropic, TransmitsOnlyTheBeamAtAlbedoZero) {
 
 void expect_isotropic_refusal(double albedo, double optical_depth, double mu, int nodes,
                               const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] { solve_isotropic(albedo, optical_depth, {mu}, nodes); }, fragments);
 }
 
@@ -196,7 +194,7 @@ TEST(SolveIsotropic, RefusesDepthsOutOfRange) {
     expect_isotropic_refusal(1, -0.5, 1, 8,
                              {"solve_isotropic", "optical_depth", "[0, 1024]", "-0.5"});
     expect_isotropic_refusal(1, 1025, 1, 8, {"solve_isotropic", "optical_depth", "or inf", "1025"});
-    expect_isotropic_refusal(1, std::nan(""), 1, 8, {"solve_isotropic", "optical_depth", "nan"});
+    expect_isotropic_refusal(1, NAN, 1, 8, {"solve_isotropic", "optical_depth", "nan"});
 }
 
 TEST(SolveIsotropic, RefusesCosinesOutOfRange) {

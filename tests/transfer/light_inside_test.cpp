@@ -1,7 +1,6 @@
 // The light inside: against what leaves the layers, energy, closed forms deep down, and the equation of
 // transfer integrated order by order.
 
-#include <stratus/base/angle.h>
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/solve_to_tolerance.h>
@@ -13,8 +12,6 @@
 
 #include <cmath>
 #include <functional>
-#include <numeric>
-#include <stdexcept>
 #include <vector>
 
 #include "light_inside.h"
@@ -370,7 +367,7 @@ TEST(LightInside, OfNothingIsTheBeam) {
 TEST(LightInside, IsRefusedOutsideTheLayers) {
     const auto refused = [](std::vector<double> levels, const SolverOptions& options,
                             std::vector<const char*> fragments) {
-        expect_refusal<std::invalid_argument>(
+        expect_refusal(
             [&] { solve_inside(air_over_haze(1, 1), {}, levels, {1}, options); }, fragments);
     };
     refused({0.5, 2.5}, {}, {"solve_inside: levels must be in [0, 2]", "got 2.5"});
@@ -379,7 +376,7 @@ TEST(LightInside, IsRefusedOutsideTheLayers) {
     SolverOptions options;
     options.orders = 3;
     refused({1}, options, {"orders", "0, all", "got 3"});
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] {
             solve_inside({{air, 1, infinity}}, {}, {infinity}, {1});
         },

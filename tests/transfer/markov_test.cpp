@@ -1,7 +1,6 @@
 // The Markov chain agrees with the solver within its stated errors.
 #include <stratus/transfer/reference/markov.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
@@ -12,10 +11,8 @@
 #include <boost/math/special_functions/expint.hpp>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <ostream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -285,15 +282,15 @@ TEST(MarkovChainAlone, UsesTheGaussNodesByDefault) {
 void expect_markov_refuses(double albedo, double optical_depth, const std::vector<double>& mu,
                            const MarkovOptions& options,
                            const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] { solve_markov({}, albedo, optical_depth, mu, options); }, fragments);
 }
 
 TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
     expect_markov_refuses(1.5, 1, {1}, {}, {"markov: albedo must be in [0, 1], got 1.5"});
-    expect_markov_refuses(not_a_number, 1, {1}, {}, {"albedo", "nan"});
+    expect_markov_refuses(NAN, 1, {1}, {}, {"albedo", "nan"});
     expect_markov_refuses(0.5, -1, {1}, {}, {"markov", "optical_depth", "[0, inf)", "-1"});
-    expect_markov_refuses(0.5, not_a_number, {1}, {}, {"optical_depth", "nan"});
+    expect_markov_refuses(0.5, NAN, {1}, {}, {"optical_depth", "nan"});
     expect_markov_refuses(0.5, infinity, {1}, {}, {"optical_depth", "semi-infinite", "got inf"});
     expect_markov_refuses(0.5, 1, {0}, {}, {"mu", "[1e-100, 1]", "got 0"});
     expect_markov_refuses(0.5, 1, {1}, chain_of(0, 32), {"markov", "nodes", "[1, 512]", "got 0"});

@@ -1,7 +1,6 @@
 // Photons agree with the solver and the closed forms within their standard errors.
 #include <stratus/transfer/reference/photons.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/solve.h>
@@ -13,7 +12,6 @@
 
 #include <cmath>
 #include <ostream>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -403,7 +401,7 @@ INSTANTIATE_TEST_SUITE_P(Collisions, PhotonsFollowedBack, testing::Values(0, 4))
 void expect_photons_refuse(double albedo, double optical_depth, const Geometry& at,
                            const PhotonOptions& options,
                            const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] { solve_photons({}, albedo, optical_depth, {at}, options); }, fragments);
 }
 
@@ -411,9 +409,9 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     const Geometry at{0.5, 0.5, 0};
     expect_photons_refuse(1.5, 1, at, {}, {"photons: albedo must be in [0, 1], got 1.5"});
     expect_photons_refuse(-0.5, 1, at, {}, {"photons", "albedo", "[0, 1]", "-0.5"});
-    expect_photons_refuse(not_a_number, 1, at, {}, {"albedo", "nan"});
+    expect_photons_refuse(NAN, 1, at, {}, {"albedo", "nan"});
     expect_photons_refuse(0.5, -1, at, {}, {"photons", "optical_depth", "[0, inf]", "-1"});
-    expect_photons_refuse(0.5, not_a_number, at, {}, {"optical_depth", "nan"});
+    expect_photons_refuse(0.5, NAN, at, {}, {"optical_depth", "nan"});
     expect_photons_refuse(0.5, 1, {0, 0.5, 0}, {}, {"photons", "mu_in", "(0, 1]", "got 0"});
     expect_photons_refuse(0.5, 1, {0.5, 1.25, 0}, {}, {"photons", "mu_out", "(0, 1]", "1.25"});
     expect_photons_refuse(0.5, 1, {0.5, 0.5, infinity}, {}, {"photons", "azimuth", "finite"});

@@ -7,8 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -77,14 +75,14 @@ TEST(GaussDirections, KeepExtraCosinesWithWeightZero) {
 
 TEST(GaussDirections, RefuseNodesOutOfRange) {
     for (const int nodes : {0, -1, 513})
-        expect_refusal<std::invalid_argument>(
+        expect_refusal(
             [&] { gauss_directions(nodes, NodeMap::grazing); },
             {"gauss_directions", "nodes", "[1, 512]", std::to_string(nodes).c_str()});
 }
 
 TEST(GaussDirections, RefuseCosinesOutOfRange) {
-    for (const double mu : {0.0, -0.5, 1.0001, std::numeric_limits<double>::quiet_NaN()})
-        expect_refusal<std::invalid_argument>(
+    for (const double mu : {0.0, -0.5, 1.0001, NAN})
+        expect_refusal(
             [&] {
                 gauss_directions(8, NodeMap::grazing, {0.5, mu});
             },

@@ -7,14 +7,14 @@
 
 #include <gtest/gtest.h>
 
-#include <stdexcept>
+#include <cmath>
 
 namespace stratus {
 namespace {
 
 void expect_solve_refusal(double albedo, double optical_depth, const std::vector<double>& mu,
                           const SolverOptions& options, const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] { solve_layer(isotropic, albedo, optical_depth, mu, options); }, fragments);
 }
 
@@ -22,7 +22,7 @@ TEST(SolveLayer, RefusesAlbedosOutOfRange) {
     expect_solve_refusal(1.2, 1, {1}, {}, {"solve: albedo must be in [0, 1], got 1.2"});
     expect_solve_refusal(1 + 1e-15, 1, {1}, {}, {"solve", "albedo", "[0, 1]", "1.0000000000000"});
     expect_solve_refusal(-0.25, 1, {1}, {}, {"solve", "albedo", "[0, 1]", "-0.25"});
-    expect_solve_refusal(not_a_number, 1, {1}, {}, {"solve", "albedo", "[0, 1]", "nan"});
+    expect_solve_refusal(NAN, 1, {1}, {}, {"solve", "albedo", "[0, 1]", "nan"});
 }
 
 TEST(SolveLayer, RefusesDepthsBelowZero) {
@@ -31,14 +31,14 @@ TEST(SolveLayer, RefusesDepthsBelowZero) {
 }
 
 TEST(SolveLayer, RefusesDepthNaN) {
-    expect_solve_refusal(0.5, not_a_number, {1}, {}, {"solve", "optical_depth", "[0, inf]", "nan"});
+    expect_solve_refusal(0.5, NAN, {1}, {}, {"solve", "optical_depth", "[0, inf]", "nan"});
 }
 
 TEST(SolveLayer, RefusesCosinesOutOfRange) {
     expect_solve_refusal(0.5, 1, {1, 0}, {}, {"mu", "[1e-100, 1]", "got 0"});
     expect_solve_refusal(0.5, 1, {-0.5}, {}, {"mu", "[1e-100, 1]", "-0.5"});
     expect_solve_refusal(0.5, 1, {1.25}, {}, {"mu", "[1e-100, 1]", "1.25"});
-    expect_solve_refusal(0.5, 1, {not_a_number}, {}, {"mu", "[1e-100, 1]", "nan"});
+    expect_solve_refusal(0.5, 1, {NAN}, {}, {"mu", "[1e-100, 1]", "nan"});
 }
 
 TEST(SolveLayer, RefusesNodeCountsOutOfRange) {
@@ -56,7 +56,7 @@ TEST(SolveLayer, RefusesModesBelowZero) {
 }
 
 TEST(SolveLadder, RefusesOctavesBelowZero) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [] {
             solve_ladder(isotropic, {0.5}, {1, -1, false}, {1});
         },
@@ -64,8 +64,8 @@ TEST(SolveLadder, RefusesOctavesBelowZero) {
 }
 
 TEST(SolveLadder, RefusesAFirstDepthOutOfRange) {
-    for (const double first : {0.0, -1.0, 1e-281, infinity, not_a_number})
-        expect_refusal<std::invalid_argument>(
+    for (const double first : {0.0, -1.0, 1e-281, infinity, NAN})
+        expect_refusal(
             [&] {
                 solve_ladder(isotropic, {0.5}, {first, 1, false}, {1});
             },
@@ -73,7 +73,7 @@ TEST(SolveLadder, RefusesAFirstDepthOutOfRange) {
 }
 
 TEST(SolveLadder, RefusesAnEmptyAlbedoList) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [] {
             solve_ladder(isotropic, {}, {1, 1, false}, {1});
         },
@@ -81,7 +81,7 @@ TEST(SolveLadder, RefusesAnEmptyAlbedoList) {
 }
 
 TEST(SolveLadder, RefusesEveryAlbedoOutOfRange) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [] {
             solve_ladder(isotropic, {0.5, 1, 1.5}, {1, 1, false}, {1});
         },

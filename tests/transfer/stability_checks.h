@@ -3,13 +3,11 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
-#include <stratus/transfer/solve.h>
 
 #include "stability_matrix.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string>

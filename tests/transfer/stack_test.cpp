@@ -2,7 +2,6 @@
 // lower boundary.
 #include <stratus/transfer/stack.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
@@ -15,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -524,7 +522,7 @@ TEST(Stack, ConvergesWithNodesOverAPeakedGround) {
 void expect_stack_refusal(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<const char*>& fragments,
                           const SolverOptions& options = {}) {
-    expect_refusal<std::invalid_argument>([&] { solve_stack(layers, boundary, {1}, options); },
+    expect_refusal([&] { solve_stack(layers, boundary, {1}, options); },
                                           fragments);
 }
 
@@ -540,7 +538,7 @@ TEST(Stack, RefusesAlbedosOutOfRange) {
 TEST(Stack, RefusesDepthsOutOfRange) {
     expect_stack_refusal({{isotropic, 1, 1}, {isotropic, 0.5, -1}}, nothing,
                          {"optical_depth of layer 2", "[0, inf]", "-1"});
-    expect_stack_refusal({{isotropic, 1, std::nan("")}}, nothing,
+    expect_stack_refusal({{isotropic, 1, NAN}}, nothing,
                          {"optical_depth", "[0, inf]", "nan"});
 }
 

@@ -6,15 +6,12 @@
 #include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solver_options.h>
 
-#include <limits>
 #include <vector>
 
 namespace stratus {
 
 inline const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
 inline const std::vector<double> azimuths{0, 1, 2, pi};
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 inline const PhaseFunction isotropic = PhaseFunction::isotropic();
 inline const PhaseFunction rayleigh = PhaseFunction::rayleigh();

@@ -24,8 +24,6 @@ struct Narrowing {
     std::function<void(Recipe&)> narrow;
 };
 
-std::ostream& operator<<(std::ostream& stream, const Narrowing& row) { return stream << row.name; }
-
 const std::vector<Narrowing>& narrowings() {
     static const std::vector<Narrowing> all{
         {"OneSun",

@@ -1,6 +1,7 @@
 #include <stratus/bake/bake.h>
 #include <stratus/base/instruction_set.h>
 
+#include "refusal.h"
 #include "row_name.h"
 #include "small_recipe.h"
 
@@ -84,8 +85,6 @@ struct Case {
     Recipe (*recipe)();
 };
 
-std::ostream& operator<<(std::ostream& stream, const Case& row) { return stream << row.name; }
-
 class Resume : public testing::TestWithParam<Case> {};
 
 TEST_P(Resume, GivesTheBitsOfAnUninterruptedBake) {
@@ -136,10 +135,8 @@ TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
         bake(explicit_recipe(), log.options(1));
         FAIL() << "must be refused";
     } catch (const std::runtime_error& error) {
-        EXPECT_NE(
-            std::string(error.what()).find("depths from 0, 3 octaves, albedos 0 1 2 must hold"),
-            std::string::npos)
-            << error.what();
+        expect_holds(std::string(error.what()),
+                     {"depths from 0, 3 octaves, albedos 0 1 2 must hold"});
     }
 }
 

@@ -28,7 +28,7 @@ std::string deep(const std::string& depth) {
            depth + "\n";
 }
 
-void expect_stack_refusal(const std::string& text, const std::vector<const char*>& fragments) {
+void expect_stack_refusal(const std::string& text, const Fragments& fragments) {
     SCOPED_TRACE(text);
     expect_refusal([&] { parse_stack(text); }, fragments);
 }

@@ -13,6 +13,7 @@
 #include "refusal.h"
 #include "table_equality.h"
 #include "temporary_folder.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
@@ -289,12 +290,11 @@ TEST(StackTable, MakesABsdfThatIsLitFromAbove) {
     EXPECT_NEAR(coloured.eval(above, below).g, bsdf.eval(above, below), 1e-6);
     EXPECT_EQ(bsdf.eval(below, above), 0);
     EXPECT_EQ(bsdf.eval(below, {0.6f, 0, -0.8f}), 0);
-    std::mt19937 random(3);
-    std::uniform_real_distribution<float> u(0, 1);
+    Uniform<float> u(3);
     double through = 0;
     constexpr int count = 20000;
     for (int n = 0; n < count; ++n) {
-        const auto next = bsdf.sample(above, u(random), u(random), u(random));
+        const auto next = bsdf.sample(above, u(), u(), u());
         if (next.pdf > 0 && next.wo.z < 0)
             through += double{next.value} * std::abs(double{next.wo.z}) / double{next.pdf} / count;
     }
@@ -323,7 +323,7 @@ TEST(StackTable, IsOfItsStackAlone) {
     const Table& table = haze_under_air();
     const StackLayer mean = mean_layer(table.layers);
     const auto refused = [&](double depth, double albedo, const Effects& effects,
-                             const std::vector<const char*>& fragments) {
+                             const Fragments& fragments) {
         expect_refusal([&] { bind(table.view(), depth, albedo, effects); }, fragments);
     };
     refused(1.7, mean.albedo, {}, {"optical_depth", "1.8", "that of the stack", "1.7"});

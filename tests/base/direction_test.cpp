@@ -87,7 +87,7 @@ TEST(ObservedAngles, MayBeRoundedToPrintedDigits) {
 }
 
 TEST(ObservedAngles, AreRefusedWhereNoDirectionsHaveThem) {
-    const auto refused = [](double i, double e, double g, std::vector<const char*> fragments) {
+    const auto refused = [](double i, double e, double g, Fragments fragments) {
         expect_refusal([&] { seen(i, e, g); }, fragments);
     };
     refused(90, 30, 60, {"test: incidence_deg must be in [0, 90), got 90"});

@@ -7,12 +7,22 @@
 #include <string>
 #include <vector>
 
+/// Parts of a message.
+using Fragments = std::vector<std::string>;
+
 /// A text that must be refused, for parameterised tests.
 struct Refusal {
     const char* name;
     const char* text;
-    std::vector<const char*> fragments;
+    Fragments fragments;
 };
+
+/// Fails unless a text holds every fragment.
+inline void expect_holds(const std::string& text, const Fragments& fragments) {
+    for (const std::string& fragment : fragments)
+        EXPECT_NE(text.find(fragment), std::string::npos)
+            << "no '" << fragment << "' in '" << text << "'";
+}
 
 /// The message of the Error that `call` throws; empty if it throws none.
 template <class Error = std::invalid_argument, class Call>
@@ -27,10 +37,13 @@ std::string refusal(const Call& call) {
 
 /// Fails unless `call` throws an `Error` whose message holds every fragment.
 template <class Error = std::invalid_argument, class Call>
-void expect_refusal(const Call& call, const std::vector<const char*>& fragments) {
+void expect_refusal(const Call& call, const Fragments& fragments) {
     const std::string message = refusal<Error>(call);
+    if (FILE* f = fopen("/tmp/ft_frag.log", "a")) {  // INSTRUMENT
+        for (const std::string& fragment : fragments) fprintf(f, "%s\x1f", fragment.c_str());
+        fprintf(f, "\x1e%s\x1d\n", message.c_str());
+        fclose(f);
+    }  // INSTRUMENT
     EXPECT_FALSE(message.empty()) << "nothing was refused";
-    for (const char* const fragment : fragments)
-        EXPECT_NE(message.find(fragment), std::string::npos)
-            << "no '" << fragment << "' in '" << message << "'";
+    expect_holds(message, fragments);
 }

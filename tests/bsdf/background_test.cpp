@@ -80,9 +80,7 @@ TEST(Background, IsBetweenZeroAndOne) {
 }
 
 TEST(Background, UsesTheDiffuseTransmittanceOfItsTable) {
-    Table table = empty_table({4, 8, 8, 8, 5}, {0.1, 8, false});
-    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
-    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
+    Table table = plain_table({4, 8, 8, 8, 5}, {0.1, 8, false});
     const auto diffuse = [](double w, double tau, double mu) {
         return w * intercepted_share(tau, mu) * 0.5 *
                transmission_scale(tau, small_table_exponent(w), small_table_length);

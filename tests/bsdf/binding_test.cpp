@@ -32,10 +32,8 @@ TEST_P(BindingTolerance, IsMet) {
             for (const Direction& at : random_directions(500, 0.02f)) {
                 const double R = reflection(table.view(), w, tau, at.geometry()).total();
                 const double T = transmission(table.view(), w, tau, at.geometry()).total();
-                EXPECT_NEAR(slice.reflection(at.mu_in, at.mu_out, at.azimuth), R,
-                            table.tolerance * R);
-                EXPECT_NEAR(slice.transmission(at.mu_in, at.mu_out, at.azimuth), T,
-                            table.tolerance * std::max(T, 1e-6));
+                EXPECT_NEAR(reflected(slice, at), R, table.tolerance * R);
+                EXPECT_NEAR(transmitted(slice, at), T, table.tolerance * std::max(T, 1e-6));
             }
         }
 }
@@ -66,8 +64,7 @@ TEST(Binding, GivesASliceThatOutlivesItsTable) {
 }
 
 TEST(Binding, RefusesLayersOutsideTheTable) {
-    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
+    const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     const TableView view = table.view();
     expect_refusal([&] { bind(view, 1, 0.1); }, {"bind", "albedo", "0 or in [0.19, 1]", "0.1"});
     expect_refusal([&] { bind(view, 9, 1); }, {"bind", "optical_depth", "[0, 8]", "9"});
@@ -93,8 +90,7 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
 }
 
 TEST(Binding, ClampsToTheNearestLayerOnRequest) {
-    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
+    const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     Effects multiple;
     multiple.single = false;
     const Slice edge = bind(table.view(), 8, 1, multiple);
@@ -113,29 +109,26 @@ TEST(Binding, ClampsToTheNearestLayerOnRequest) {
 }
 
 TEST(Binding, ExtrapolatesByTheLimitingLaws) {
-    const Table table = filled({4, 6, 6, 6, 5}, {0.5, 32, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
+    const Table table = plain_table({4, 6, 6, 6, 5}, {0.5, 32, false});
     const TableView view = table.view();
     for (const Direction& at : random_directions(100, 0.02f)) {
         const Geometry g = at.geometry();
         // No scattering.
         const Slice black = bind(view, 1, 0);
-        EXPECT_EQ(black.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
-        EXPECT_EQ(black.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(reflected(black, at), 0);
+        EXPECT_EQ(transmitted(black, at), 0);
         EXPECT_FALSE(black.clamped());
         // Thinner than the table.
         const double thin = reflection(view, 0.9, 0.01, g).total();
-        EXPECT_NEAR(bind(view, 0.01, 0.9).reflection(at.mu_in, at.mu_out, at.azimuth), thin,
-                    1e-3 * thin);
+        EXPECT_NEAR(reflected(bind(view, 0.01, 0.9), at), thin, 1e-3 * thin);
         // Deeper than the table, where the diffusion law has saturated.
         const Slice semi_infinite = bind(view, infinity, 0.5);
         EXPECT_FALSE(semi_infinite.clamped());
-        EXPECT_EQ(semi_infinite.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(transmitted(semi_infinite, at), 0);
         const double deep = reflection(view, 0.5, 32, g).total();
-        EXPECT_NEAR(semi_infinite.reflection(at.mu_in, at.mu_out, at.azimuth), deep, 1e-3 * deep);
+        EXPECT_NEAR(reflected(semi_infinite, at), deep, 1e-3 * deep);
         const double T = small_table_transmission_scale({0.5, 40, g.mu_in, g.mu_out, g.azimuth});
-        EXPECT_NEAR(bind(view, 40, 0.5).transmission(at.mu_in, at.mu_out, at.azimuth), T,
-                    1e-2 * T + 1e-12);
+        EXPECT_NEAR(transmitted(bind(view, 40, 0.5), at), T, 1e-2 * T + 1e-12);
     }
     Effects transmission_alone;
     transmission_alone.reflection = false;

@@ -10,6 +10,7 @@
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"
 #include "expect_refused.h"
+#include "refusal.h"
 
 #include <gtest/gtest.h>
 
@@ -527,7 +528,7 @@ TEST(CErrors, StayOnTheirThread) {
         stratus_table* other = nullptr;
         expect_refused(stratus_table_open("theirs.h5", &other), STRATUS_FAILED, "theirs.h5");
     }).join();
-    EXPECT_NE(std::string(stratus_last_error()).find("mine.h5"), std::string::npos);
+    expect_holds(stratus_last_error(), {"mine.h5"});
 }
 
 }  // namespace

@@ -281,7 +281,7 @@ TEST_P(MixedInC, AreRefusedAtNone) {
     expect_refused(stratus_slice_bind(all_.get(), 1, &one, &one, nullptr, &slice),
                    STRATUS_INVALID_ARGUMENT, "stratus_table_at");
     stratus_table* mixed = nullptr;
-    for (const double share : {1.5, -0.1, NAN})
+    for (const double share : {1.5, -0.1, double{NAN}})
         expect_refused(stratus_table_at(all_.get(), 1, &share, &mixed), STRATUS_INVALID_ARGUMENT,
                        "mixture must be in [0, 1]");
     expect_refused(stratus_table_at(nullptr, 1, &one, &mixed), STRATUS_INVALID_ARGUMENT,

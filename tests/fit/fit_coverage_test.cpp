@@ -9,7 +9,6 @@
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <ostream>
 #include <string>
 
 namespace stratus {
@@ -34,8 +33,6 @@ struct Mode {
     bool one_kind = false;
     bool g2_free = false;
 };
-
-void PrintTo(const Mode& mode, std::ostream* out) { *out << mode.name; }
 
 std::vector<Observation> joined_views(std::vector<Observation> first,
                                       const std::vector<Observation>& second) {

@@ -144,8 +144,7 @@ TEST(FitFamily, PredictsWhatLookupsOfTheMemberGive) {
 }
 
 void expect_family_refusal(const Table& table, const FitOptions& options,
-                           const std::vector<Observation>& observed,
-                           const std::vector<const char*>& fragments) {
+                           const std::vector<Observation>& observed, const Fragments& fragments) {
     expect_refusal([&] { fit_layer(table.view(), observed, options); }, fragments);
 }
 

@@ -5,6 +5,7 @@
 
 #include "observed_rings.h"
 #include "refusal.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
@@ -51,21 +52,19 @@ TEST(Fit, RecoversTheLayerWithoutNoise) {
 }
 
 TEST(Fit, RecoversTheLayerFromThreeToFiveObservationsOrRemarks) {
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> uniform(0, 1);
+    Uniform uniform(5);
     int others = 0;
     for (int n = 0; n < 80; ++n) {
-        const double albedo = 0.3 + 0.65 * uniform(random), share = uniform(random);
-        const Ring ring{albedo * share, albedo * (1 - share), 0.1 * std::pow(40, uniform(random))};
+        const double albedo = 0.3 + 0.65 * uniform(), share = uniform();
+        const Ring ring{albedo * share, albedo * (1 - share), 0.1 * std::pow(40, uniform())};
         std::vector<Observation> views;
         for (int i = 0; i < 3 + n % 3; ++i) {
-            const double mu_in = 0.1 + 0.8 * uniform(random), mu_out = 0.1 + 0.9 * uniform(random);
-            const double azimuth = pi * uniform(random);
-            views.push_back(
-                {{mu_in, mu_out, azimuth},
-                 n % 2 == 1 && uniform(random) < 0.5 ? Light::transmitted : Light::reflected,
-                 0,
-                 0});
+            const double mu_in = 0.1 + 0.8 * uniform(), mu_out = 0.1 + 0.9 * uniform();
+            const double azimuth = pi * uniform();
+            views.push_back({{mu_in, mu_out, azimuth},
+                             n % 2 == 1 && uniform() < 0.5 ? Light::transmitted : Light::reflected,
+                             0,
+                             0});
         }
         const Fit fit = fit_of(ring, views);
         EXPECT_LT(fit.chi_square, 0.5) << n;  // the true layer's is the error of the table
@@ -305,7 +304,7 @@ TEST(Fit, TakesAsManyNodesAsObservationsNeed) {
     EXPECT_TRUE(fit.remarks.empty());
     const std::vector<std::string> remarks = fitted(1e-13).remarks;
     ASSERT_FALSE(remarks.empty());
-    EXPECT_NE(remarks.back().find("the solver's error reaches"), std::string::npos);
+    expect_holds(remarks.back(), {"the solver's error reaches"});
 }
 
 // Slices, which pictures are made of, take density and opposition on another way.
@@ -343,7 +342,7 @@ TEST(Fit, IsReproducibleToTheBit) {
 }
 
 void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& change,
-                        const std::vector<const char*>& fragments) {
+                        const Fragments& fragments) {
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     change(views);
@@ -373,7 +372,7 @@ TEST(Fit, RefusesTablesWithoutTheSide) {
                    {"observed light", "the model knows", "transmitted"});
 }
 
-void expect_option_refusal(const FitOptions& options, const std::vector<const char*>& fragments) {
+void expect_option_refusal(const FitOptions& options, const Fragments& fragments) {
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     expect_refusal([&] { fit_layer(ring_table().view(), views, options); }, fragments);
@@ -404,7 +403,7 @@ TEST(Fit, RefusesWhatOtherModelsDoNotKnow) {
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     const auto refuses = [&](const LayerModel& model, const FitOptions& options,
-                             const std::vector<const char*>& fragments) {
+                             const Fragments& fragments) {
         expect_refusal([&] { fit_layer(model, views, options); }, fragments);
     };
     refuses(*beam_model(), {}, {"observed light", "reflected"});

@@ -101,20 +101,20 @@ TEST_P(CsvRefuses, NamingFileLineAndText) {
 
 INSTANTIATE_TEST_SUITE_P(
     Each, CsvRefuses,
-    testing::Values(
-        Refusal{"ShortRow", "a,b\n1,2\n3\n", {"some.csv", "line 3", "2 values", "got 1"}},
-        Refusal{"LongRow", "a,b\n1,2,3\n", {"some.csv", "line 2", "2 values", "got 3"}},
-        Refusal{"Word", "a,b\n1,two\n", {"some.csv", "line 2", "'b'", "'two'"}},
-        Refusal{"HalfNumber", "a\n1.5x\n", {"line 2", "'1.5x'"}},
-        Refusal{"EmptyField", "a,b\n1,\n", {"line 2", "'b'", "''"}},
-        Refusal{"NotANumber", "a\nnan\n", {"line 2", "'nan'"}},
-        Refusal{"DecimalComma", "a\n1;5\n", {"line 2", "'1;5'"}},
-        Refusal{"OpenQuote", "a,b\n1,\"2\n", {"some.csv", "line 2", "quoted field must end"}},
-        Refusal{"Overflow", "a\n1e999\n", {"line 2", "'1e999'"}},
-        Refusal{"NoHeader", "1,2\n3,4\n", {"some.csv", "line 1", "header", "'1'"}},
-        Refusal{"Nothing", "# only\n\n", {"some.csv", "header", "nothing"}},
-        Refusal{"NamelessColumn", "a,,b\n", {"line 1", "no name"}},
-        Refusal{"ColumnTwice", "a,b,a\n", {"line 1", "'a'", "twice"}}),
+    testing::ValuesIn<Refusal>(
+        {{"ShortRow", "a,b\n1,2\n3\n", {"some.csv", "line 3", "2 values", "got 1"}},
+         {"LongRow", "a,b\n1,2,3\n", {"some.csv", "line 2", "2 values", "got 3"}},
+         {"Word", "a,b\n1,two\n", {"some.csv", "line 2", "'b'", "'two'"}},
+         {"HalfNumber", "a\n1.5x\n", {"line 2", "'1.5x'"}},
+         {"EmptyField", "a,b\n1,\n", {"line 2", "'b'", "''"}},
+         {"NotANumber", "a\nnan\n", {"line 2", "'nan'"}},
+         {"DecimalComma", "a\n1;5\n", {"line 2", "'1;5'"}},
+         {"OpenQuote", "a,b\n1,\"2\n", {"some.csv", "line 2", "quoted field must end"}},
+         {"Overflow", "a\n1e999\n", {"line 2", "'1e999'"}},
+         {"NoHeader", "1,2\n3,4\n", {"some.csv", "line 1", "header", "'1'"}},
+         {"Nothing", "# only\n\n", {"some.csv", "header", "nothing"}},
+         {"NamelessColumn", "a,,b\n", {"line 1", "no name"}},
+         {"ColumnTwice", "a,b,a\n", {"line 1", "'a'", "twice"}}}),
     row_name);
 
 TEST(Csv, RefusesAZeroByteWithItsLine) {

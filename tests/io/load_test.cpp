@@ -5,6 +5,7 @@
 
 #include "sample_table.h"
 #include "temporary_folder.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
@@ -30,13 +31,12 @@ struct Query {
 };
 
 std::vector<Query> random_queries() {
-    std::mt19937 random(64);
-    std::uniform_real_distribution<double> share(0, 1);
+    Uniform share(64);
     std::vector<Query> all(512);
     for (Query& at : all)
-        at = {share(random),
-              0.01 * std::pow(1000, share(random)),
-              {0.03 + 0.97 * share(random), 0.03 + 0.97 * share(random), 2 * pi * share(random)}};
+        at = {share(),
+              0.01 * std::pow(1000, share()),
+              {0.03 + 0.97 * share(), 0.03 + 0.97 * share(), 2 * pi * share()}};
     return all;
 }
 

@@ -31,7 +31,7 @@ TEST_F(PhaseFile, HoldsATable) {
     const PhaseFunction phi = read("tabulated:file=moon.csv", &notes);
     EXPECT_EQ(phi.text(), "tabulated:points=0 2/90 1/180 0.5");
     ASSERT_EQ(notes.size(), 1u);
-    EXPECT_NE(notes[0].find("mean"), std::string::npos);
+    expect_holds(notes[0], {"mean"});
     EXPECT_EQ(read("tabulated:file=" + (folder_ / "moon.csv").string()).text(), phi.text());
 }
 
@@ -73,8 +73,7 @@ TEST_F(PhaseFile, HoldsValuesAtEitherAngle) {
 }
 
 TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {
-    const auto refused = [&](const char* file, const char* text,
-                             std::vector<const char*> fragments) {
+    const auto refused = [&](const char* file, const char* text, Fragments fragments) {
         write("bad.csv", text);
         expect_refusal([&] { read(std::string(file) + ":file=bad.csv"); }, fragments);
     };
@@ -118,8 +117,7 @@ TEST_F(PhaseFile, HoldsTheIndexAndTheSizesOfDroplets) {
 }
 
 TEST_F(PhaseFile, OfDropletsIsRefusedWithTheLineThatIsWrong) {
-    const auto refused = [&](const char* parameter, const char* text,
-                             std::vector<const char*> fragments) {
+    const auto refused = [&](const char* parameter, const char* text, Fragments fragments) {
         write("bad.csv", text);
         const std::string radius = parameter == std::string("index") ? ",radius=1um" : "";
         expect_refusal([&] { read(std::string("mie:") + parameter + "=bad.csv" + radius); },

@@ -79,10 +79,6 @@ struct Format {
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
-std::ostream& operator<<(std::ostream& stream, const Format& format) {
-    return stream << format.name;
-}
-
 class Damaged : public testing::TestWithParam<Format> {
   protected:
     /// Ends the program by SIGALRM if reading takes hundreds of times longer than usual.

@@ -15,7 +15,6 @@
 #include <memory>
 #include <utility>
 #include <limits>
-#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -34,8 +33,6 @@ struct Case {
         return changed;
     }
 };
-
-std::ostream& operator<<(std::ostream& stream, const Case& row) { return stream << row.name; }
 
 Shape one_sided(bool reflection) {
     Shape shape;

@@ -14,7 +14,6 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
-#include <ostream>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,8 +28,6 @@ struct Tampering {
     std::function<void(hid_t file)> work;
     std::string reason;
 };
-
-std::ostream& operator<<(std::ostream& stream, const Tampering& row) { return stream << row.name; }
 
 /// Replaces the dataset `name` by a new one over `sizes`.
 void replace_dataset(hid_t file, const char* name, std::vector<hsize_t> sizes,

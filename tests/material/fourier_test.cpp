@@ -79,16 +79,17 @@ TEST_P(FourierFile, IsTheSolverAtRandomPairs) {
 
 INSTANTIATE_TEST_SUITE_P(
     Layers, FourierFile,
-    testing::Values(
-        Case{"thin", layer("rayleigh", 1, 0.1)},
-        Case{"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
-        Case{"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
-        Case{"deep", layer("henyey_greenstein:g=0.85", 0.999, 100)},
-        Case{"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
-        Case{"rings",
-             layer("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5", 0.95, 1.5)},
-        Case{"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
-        Case{"stack", cloud_in_haze()}, Case{"stack_over_ground", over(cloud_in_haze(), 0.5)}),
+    testing::ValuesIn<Case>(
+        {{"thin", layer("rayleigh", 1, 0.1)},
+         {"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
+         {"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
+         {"deep", layer("henyey_greenstein:g=0.85", 0.999, 100)},
+         {"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
+         {"rings",
+          layer("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5", 0.95, 1.5)},
+         {"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
+         {"stack", cloud_in_haze()},
+         {"stack_over_ground", over(cloud_in_haze(), 0.5)}}),
     row_name);
 
 // Another way to the same numbers, which knows no solver: forward and back, up and down.
@@ -159,7 +160,7 @@ TEST(FourierTable, RefusesAPeakThatItsSamplerCannotDraw) {
     const std::string said = refusal([] {
         make_material({{layer("henyey_greenstein:g=0.97", 1, 1)}, ""}, MaterialFormat::fourier);
     });
-    EXPECT_NE(said.find("at most 8, got "), std::string::npos) << said;
+    expect_holds(said, {"at most 8, got "});
 }
 
 TEST(FourierTable, HoldsRedGreenAndBlue) {
@@ -202,8 +203,8 @@ TEST(FourierTable, HasTheLayoutThatReadersExpect) {
     EXPECT_NEAR(table.mean(half, half - 20), table.mean(half + 1, half - 20),
                 0.05f * table.mean(half, half - 20));
     EXPECT_GT(table.mean(half, half - 20), 0);
-    EXPECT_NE(table.text.find("A layer"), std::string::npos);
-    EXPECT_NE(table.text.find("Without the beam"), std::string::npos);
+    expect_holds(table.text, {"A layer"});
+    expect_holds(table.text, {"Without the beam"});
 }
 
 // The peaks of droplets, straight on and straight back, are narrower than the steps between cosines.
@@ -241,7 +242,7 @@ TEST(FourierTable, TellsThatTheBeamIsNotInIt) {
         return make_material({{stack}, ""}, MaterialFormat::fourier).notes;
     };
     ASSERT_EQ(notes(layer("isotropic", 1, 0.5)).size(), 1);
-    EXPECT_NE(notes(layer("isotropic", 1, 0.5))[0].find("tau = 0.5"), std::string::npos);
+    expect_holds(notes(layer("isotropic", 1, 0.5))[0], {"tau = 0.5"});
     EXPECT_TRUE(notes(layer("isotropic", 1, infinity)).empty());
     EXPECT_TRUE(notes(over(layer("isotropic", 1, 0.5), 0.2)).empty());
 }

@@ -121,17 +121,23 @@ TEST_P(WaterWithoutARow, IsFoundBetweenTheOthers) {
     EXPECT_GT(worst, 0.8 * band.worst);  // what is stated is what is met
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Bands, WaterWithoutARow,
-    testing::Values(Band{0.19, 0.3, 0.031, 0.11}, Band{0.3, 0.4, 0.0046, 0.011},
-                    Band{0.4, 0.7, 0.015, 0.053}, Band{0.7, 1.3, 0.017, 0.051},
-                    Band{1.3, 1.6, 0.043, 0.15}, Band{1.6, 1.8, 0.0085, 0.017},
-                    Band{1.8, 2.1, 0.045, 0.19}, Band{2.1, 2.6, 0.014, 0.035},
-                    Band{2.6, 3.4, 0.028, 0.11}, Band{3.4, 5.1, 0.0094, 0.02}),
-    [](const auto& row) {
-        return "From" + std::to_string(static_cast<int>(std::lround(1000 * row.param.begin))) +
-               "nm";
-    });
+INSTANTIATE_TEST_SUITE_P(Bands, WaterWithoutARow,
+                         testing::ValuesIn<Band>({{0.19, 0.3, 0.031, 0.11},
+                                                  {0.3, 0.4, 0.0046, 0.011},
+                                                  {0.4, 0.7, 0.015, 0.053},
+                                                  {0.7, 1.3, 0.017, 0.051},
+                                                  {1.3, 1.6, 0.043, 0.15},
+                                                  {1.6, 1.8, 0.0085, 0.017},
+                                                  {1.8, 2.1, 0.045, 0.19},
+                                                  {2.1, 2.6, 0.014, 0.035},
+                                                  {2.6, 3.4, 0.028, 0.11},
+                                                  {3.4, 5.1, 0.0094, 0.02}}),
+                         [](const auto& row) {
+                             return "From" +
+                                    std::to_string(
+                                        static_cast<int>(std::lround(1000 * row.param.begin))) +
+                                    "nm";
+                         });
 
 // ---- Between rows
 
@@ -202,7 +208,7 @@ TEST(IndexFile, IsOfOneWavelength) {
 
 TEST(IndexFile, IsRefusedWithItsRow) {
     const auto refused = [](const std::vector<std::vector<double>>& columns,
-                            const std::vector<const char*>& fragments) {
+                            const Fragments& fragments) {
         expect_refusal([&] { with_file("mie:radius=1um,wavelength=1um,index=my.csv", columns); },
                        fragments);
     };

@@ -168,7 +168,7 @@ TEST_F(CostPlot, RefusesPanelsWithoutPoints) {
 
 TEST_F(CostPlot, RefusesValuesThatAreNotPositiveAndFinite) {
     for (double PlotPoint::*value : {&PlotPoint::x, &PlotPoint::y})
-        for (const double bad : {0.0, -1.0, infinity, NAN}) {
+        for (const double bad : {0.0, -1.0, infinity, double{NAN}}) {
             PlotPanel wrong = panel();
             wrong.series[0].points[1].*value = bad;
             const char* const name = value == &PlotPoint::x ? "x of 'first'" : "y of 'first'";

@@ -279,7 +279,7 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
         return adopt_tables(scenes, std::move(packed));
     };
     EXPECT_TRUE(adopt({scene}, {&table})[0]->at(LightPath::sunlight));
-    auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
+    auto refuse = [&](const Scene& other, const Fragments& fragments) {
         expect_refusal([&] { adopt({scene, other}, {&table}); }, fragments);
     };
     refuse(small_slab(4, 0.8), {"table.optical_depth.max", "got 2"});
@@ -303,7 +303,7 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
             adopt({scene}, {&table, &foreign});
         },
         {"--table", "that the scene needs", "got number 2"});
-    const auto refuse_table = [&](const Table& changed, const std::vector<const char*>& fragments) {
+    const auto refuse_table = [&](const Table& changed, const Fragments& fragments) {
         expect_refusal([&] { adopt({scene}, {&changed}); }, fragments);
     };
     Table without_reflection = table;
@@ -376,7 +376,7 @@ TEST(AdoptTables, FindsMembersOfAFamily) {
     for (std::size_t n = 0; n < found.rgb.size(); ++n)
         EXPECT_NEAR(found.rgb[n], expected.rgb[n], 0.02f * expected.rgb[n]) << n;
     EXPECT_NE(expected.rgb[0], expected.rgb[1]);
-    const auto refuse = [&](const Scene& refused, const std::vector<const char*>& fragments) {
+    const auto refuse = [&](const Scene& refused, const Fragments& fragments) {
         expect_refusal([&] { adopt({refused}); }, fragments);
     };
     refuse(lobes({0.2, 0.3, 0.6}), {"scene", "g of the phase function", "[0.1, 0.5]", "got 0.6"});

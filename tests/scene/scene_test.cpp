@@ -54,7 +54,7 @@ std::string cloud_but(const std::string& line, const std::string& instead) {
     return text.replace(begin, text.find('\n', begin) - begin, instead);
 }
 
-void expect_scene_refusal(const std::string& text, const std::vector<const char*>& fragments) {
+void expect_scene_refusal(const std::string& text, const Fragments& fragments) {
     SCOPED_TRACE(text);
     expect_refusal([&] { parse_scene(text); }, fragments);
 }
@@ -418,7 +418,7 @@ TEST(SceneCamera, IsPlacedByAnglesAndPlacesTheSunByPhaseAngle) {
 }
 
 TEST(SceneCamera, IsOutsideThePlanet) {
-    const auto refuse = [](const std::string& position, const std::vector<const char*>& fragments) {
+    const auto refuse = [](const std::string& position, const Fragments& fragments) {
         expect_scene_refusal(
             "[camera]\n" + position +
                 "\nfield_of_view_deg = 30.0\n[sun]\nphase_angle_deg = 40.0\n[layer]\n"
@@ -510,7 +510,7 @@ TEST_F(RingProfileFile, MayBeOfAPlanetWithALayerOfItsOwn) {
     EXPECT_EQ(rings.surface.colour.g, 0.25f);
     EXPECT_EQ(scene.layer.components.size(), 2u);
     EXPECT_EQ(scene.named, std::vector{&SceneEffects::density}) << "which the planet's layer has";
-    const auto refuse = [&](const std::string& keys, const std::vector<const char*>& fragments) {
+    const auto refuse = [&](const std::string& keys, const Fragments& fragments) {
         SCOPED_TRACE(keys);
         expect_refusal([&] { read(rows, keys); }, fragments);
     };
@@ -583,7 +583,7 @@ TEST(SceneFile, RefusesShellsBeyondTheirRange) {
 }
 
 TEST_F(RingProfileFile, NamesTheLineOfABadRow) {
-    const auto refuse = [&](const std::string& rows, const std::vector<const char*>& fragments) {
+    const auto refuse = [&](const std::string& rows, const Fragments& fragments) {
         SCOPED_TRACE(rows);
         expect_refusal([&] { read(head + rows); }, fragments);
     };
@@ -680,7 +680,7 @@ TEST(Film, GivesPanelsTheirOwnKeysInEveryFrame) {
 
 TEST(Film, RefusesWhatNoFramesCanBeMadeOf) {
     const auto refused = [&](const std::string& line, const std::string& instead,
-                             const std::vector<const char*>& fragments) {
+                             const Fragments& fragments) {
         std::string text = moving;
         text.replace(text.find(line), line.size(), instead);
         expect_refusal([&] { parse_film(text); }, fragments);
@@ -735,7 +735,7 @@ TEST(SceneOfAStack, HoldsItsLayers) {
     EXPECT_EQ(scene_of("deep.toml", "", "[slab]\n", "-30").layer.stacks[0].size(), 1u);
     EXPECT_EQ(scene.layer.optical_depth.max, 2);
     EXPECT_EQ(scene.layer.albedo[0], (0.5 + 0.75) / 2);
-    const auto refused = [&](const auto& call, const std::vector<const char*>& fragments) {
+    const auto refused = [&](const auto& call, const Fragments& fragments) {
         expect_refusal(call, fragments);
     };
     for (const char* line : {"phase_function = 'isotropic'", "albedo = 0.5", "optical_depth = 1",

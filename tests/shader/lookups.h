@@ -4,12 +4,13 @@
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_table.h>
 
+#include "uniform.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <ostream>
-#include <random>
 #include <vector>
 
 namespace stratus::test {
@@ -28,12 +29,11 @@ inline std::vector<Lookup> random_lookups(const PackedTable& table, int count) {
     const AxisView &albedo = view.albedo, &depth = view.optical_depth;
     const double shallowest = depth.lowest / (view.is_stack() ? 1 : 2),
                  deepest = depth.highest * (depth.ends_at_infinity ? 4 : 1);
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> uniform(0, 1);
+    Uniform uniform(1);
     std::vector<Lookup> all;
     for (int n = 0; n < count; ++n) {
         const auto between = [&](double low, double high) {
-            return static_cast<float>(low + (high - low) * uniform(random));
+            return static_cast<float>(low + (high - low) * uniform());
         };
         const float optical_depth =
             depth.count == 0 ? static_cast<float>(infinity)

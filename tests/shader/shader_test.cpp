@@ -11,12 +11,12 @@
 #ifdef STRATUS_RUN_CHROMIUM
 #include "browser.h"
 #include "row_name.h"
+#include "uniform.h"
 #endif
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -56,12 +56,11 @@ TEST(Shader, IsTheRuntimeBehindDeepDroplets) {
     for (float& sample : path_law_alone.transmission_multiple) sample = 0;
     const PackedTable table(pack(path_law_alone));
     shader::AsCxx shader(shader_textures(table));
-    std::mt19937 random(1);
-    std::uniform_real_distribution<float> uniform(0, 1);
+    Uniform<float> uniform(1);
     for (int n = 0; n < 1000; ++n) {
-        const float w = 0.9f + 0.1f * uniform(random), tau = 30 + 20 * uniform(random),
-                    mu_in = 0.9f + 0.1f * uniform(random), mu_out = mu_in - 0.1f * uniform(random),
-                    azimuth = 0.3f * uniform(random);
+        const float w = 0.9f + 0.1f * uniform(), tau = 30 + 20 * uniform(),
+                    mu_in = 0.9f + 0.1f * uniform(), mu_out = mu_in - 0.1f * uniform(),
+                    azimuth = 0.3f * uniform();
         const double expected = table
                                     .transmission(double{w}, double{tau},
                                                   {double{mu_in}, double{mu_out}, double{azimuth}})

@@ -28,25 +28,17 @@ double level_of(const PhaseFunction& phase_function) {
 /// Tables of `axes` whose members differ in their level alone.
 Table family_table(const std::vector<FamilyAxis>& axes, const PhaseFunction& first,
                    const PhaseFunction& second = {}) {
-    Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true});
-    const Table one = table;
+    Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true}), one = table;
     table.phase_function = first;
     table.second_phase_function = second;
     table.family = axes;
     table.diffusion_exponent.clear();
     for (std::size_t m = 0; m < table.member_count(); ++m) {
         const double level = level_of(phase_function_at(first, second, axes, member_at(axes, m)));
-        const auto add = [](std::vector<float>& all, const std::vector<float>& more) {
-            all.insert(all.end(), more.begin(), more.end());
-        };
-        add(table.reflection_multiple,
-            tabulate(one, [&](const Point& p) { return level * small_table_reflection_scale(p); }));
-        add(table.transmission_multiple, tabulate(one, [&](const Point& p) {
-                return level * small_table_transmission_scale(p);
-            }));
-        table.diffusion_exponent.insert(table.diffusion_exponent.end(),
-                                        one.diffusion_exponent.begin(),
-                                        one.diffusion_exponent.end());
+        fill(one, [level](const Point&) { return level; });
+        for_each_of_members(
+            [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); },
+            table, one);
         table.extrapolation_lengths.push_back(small_table_length);
     }
     table.tolerance = 1e-3;
@@ -87,10 +79,7 @@ TEST(Family, IsBoundByItsValues) {
     const Slice slice = bind(table.view(), 0.9, 0.9, {0.6});
     for (const Geometry& at : three_geometries) {
         const double R = reflection(table.view().at({0.6}), 0.9, 0.9, at).total();
-        EXPECT_NEAR(
-            double{slice.reflection(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
-                                    static_cast<float>(at.azimuth))},
-            R, 2e-3 * R);
+        EXPECT_NEAR(value_of(slice, Side::reflection, at), R, 2e-3 * R);
     }
 }
 
@@ -180,10 +169,8 @@ TEST(Family, PackedIsThatOfItsTable) {
             EXPECT_NEAR(found.multiple, expected.multiple, 4e-4 * expected.total());
             EXPECT_EQ(found.single, expected.single);
             const Slice slice = bind(packed.view(), 1, 0.9, {g});
-            EXPECT_NEAR(
-                double{slice.reflection(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
-                                        static_cast<float>(at.azimuth))},
-                expected.total(), 2e-3 * expected.total());
+            EXPECT_NEAR(value_of(slice, Side::reflection, at), expected.total(),
+                        2e-3 * expected.total());
         }
     EXPECT_TRUE(std::isnan(packed.reflection(0.9, 1, three_geometries[0]).total()));
 }
@@ -232,7 +219,7 @@ TEST(Family, SetsTheOneTermThatHasTheParameter) {
 }
 
 TEST(Family, RefusesAxesThatAreNone) {
-    const auto refuse = [](std::vector<FamilyAxis> axes, const std::vector<const char*>& parts) {
+    const auto refuse = [](std::vector<FamilyAxis> axes, const Fragments& parts) {
         Table table = lobes();
         table.family = std::move(axes);
         expect_refusal([&] { prepare(table); }, parts);

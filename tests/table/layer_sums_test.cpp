@@ -24,11 +24,9 @@ double smooth(const Point& p) {
 
 /// R and T of a shape that both sides share.
 Table table_of(const FunctionOfPoint& shape) {
-    Table table = filled(
-        sums_counts, sums_depths,
-        [&](const Point& p) { return small_table_reflection_scale(p) * shape(p); },
-        [&](const Point& p) { return small_table_transmission_scale(p) * shape(p); });
+    Table table = empty_table(sums_counts, sums_depths);
     table.tolerance = small_table_tolerance;
+    fill(table, shape);
     return table;
 }
 

@@ -8,11 +8,11 @@
 #include "refusal.h"
 #include "row_name.h"
 #include "small_table.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -25,13 +25,6 @@ double narrow_shape(const Point& p) {
     const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
     return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
            0.4 * sines * std::cos(p.azimuth) + 0.2 * sines * sines * std::cos(2 * p.azimuth);
-}
-
-double narrow_reflected(const Point& p) {
-    return small_table_reflection_scale(p) * narrow_shape(p);
-}
-double narrow_transmitted(const Point& p) {
-    return small_table_transmission_scale(p) * narrow_shape(p);
 }
 
 struct Directions {
@@ -53,9 +46,7 @@ Table table_of(const Directions& directions, bool to_infinity = true) {
     table.mu_in = directions.mu_in;
     table.mu_out = directions.mu_out;
     table.azimuth = directions.azimuth;
-    table.reflection_multiple = tabulate(table, narrow_reflected);
-    table.transmission_multiple = tabulate(table, narrow_transmitted);
-    prepare(table);
+    fill(table, narrow_shape);
     return table;
 }
 
@@ -89,17 +80,16 @@ class NarrowTable : public testing::TestWithParam<Directions> {
 
     /// Random layers, and directions within the table's.
     std::vector<Point> points(int count) const {
-        std::mt19937 random(3);
-        std::uniform_real_distribution<double> uniform(0, 1);
+        Uniform uniform(3);
         const TableView view = table_.view();
         const auto within = [&](const AxisView& axis) {
-            return axis.lowest + uniform(random) * (axis.highest - axis.lowest);
+            return axis.lowest + uniform() * (axis.highest - axis.lowest);
         };
         std::vector<Point> all;
         for (int n = 0; n < count; ++n) {
             Point p{};
             p.albedo = within(view.albedo);
-            p.optical_depth = 0.05 * std::pow(200, uniform(random));
+            p.optical_depth = 0.05 * std::pow(200, uniform());
             p.mu_in = within(view.mu_in);
             p.mu_out = within(view.mu_out);
             p.azimuth = within(view.azimuth);
@@ -107,8 +97,6 @@ class NarrowTable : public testing::TestWithParam<Directions> {
         }
         return all;
     }
-
-    static Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
 };
 
 TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {

@@ -24,21 +24,15 @@
 namespace stratus {
 namespace {
 
-double packed_reflected(const Point& p) {
-    return small_table_reflection_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
-}
-double packed_transmitted(const Point& p) {
-    return small_table_transmission_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
-}
+/// What is left of samples once they are divided by all that lookups divide by.
+double packed_shape(const Point& p) { return 2 + p.mu_in * p.mu_out * std::cos(p.azimuth); }
 
 Table small(const char* phase = "henyey_greenstein:g=0.5") {
     Table table = empty_table({5, 6, 6, 6, 5}, {0.1, 8, true});
     table.phase_function = parse_phase_function(phase);
     table.tolerance = 1e-3;
     table.attributes["title"] = "small";
-    table.reflection_multiple = tabulate(table, packed_reflected);
-    table.transmission_multiple = tabulate(table, packed_transmitted);
-    prepare(table);
+    fill(table, packed_shape);
     return table;
 }
 
@@ -158,7 +152,7 @@ TEST(PackedFile, BindsAsTheTableDoes) {
     }
 }
 
-void expect_forgery_refused(const Forged& forged, const std::vector<const char*>& fragments) {
+void expect_forgery_refused(const Forged& forged, const Fragments& fragments) {
     expect_refusal([&] { PackedTable{forged.bytes()}; }, fragments);
 }
 
@@ -306,8 +300,9 @@ TEST(PackedFile, SharesFunctionsAmongMembers) {
     for (const double share : {0.0, 0.4, 1.0})
         for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.3, 3.1}}) {
             const double level = 1.5 - 0.5 * share;
+            const Point point{0.8, 2, at.mu_in, at.mu_out, at.azimuth};
             const double expected =
-                level * packed_reflected({0.8, 2, at.mu_in, at.mu_out, at.azimuth});
+                level * small_table_reflection_scale(point) * packed_shape(point);
             const TableView view = shared.view().at({share});
             EXPECT_NEAR(reflection(view, 0.8, 2, at).multiple, expected, 1e-3 * expected);
             EXPECT_EQ(reflection(view, 0.8, 2, at).multiple,

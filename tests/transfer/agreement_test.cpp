@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ostream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -31,8 +30,6 @@ struct Layer {
 };
 
 bool is_finite(const Layer& of) { return of.optical_depth < infinity; }
-
-void PrintTo(const Layer& of, std::ostream* out) { *out << of.phase_function.text(); }
 
 std::vector<Layer> list_layers() {
     std::vector<Layer> all;
@@ -372,8 +369,7 @@ TEST_P(Methods, AgreeWithinTheirStatedErrors) {
     expect_all_agree(answers);
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, Methods, testing::ValuesIn(list_layers()),
-                         row_name);
+INSTANTIATE_TEST_SUITE_P(Of, Methods, testing::ValuesIn(list_layers()), row_name);
 
 class StoppedSeries : public testing::TestWithParam<Layer> {};
 

@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <ostream>
 #include <vector>
 
 namespace stratus {
@@ -35,10 +34,6 @@ struct Cloud {
     const char* phase_function;
     double albedo, optical_depth;
 };
-
-void PrintTo(const Cloud& of, std::ostream* out) {
-    *out << "w " << of.albedo << " tau " << of.optical_depth;
-}
 
 class CloudFromPhotons : public testing::TestWithParam<Cloud> {};
 

@@ -69,10 +69,9 @@ TEST(DiffusionExponent, IsTheSameForSeveralAlbedos) {
 }
 
 TEST(DiffusionExponent, RefusesAlbedosOutOfRange) {
-    for (const double w : {-1e-9, 1.0001, NAN})
-        expect_refusal(
-            [&] { diffusion_exponent(PhaseFunction::isotropic(), w); },
-            {"compute_diffusion_exponents", "albedo", "[0, 1]"});
+    for (const double w : {-1e-9, 1.0001, double{NAN}})
+        expect_refusal([&] { diffusion_exponent(PhaseFunction::isotropic(), w); },
+                       {"compute_diffusion_exponents", "albedo", "[0, 1]"});
 }
 
 }  // namespace

@@ -75,13 +75,12 @@ TEST(GaussDirections, KeepExtraCosinesWithWeightZero) {
 
 TEST(GaussDirections, RefuseNodesOutOfRange) {
     for (const int nodes : {0, -1, 513})
-        expect_refusal(
-            [&] { gauss_directions(nodes, NodeMap::grazing); },
-            {"gauss_directions", "nodes", "[1, 512]", std::to_string(nodes).c_str()});
+        expect_refusal([&] { gauss_directions(nodes, NodeMap::grazing); },
+                       {"gauss_directions", "nodes", "[1, 512]", std::to_string(nodes).c_str()});
 }
 
 TEST(GaussDirections, RefuseCosinesOutOfRange) {
-    for (const double mu : {0.0, -0.5, 1.0001, NAN})
+    for (const double mu : {0.0, -0.5, 1.0001, double{NAN}})
         expect_refusal(
             [&] {
                 gauss_directions(8, NodeMap::grazing, {0.5, mu});

@@ -41,7 +41,7 @@ TEST(ShellPhotons, AreNoneInTheShadowAndOfNoAlbedo) {
 TEST(ShellPhotons, AreRefusedBeyondTheirRange) {
     const PhaseFunction phase = PhaseFunction::isotropic();
     const ShellView view{0.5, {0, 0, 1}};
-    const auto refuse = [](const auto& call, const std::vector<const char*>& fragments) {
+    const auto refuse = [](const auto& call, const Fragments& fragments) {
         expect_refusal(call, fragments);
     };
     refuse([&] { shell_photons(phase, 1.1, 1, 0.1, view, 10); }, {"albedo", "[0, 1]", "1.1"});

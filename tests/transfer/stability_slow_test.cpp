@@ -1,6 +1,7 @@
 // The corners of the stability matrix with many nodes: all modes at 128 nodes, two at 256.
 #include "stability_checks.h"
 #include "stability_matrix.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
@@ -12,15 +13,10 @@ struct Fine {
     int nodes, modes;
 };
 
-void PrintTo(const Fine& fine, std::ostream* out) {
-    *out << fine.phase_function << ", " << fine.nodes << " nodes";
-}
-
 class FineStability : public testing::TestWithParam<Fine> {};
 
 TEST_P(FineStability, Holds) {
-    SolverOptions options;
-    options.nodes = GetParam().nodes;
+    SolverOptions options = with_nodes(GetParam().nodes);
     options.modes = GetParam().modes;
     for (const double w : {1 - 1e-15, 1.0}) {
         double thinner = 0;
@@ -33,23 +29,19 @@ TEST_P(FineStability, Holds) {
             EXPECT_GE(layer.spherical_albedo, thinner) << test::at(layer);
             thinner = layer.spherical_albedo;
             if (w < 1) continue;
-            EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12);
-            for (int i = 0; i < layer.mu.size(); ++i)
-                EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
-                                direct_transmittance(tau, layer.mu(i)),
-                            1, 1e-12)
-                    << test::at(layer) << ' ' << layer.mu(i);
+            expect_conserved(layer, tau, 1e-12);
         }
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, FineStability,
-                         testing::Values(Fine{"isotropic", 128, 0}, Fine{"lambert_sphere", 128, 0},
-                                         Fine{"henyey_greenstein:g=-0.9", 128, 0},
-                                         Fine{"henyey_greenstein:g=0.9999", 128, 0},
-                                         Fine{"isotropic", 256, 0},
-                                         Fine{"henyey_greenstein:g=-0.9", 256, 2},
-                                         Fine{"henyey_greenstein:g=0.9999", 256, 2}));
+                         testing::ValuesIn<Fine>({{"isotropic", 128, 0},
+                                                  {"lambert_sphere", 128, 0},
+                                                  {"henyey_greenstein:g=-0.9", 128, 0},
+                                                  {"henyey_greenstein:g=0.9999", 128, 0},
+                                                  {"isotropic", 256, 0},
+                                                  {"henyey_greenstein:g=-0.9", 256, 2},
+                                                  {"henyey_greenstein:g=0.9999", 256, 2}}));
 
 }  // namespace
 }  // namespace stratus

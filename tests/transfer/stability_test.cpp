@@ -1,10 +1,10 @@
 // The stability matrix: no breakdown at any phase function, albedo, depth or number of nodes.
 #include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
-#include <stratus/layer/single_scattering.h>
 
 #include "stability_checks.h"
 #include "stability_matrix.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
@@ -27,15 +27,10 @@ struct Medium {
     int nodes;
 };
 
-void PrintTo(const Medium& medium, std::ostream* out) {
-    *out << medium.of.name << ", " << medium.nodes << " nodes";
-}
-
 class Stability : public testing::TestWithParam<Medium> {
   protected:
     LayerSolution solve(double albedo, double optical_depth, int modes = 0) const {
-        SolverOptions options;
-        options.nodes = GetParam().nodes;
+        SolverOptions options = with_nodes(GetParam().nodes);
         options.modes = modes;
         return solve_layer(GetParam().of.phase_function, albedo, optical_depth, stability_cosines,
                            options);
@@ -83,15 +78,7 @@ TEST_P(Stability, IsFiniteAndAsPositiveAsItsSeries) {
 }
 
 TEST_P(Stability, ConservesEnergyWithoutAbsorption) {
-    for (const double tau : stability_depths) {
-        const LayerSolution layer = solve(1, tau, 1);
-        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12) << at(layer);
-        for (int i = 0; i < count; ++i)
-            EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
-                            direct_transmittance(tau, layer.mu(i)),
-                        1, 1e-12)
-                << at(layer) << ' ' << layer.mu(i);
-    }
+    for (const double tau : stability_depths) expect_conserved(solve(1, tau, 1), tau, 1e-12);
 }
 
 TEST_P(Stability, IsMonotonicInDepthAndAlbedo) {
@@ -111,9 +98,8 @@ TEST_P(Stability, IsMonotonicInDepthAndAlbedo) {
 }
 
 TEST(LayerSolution, IsNegativeWithItsSeries) {
-    SolverOptions options;
-    options.nodes = 2;  // four moments of a backward peak: a series with a minimum of -21 %
-    options.truncate = Truncate::nothing;
+    // Four moments of a backward peak: a series with a minimum of -21 %.
+    const SolverOptions options = with_nodes(2, Truncate::nothing);
     const PhaseFunction backward = PhaseFunction::henyey_greenstein(-0.9);
     const double share =
         test::most_negative(solve_layer(backward, 0.99, 1, stability_cosines, options));

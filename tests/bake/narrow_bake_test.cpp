@@ -80,9 +80,7 @@ void expect_within(const AxisView& axis, double value) {
 TEST_P(NarrowBake, KeepsItsToleranceAgainstTheSolver) {
     const Recipe recipe = narrowed(rayleigh_recipe());
     const Table table = bake(recipe);
-    VerifyOptions options;
-    options.samples = 400;
-    const Verification found = verify(table, options);
+    const Verification found = verify(table, VerifyOptions{.samples = 400});
     EXPECT_TRUE(found.meets(recipe.tolerance)) << found.samples.back().error;
     ASSERT_EQ(found.samples.size(), 800U);  // of both sides
     for (const ErrorSample& sample : found.samples) {
@@ -180,9 +178,7 @@ TEST(NarrowTable, IsCheckedNearForwardWithinItsAzimuths) {
     recipe.azimuth = {0, 20};
     recipe.mu_out = {0.3, 0.9};
     const Table table = bake(recipe);
-    VerifyOptions options;
-    options.samples = 400;
-    const Verification found = verify(table, options);
+    const Verification found = verify(table, VerifyOptions{.samples = 400});
     EXPECT_TRUE(found.meets(recipe.tolerance));
     EXPECT_GE(found.forward.size(), 50U);
     for (const ErrorSample& sample : found.forward) {

@@ -3,6 +3,7 @@
 #include <stratus/base/constants.h>
 
 #include "refusal.h"
+#include "small_recipe.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -27,6 +28,11 @@ std::string recipe_but(const std::string& key, const std::string& line) {
     std::string text = recipe_with("");
     const std::size_t begin = text.find(key + " =");
     return text.replace(begin, text.find('\n', begin) - begin, line);
+}
+
+void expect_range(const Range& range, double min, double max) {
+    EXPECT_EQ(range.min, min);
+    EXPECT_EQ(range.max, max);
 }
 
 void expect_recipe_refusal(const std::string& text, const Fragments& fragments) {
@@ -59,10 +65,8 @@ TEST(Recipe, HoldsItsText) {
     EXPECT_EQ(recipe.phase_text, "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
     EXPECT_EQ(recipe.phase_function.terms().size(), 2u);
     EXPECT_EQ(recipe.tolerance, 2e-3);
-    EXPECT_EQ(recipe.optical_depth.min, 0.01);
-    EXPECT_EQ(recipe.optical_depth.max, infinity);
-    EXPECT_EQ(recipe.albedo.min, 0.25);
-    EXPECT_EQ(recipe.albedo.max, 0.75);
+    expect_range(recipe.optical_depth, 0.01, infinity);
+    expect_range(recipe.albedo, 0.25, 0.75);
     EXPECT_FALSE(recipe.reflection);
     EXPECT_TRUE(recipe.transmission);
     const Discretisation& d = recipe.discretisation;
@@ -96,21 +100,15 @@ TEST(Recipe, HasDefaults) {
 
 TEST(Recipe, KnowsAllDirectionsUnlessTheyAreNarrowed) {
     const Recipe all = parse_recipe(recipe_with(""));
-    for (const Range& cosines : {all.mu_in, all.mu_out}) {
-        EXPECT_EQ(cosines.min, 0);
-        EXPECT_EQ(cosines.max, 1);
-    }
-    EXPECT_EQ(all.azimuth.min, 0);
-    EXPECT_EQ(all.azimuth.max, 180);
+    expect_range(all.mu_in, 0, 1);
+    expect_range(all.mu_out, 0, 1);
+    expect_range(all.azimuth, 0, 180);
     const Recipe some = parse_recipe(recipe_with(
         "mu_in = 0.375\nmu_out = { min = 0.25, max = 0.5 }\nazimuth_deg = { min = 171, max = 180 "
         "}\n"));
-    EXPECT_EQ(some.mu_in.min, 0.375);
-    EXPECT_EQ(some.mu_in.max, 0.375);
-    EXPECT_EQ(some.mu_out.min, 0.25);
-    EXPECT_EQ(some.mu_out.max, 0.5);
-    EXPECT_EQ(some.azimuth.min, 171);
-    EXPECT_EQ(some.azimuth.max, 180);
+    expect_range(some.mu_in, 0.375, 0.375);
+    expect_range(some.mu_out, 0.25, 0.5);
+    expect_range(some.azimuth, 171, 180);
 }
 
 TEST(Recipe, RefusesDirectionsOutOfRange) {
@@ -365,14 +363,12 @@ TEST(Recipe, MayMixTwoPhaseFunctions) {
     EXPECT_TRUE(parse_recipe(recipe_with("")).family.empty());
     const Recipe all = parse_recipe(recipe_with("second_phase_function = 'isotropic'\n"));
     ASSERT_TRUE(is_mixture_alone(all));
-    EXPECT_EQ(mixture_range(all)->min, 0);
-    EXPECT_EQ(mixture_range(all)->max, 1);
+    expect_range(*mixture_range(all), 0, 1);
     EXPECT_EQ(all.second_phase_function.text(), "isotropic");
     const Recipe some = parse_recipe(
         recipe_with("second_phase_function = 'isotropic'\nmixture = { min = 0.25, max = 0.5 }\n"
                     "[discretisation]\nmixture_samples = 4\n"));
-    EXPECT_EQ(mixture_range(some)->min, 0.25);
-    EXPECT_EQ(mixture_range(some)->max, 0.5);
+    expect_range(*mixture_range(some), 0.25, 0.5);
     EXPECT_EQ(some.discretisation.family_samples[0], 4);
     EXPECT_NEAR(at_member(some, {0.25}).phase_function(1), 0.25 * 1.5 + 0.75, 1e-15);
 }
@@ -437,36 +433,19 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     ASSERT_EQ(a.family.size(), b.family.size());
     for (std::size_t k = 0; k < a.family.size(); ++k) {
         EXPECT_EQ(a.family[k].parameter, b.family[k].parameter);
-        EXPECT_EQ(a.family[k].range.min, b.family[k].range.min);
-        EXPECT_EQ(a.family[k].range.max, b.family[k].range.max);
+        expect_range(a.family[k].range, b.family[k].range.min, b.family[k].range.max);
         EXPECT_EQ(a.family[k].values, b.family[k].values);
     }
-    EXPECT_EQ(a.discretisation.family_samples, b.discretisation.family_samples);
     EXPECT_EQ(a.tolerance, b.tolerance);
-    EXPECT_EQ(a.optical_depth.min, b.optical_depth.min);
-    EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
-    EXPECT_EQ(a.albedo.min, b.albedo.min);
-    EXPECT_EQ(a.albedo.max, b.albedo.max);
-    for (const auto range : {&Recipe::mu_in, &Recipe::mu_out, &Recipe::azimuth}) {
-        EXPECT_EQ((a.*range).min, (b.*range).min);
-        EXPECT_EQ((a.*range).max, (b.*range).max);
-    }
+    for (const auto range : {&Recipe::optical_depth, &Recipe::albedo, &Recipe::mu_in,
+                             &Recipe::mu_out, &Recipe::azimuth})
+        expect_range(a.*range, (b.*range).min, (b.*range).max);
     EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
     EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
     EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
     EXPECT_EQ(a.reflection, b.reflection);
     EXPECT_EQ(a.transmission, b.transmission);
-    EXPECT_EQ(a.discretisation.nodes, b.discretisation.nodes);
-    EXPECT_EQ(a.discretisation.modes, b.discretisation.modes);
-    EXPECT_EQ(a.discretisation.mu_samples, b.discretisation.mu_samples);
-    EXPECT_EQ(a.discretisation.azimuth_samples, b.discretisation.azimuth_samples);
-    EXPECT_EQ(a.discretisation.optical_depth_samples_per_octave,
-              b.discretisation.optical_depth_samples_per_octave);
-    EXPECT_EQ(a.discretisation.deepest_optical_depth, b.discretisation.deepest_optical_depth);
-    EXPECT_EQ(a.discretisation.albedo_samples, b.discretisation.albedo_samples);
-    EXPECT_EQ(a.discretisation.scheme, b.discretisation.scheme);
-    EXPECT_EQ(a.discretisation.azimuth_scale, b.discretisation.azimuth_scale);
-    EXPECT_EQ(a.discretisation.albedo_scale, b.discretisation.albedo_scale);
+    test::expect_same(a.discretisation, b.discretisation);
 }
 
 TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {

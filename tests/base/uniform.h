@@ -2,11 +2,13 @@
 #pragma once
 
 #include <random>
+#include <type_traits>
 
 template <class Number = double>
 class Uniform {
   public:
-    explicit Uniform(unsigned seed, Number low = 0, Number high = 1)
+    explicit Uniform(unsigned seed, std::type_identity_t<Number> low = 0,
+                     std::type_identity_t<Number> high = 1)
         : engine_(seed), distribution_(low, high) {}
 
     Number operator()() { return distribution_(engine_); }

@@ -130,9 +130,7 @@ TEST(Binding, ExtrapolatesByTheLimitingLaws) {
         const double T = small_table_transmission_scale({0.5, 40, g.mu_in, g.mu_out, g.azimuth});
         EXPECT_NEAR(transmitted(bind(view, 40, 0.5), at), T, 1e-2 * T + 1e-12);
     }
-    Effects transmission_alone;
-    transmission_alone.reflection = false;
-    EXPECT_EQ(bind(view, infinity, 1, transmission_alone).transmission(1, 1, 0), 0);
+    EXPECT_EQ(bind(view, infinity, 1, Effects{.reflection = false}).transmission(1, 1, 0), 0);
 }
 
 TEST(Binding, RefusesArgumentsOutOfRange) {
@@ -142,9 +140,7 @@ TEST(Binding, RefusesArgumentsOutOfRange) {
     expect_refusal([&] { bind(view, NAN, 0.5); }, {"optical_depth", "nan"});
     expect_refusal([&] { bind(view, 1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
     expect_refusal([&] { bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});
-    Effects effects;
-    effects.density = 1;
-    expect_refusal([&] { bind(view, 1, 0.5, effects); }, {"density", "[0, 1)"});
+    expect_refusal([&] { bind(view, 1, 0.5, Effects{.density = 1}); }, {"density", "[0, 1)"});
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/direction.h>
 
-#include "uniform.h"
+#include "../base/uniform.h"
 
 #include <cmath>
 #include <vector>

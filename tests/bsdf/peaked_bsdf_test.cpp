@@ -123,10 +123,8 @@ TEST(PeakedBsdf, SamplesFollowTheDensity) {
     const RgbBsdf coloured = coloured_bsdf(water_cloud());
     for (const double mu : {0.05, 0.35, 0.97}) expect_samples_follow_density(coloured, mu);
     for (const bool reflection : {true, false}) {
-        Effects effects;
-        effects.reflection = reflection;
-        effects.transmission = !reflection;
-        const Bsdf bsdf = cloud_bsdf(0.5, effects);
+        const Bsdf bsdf =
+            cloud_bsdf(0.5, Effects{.reflection = reflection, .transmission = !reflection});
         for (const double mu : {0.1, 0.8}) expect_samples_follow_density(bsdf, mu);
     }
 }

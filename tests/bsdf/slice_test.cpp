@@ -90,12 +90,11 @@ TEST(Slice, IsFiniteAtGrazingAndInvalidDirections) {
 TEST(Slice, HasOnlyTheRequestedEffects) {
     const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     const auto bound = [&](bool single, bool multiple, bool reflection, bool transmission) {
-        Effects effects;
-        effects.single = single;
-        effects.multiple = multiple;
-        effects.reflection = reflection;
-        effects.transmission = transmission;
-        return bind(table.view(), 2, 0.9, effects);
+        return bind(table.view(), 2, 0.9,
+                    Effects{.single = single,
+                            .multiple = multiple,
+                            .reflection = reflection,
+                            .transmission = transmission});
     };
     const Slice all = bound(true, true, true, true), single = bound(true, false, true, true),
                 multiple = bound(false, true, true, true), lit = bound(true, true, true, false),
@@ -120,9 +119,8 @@ TEST(Slice, HasOnlyTheRequestedEffects) {
 
 TEST(Slice, WithDensityIsASliceOfTheEffectiveOpticalDepth) {
     const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
-    Effects dense;
-    dense.density = 0.2;
-    const Slice slice = bind(table.view(), 2, 0.9, dense), effective = bind(table.view(), 2.5, 0.9);
+    const Slice slice = bind(table.view(), 2, 0.9, Effects{.density = 0.2}),
+                effective = bind(table.view(), 2.5, 0.9);
     for (const Direction& at : random_directions(100)) {  // every order, both sides, the beam
         EXPECT_EQ(reflected(slice, at), reflected(effective, at));
         EXPECT_EQ(transmitted(slice, at), transmitted(effective, at));
@@ -135,9 +133,7 @@ TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
     const double tau = 2, w = 0.9;
     const Slice plain = bind(table.view(), tau, w);
     for (const Opposition& opposition : {Opposition::blinn(0.3), Opposition::hapke(0.8, 0.06)}) {
-        Effects effects;
-        effects.opposition = opposition;
-        const Slice bright = bind(table.view(), tau, w, effects);
+        const Slice bright = bind(table.view(), tau, w, Effects{.opposition = opposition});
         for (const Direction& at : random_directions(500)) {
             const Geometry g = at.geometry();
             const double c = cos_scattering_angle_reflected(g);
@@ -177,9 +173,7 @@ TEST(Slice, TakesItsOppositionFromTheDensity) {
     const PhaseFunction phase = PhaseFunction::rayleigh();
     const Medium<1> medium{{3}, {0.9}};
     for (const Opposition& opposition : {Opposition::blinn(), Opposition::hapke(0.8)}) {
-        Effects effects;
-        effects.density = 0.2;
-        effects.opposition = opposition;
+        Effects effects{.density = 0.2, .opposition = opposition};
         const Slice of_density(phase, medium, effects);
         effects.density = 0;
         effects.opposition = seen_opposition(opposition, 0.2);

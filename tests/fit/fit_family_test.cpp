@@ -152,33 +152,26 @@ TEST(FitFamily, RefusesWhatTheFamilyDoesNotHold) {
     std::vector<Observation> spectrum = cloud_views(true), plain = cloud_views(false);
     for (auto* const all : {&spectrum, &plain})
         for (Observation& at : *all) at.brightness = at.sigma = 0.1;
-    FitOptions options;
-    expect_family_refusal(droplet_table(), options, plain,
+    const Table &drops = droplet_table(), &lobes = lobe_table();
+    expect_family_refusal(drops, {}, plain,
                           {"wavelength must be held or known of the observations",
                            "one of 0.45, 0.65 um of the table", "got neither"});
-    options.wavelength = 0.5;
-    expect_family_refusal(droplet_table(), options, plain,
+    expect_family_refusal(drops, {.wavelength = 0.5}, plain,
                           {"wavelength held", "one of 0.45, 0.65 um", "got 0.5"});
-    expect_family_refusal(droplet_table(), options, spectrum,
+    expect_family_refusal(drops, {.wavelength = 0.5}, spectrum,
                           {"wavelength must be either held or known", "got both"});
-    options = {};
-    options.radius = 0.6;
-    expect_family_refusal(droplet_table(), options, spectrum,
+    expect_family_refusal(drops, {.radius = 0.6}, spectrum,
                           {"radius held", "in [0.2, 0.5] um of the table", "got 0.6"});
-    expect_family_refusal(lobe_table(), options, plain,
+    expect_family_refusal(lobes, {.radius = 0.6}, plain,
                           {"radius", "unless a table's family varies it", "got 0.6"});
-    options = {};
-    options.g1 = 0.5;
-    expect_family_refusal(droplet_table(), options, spectrum, {"g", "Henyey-Greenstein", "0.5"});
-    options.g1 = 0.8;
-    expect_family_refusal(lobe_table(), options, plain, {"g held", "in [0.2, 0.7]", "got 0.8"});
+    expect_family_refusal(drops, {.g1 = 0.5}, spectrum, {"g", "Henyey-Greenstein", "0.5"});
+    expect_family_refusal(lobes, {.g1 = 0.8}, plain, {"g held", "in [0.2, 0.7]", "got 0.8"});
     spectrum.front().known[1] = 0.5;
-    expect_family_refusal(droplet_table(), {}, spectrum, {"wavelength", "one of 0.45", "got 0.5"});
+    expect_family_refusal(drops, {}, spectrum, {"wavelength", "one of 0.45", "got 0.5"});
     spectrum.front().known = {};
-    expect_family_refusal(droplet_table(), {}, spectrum,
+    expect_family_refusal(drops, {}, spectrum,
                           {"wavelength must be known of all 24 observations, or of none, got 23"});
-    expect_family_refusal(lobe_table(), {}, spectrum,
-                          {"values known of an observation", "1", "got 2"});
+    expect_family_refusal(lobes, {}, spectrum, {"values known of an observation", "1", "got 2"});
 }
 
 }  // namespace

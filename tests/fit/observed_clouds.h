@@ -65,10 +65,8 @@ inline void solve_cloud_views(const PhaseFunction& phase_function, const Cloud& 
                               double wavelength, std::vector<Observation>& all) {
     std::vector<double> mu;
     for (const Observation& at : all) mu.insert(mu.end(), {at.geometry.mu_in, at.geometry.mu_out});
-    SolverOptions solver;
-    solver.nodes = 24;
     const LayerSolution solution =
-        solve_layer(phase_function, cloud.w, cloud.optical_depth, mu, solver);
+        solve_layer(phase_function, cloud.w, cloud.optical_depth, mu, SolverOptions{.nodes = 24});
     for (std::size_t i = 0; i < all.size(); ++i) {
         Observation& at = all[i];
         if (at.known.size() > 1 && at.known[1] != wavelength) continue;

@@ -6,7 +6,7 @@
 
 #include "../table/table_equality.h"
 
-#include "uniform.h"
+#include "../base/uniform.h"
 
 #include <gtest/gtest.h>
 

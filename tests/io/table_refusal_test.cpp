@@ -50,22 +50,15 @@ INSTANTIATE_TEST_SUITE_P(Formats, BothFormats, testing::Values("table.h5", "tabl
                              return fs::path(row.param).extension().string().substr(1);
                          });
 
-TEST_P(BothFormats, RefuseAMissingFile) {
+TEST_P(BothFormats, RefuseWhatIsNoFile) {
     EXPECT_EQ(refusal_of_reading(path), path.string() + ": No such file or directory");
-}
-
-TEST_P(BothFormats, RefuseADirectory) {
     fs::create_directory(path);
     EXPECT_EQ(refusal_of_reading(path), path.string() + ": is a directory");
-}
-
-TEST_P(BothFormats, RefuseAnEmptyFile) {
-    EXPECT_EQ(refusal_of_content(""), path.string() + ": is empty");
-}
-
-TEST_P(BothFormats, RefuseADevice) {
+    fs::remove(path);
     fs::create_symlink("/dev/zero", path);
     EXPECT_EQ(refusal_of_reading(path), path.string() + ": is not a regular file");
+    fs::remove(path);
+    EXPECT_EQ(refusal_of_content(""), path.string() + ": is empty");
 }
 
 TEST_P(BothFormats, RefuseForeignFiles) {
@@ -285,13 +278,14 @@ TEST_P(BothFormats, RefuseFilesThatNeedMoreMemoryThanAllowed) {
 
 // --- Invalid content with valid checksums ---
 
-struct InvalidContent {
+/// A table as it must not be.
+struct WrongTable {
     const char* name;
-    std::function<void(Table&)> change;
+    void (*change)(Table&);
     std::string reason;
 };
 
-const std::vector<InvalidContent> invalid_contents{
+const std::vector<WrongTable> invalid_contents{
     {"NanOnAnAxis", [](Table& t) { t.albedo.values[1] = NAN; },
      "albedo must be finite and at most 1, got nan"},
     {"InfiniteCosine", [](Table& t) { t.mu_in.values.back() = infinity; },
@@ -317,7 +311,7 @@ const std::vector<InvalidContent> invalid_contents{
      "diffusion_exponent (sample 0) must be finite, got nan"},
 };
 
-class InvalidTable : public testing::TestWithParam<InvalidContent> {};
+class InvalidTable : public testing::TestWithParam<WrongTable> {};
 
 TEST_P(InvalidTable, IsRefusedDespiteValidChecksums) {
     const TemporaryFolder folder;
@@ -338,13 +332,7 @@ INSTANTIATE_TEST_SUITE_P(Tables, InvalidTable, testing::ValuesIn(invalid_content
 
 // --- Tables that are not written ---
 
-struct Refused {
-    const char* name;
-    std::function<void(Table&)> change;
-    std::string reason;
-};
-
-const std::vector<Refused> refused{
+const std::vector<WrongTable> refused{
     {"NotANumber", [](Table& t) { t.reflection_multiple[3] = NAN; },
      "prepare: reflection_multiple (sample 3) must be finite, got nan"},
     {"WrongLength", [](Table& t) { t.plane_albedo.pop_back(); },
@@ -369,7 +357,7 @@ const std::vector<Refused> refused{
      "write_table: attribute \"title\" must be free of zero bytes, got \"a?b\""},
 };
 
-class RefusedTable : public testing::TestWithParam<Refused> {};
+class RefusedTable : public testing::TestWithParam<WrongTable> {};
 
 TEST_P(RefusedTable, IsNotWritten) {
     const TemporaryFolder folder;

@@ -34,35 +34,9 @@ struct Case {
     }
 };
 
-Shape one_sided(bool reflection) {
-    Shape shape;
-    shape.reflection = reflection;
-    shape.transmission = !reflection;
-    return shape;
-}
-
-Shape single_samples() {
-    Shape shape;
-    shape.albedos = shape.finite_depths = shape.cosines_in = shape.cosines_out = shape.azimuths = 1;
-    shape.infinite_depth = false;
-    return shape;
-}
-
-Shape infinite_depth_only() {
-    Shape shape;
-    shape.finite_depths = 0;
-    return shape;
-}
-
 /// Several chunks of HDF5 and several blocks of rows of OpenEXR, of uneven sizes.
-Shape several_chunks() {
-    Shape shape;
-    shape.albedos = 7;
-    shape.finite_depths = 12;
-    shape.cosines_in = shape.cosines_out = 13;
-    shape.azimuths = 17;
-    return shape;
-}
+constexpr Shape several_chunks{
+    .albedos = 7, .finite_depths = 12, .cosines_in = 13, .cosines_out = 13, .azimuths = 17};
 
 std::string long_text(std::size_t length) {
     std::string text;
@@ -70,22 +44,10 @@ std::string long_text(std::size_t length) {
     return text;
 }
 
-Shape mixtures() {
-    Shape shape;
-    shape.mixtures = 3;
-    return shape;
-}
-
 Shape one_sided_mixtures() {
-    Shape shape = several_chunks();
+    Shape shape = several_chunks;
     shape.mixtures = 2;
     shape.transmission = false;
-    return shape;
-}
-
-Shape finite_depths() {
-    Shape shape;
-    shape.infinite_depth = false;
     return shape;
 }
 
@@ -146,11 +108,7 @@ void narrow_directions(Table& table) {
         make_axis(AxisScale::linear, 1.0 / 3, 1, static_cast<int>(table.azimuth.values.size()));
 }
 
-Shape six_members() {
-    Shape shape;
-    shape.mixtures = 6;
-    return shape;
-}
+constexpr Shape six_members{.mixtures = 6}, reflection_only{.transmission = false};
 
 /// One or two axes over parameters in place of the mixtures.
 void take_family(Table& table, std::vector<FamilyAxis> axes) {
@@ -190,26 +148,32 @@ void make_peaked_lobes(Table& table) {
 
 const std::vector<Case> cases{
     {"TwoSides", {}},
-    {"ReflectionOnly", one_sided(true)},
-    {"TransmissionOnly", one_sided(false)},
-    {"NoFluxes", one_sided(true), remove_fluxes},
-    {"OverASurface", one_sided(true), put_on_ground},
-    {"OverASemiInfiniteLayer", one_sided(true), put_on_dust},
-    {"FiniteDepths", finite_depths()},
-    {"InfiniteDepthOnly", infinite_depth_only()},
-    {"SingleSamples", single_samples()},
-    {"SeveralChunks", several_chunks()},
+    {"ReflectionOnly", reflection_only},
+    {"TransmissionOnly", {.reflection = false}},
+    {"NoFluxes", reflection_only, remove_fluxes},
+    {"OverASurface", reflection_only, put_on_ground},
+    {"OverASemiInfiniteLayer", reflection_only, put_on_dust},
+    {"FiniteDepths", {.infinite_depth = false}},
+    {"InfiniteDepthOnly", {.finite_depths = 0}},
+    {"SingleSamples",
+     {.albedos = 1,
+      .finite_depths = 1,
+      .infinite_depth = false,
+      .cosines_in = 1,
+      .cosines_out = 1,
+      .azimuths = 1}},
+    {"SeveralChunks", several_chunks},
     {"LongAttributes", {}, add_long_attributes},
     {"NoAttributes", {}, [](Table& table) { table.attributes.clear(); }},
     {"NamesUsedByHdf5AndExr", {}, add_names_used_by_hdf5_and_exr},
     {"TabulatedPhaseFunction", {}, use_tabulated_phase_function},
     {"ExtremeNumbers", {}, use_extreme_numbers},
-    {"AllZeros", several_chunks(), clear_reflection},
-    {"Mixtures", mixtures()},
-    {"Lobes", six_members(), make_lobes},
-    {"LobesWithPathLaw", six_members(), make_peaked_lobes},
-    {"Droplets", six_members(), make_droplets},
-    {"TwoAxesWithMixture", six_members(), make_peaked_mixtures},
+    {"AllZeros", several_chunks, clear_reflection},
+    {"Mixtures", {.mixtures = 3}},
+    {"Lobes", six_members, make_lobes},
+    {"LobesWithPathLaw", six_members, make_peaked_lobes},
+    {"Droplets", six_members, make_droplets},
+    {"TwoAxesWithMixture", six_members, make_peaked_mixtures},
     {"SomeDirections", {}, narrow_directions},
     {"OtherScales", {}, take_other_scales},
     {"MixturesOfOneSide", one_sided_mixtures(), put_on_ground},
@@ -283,7 +247,7 @@ TEST(TableFile, IsTheSameOnAnyNumberOfThreads) {
 /// Parts hold several albedos of the first, and some depths of one of the second.
 TEST(TableFile, IsTheSameInWhateverOrderItsPartsAreDeflated) {
     const TemporaryFolder folder;
-    Shape large = one_sided(true);
+    Shape large = reflection_only;
     large.cosines_in = large.cosines_out = 70;
     large.azimuths = 9;
     for (const auto& [albedos, depths] : {std::pair{7, 4}, {2, 29}}) {

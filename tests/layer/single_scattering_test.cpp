@@ -4,14 +4,13 @@
 #include <stratus/base/constants.h>
 #include <stratus/phase/phase_function.h>
 
+#include "../reference/discrete_ordinates.h"
 #include "csv_rows.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
-#include <map>
-#include <string>
 
 namespace stratus {
 namespace {
@@ -19,26 +18,11 @@ namespace {
 const double scattering_cosines[] = {0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
 const double scattering_depths[] = {1e-6, 0.01, 0.3, 1.0, 7.0, 40.0};
 
-const std::map<std::string, std::string>& reference_phase_functions() {
-    static const std::map<std::string, std::string> text = {
-        {"iso", "isotropic"},
-        {"rayl", "rayleigh"},
-        {"lin", "anisotropic:x=-0.5"},
-        {"lambert", "lambert_sphere"},
-        {"hg50", "henyey_greenstein:g=0.5"},
-        {"hg75", "henyey_greenstein:g=0.75"},
-        {"hg85", "henyey_greenstein:g=0.85"},
-        {"hg95", "henyey_greenstein:g=0.95"},
-        {"dhg", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5"},
-    };
-    return text;
-}
-
 TEST(SingleScattering, EqualsTheReferenceRows) {
     const std::vector<CsvRow> rows = csv_rows("single_scattering.csv");
     EXPECT_GE(rows.size(), 40u);
     for (const auto& [phase, row] : rows) {  // w tau mu0 mu dphi_deg R T
-        const PhaseFunction phi = parse_phase_function(reference_phase_functions().at(phase));
+        const PhaseFunction phi = test::reference_phase_function(phase);
         const double w = row.at(0), tau = row.at(1), mu0 = row.at(2), mu = row.at(3);
         const Geometry geometry{mu0, mu, radians(row.at(4))};
         const double up = phi(cos_scattering_angle_reflected(geometry));

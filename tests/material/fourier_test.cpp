@@ -96,10 +96,9 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(FourierTable, IsWhatPhotonsTell) {
     const PhaseFunction phase = parse_phase_function("henyey_greenstein:g=0.5");
     const FourierReader table = table_of({{{{{phase, 0.9, 1}}, {}}}, ""});
-    PhotonOptions options;
-    options.photons = 200'000;
     const std::vector<Geometry> geometries{{0.6, 0.8, 0.1}, {0.6, 0.3, 2.9}, {0.6, 0.5, 1.6}};
-    const PhotonSolution photons = solve_photons(phase, 0.9, 1, geometries, options);
+    const PhotonSolution photons =
+        solve_photons(phase, 0.9, 1, geometries, PhotonOptions{.photons = 200'000});
     for (std::size_t k = 0; k < geometries.size(); ++k) {
         const PhotonValue &R = photons.geometries[k].reflection,
                           &T = photons.geometries[k].transmission;

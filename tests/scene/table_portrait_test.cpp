@@ -151,9 +151,9 @@ TEST_F(TablePortrait, NeedsNoTitle) {
 TEST_F(TablePortrait, RefusesAPathThatCannotBeWritten) {
     const Table table = make_synthetic_table();
     const std::filesystem::path png = folder / "absent" / "portrait.png";
-    const std::string refusal = refusal<std::runtime_error>(
+    const std::string said = refusal<std::runtime_error>(
         [&] { draw_portrait(make_portrait(table, table.view()), png); });
-    EXPECT_EQ(refusal, png.string() + ": No such file or directory");
+    EXPECT_EQ(said, png.string() + ": No such file or directory");
 }
 
 TEST_F(TablePortrait, ReportsAFullDisk) {

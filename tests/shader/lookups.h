@@ -4,7 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_table.h>
 
-#include "uniform.h"
+#include "../base/uniform.h"
 
 #include <algorithm>
 #include <array>

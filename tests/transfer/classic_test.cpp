@@ -59,11 +59,12 @@ TEST(ClassicDoubling, NeedsNoDoublingWithinTheStartDepth) {
 
 TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
     for (const double depth : {-1.0, 9e-16, 1.25, double{NAN}}) {
-        SolverOptions options;
-        options.scheme = Scheme::classic;
-        options.start_depth = depth;
-        expect_refusal([&] { solve_layer(isotropic, 1, 1, {1}, options); },
-                       {"solve", "start_depth", "[1e-15, 1]"});
+        expect_refusal(
+            [&] {
+                solve_layer(isotropic, 1, 1, {1},
+                            SolverOptions{.scheme = Scheme::classic, .start_depth = depth});
+            },
+            {"solve", "start_depth", "[1e-15, 1]"});
     }
 }
 

@@ -77,16 +77,15 @@ TEST(GrazingLight, OfCloudsIsWithinOnePerCentAndItsErrorIsTrue) {
     for (const auto& [phase, row] : csv_rows("grazing_clouds.csv", ';'))
         clouds[{phase, row.at(0), row.at(1)}].push_back(row);
     EXPECT_GE(clouds.size(), 4U);
-    SolverOptions options;
-    options.tolerance = 1e-2;
     int honest = 0, within = 0, all = 0;
     for (const auto& [cloud, rows] : clouds) {
         const auto& [text, albedo, depth] = cloud;
         std::vector<Geometry> geometries;
         for (const std::vector<double>& row : rows)
             geometries.push_back({row.at(2), row.at(3), radians(row.at(4))});
-        const SolvedGeometries solved = solve_geometries(
-            {{parse_phase_function(text), albedo, depth}}, {}, geometries, options);
+        const SolvedGeometries solved =
+            solve_geometries({{parse_phase_function(text), albedo, depth}}, {}, geometries,
+                             SolverOptions{.tolerance = 1e-2});
         for (std::size_t i = 0; i < rows.size(); ++i) {
             const SolvedGeometry& at = solved.at[i];
             for (const auto& [value, stated, expected] :
@@ -104,11 +103,11 @@ TEST(GrazingLight, OfCloudsIsWithinOnePerCentAndItsErrorIsTrue) {
 }
 
 TEST(GrazingLight, IsRefusedWhereItIsNotSolved) {
-    SolverOptions options;
-    options.grazing = true;
-    options.orders = 3;
     expect_refusal(
-        [&] { solve_layer(PhaseFunction::henyey_greenstein(0.9), 1, 1, {0.1}, options); },
+        [&] {
+            solve_layer(PhaseFunction::henyey_greenstein(0.9), 1, 1, {0.1},
+                        SolverOptions{.orders = 3, .grazing = true});
+        },
         {"grazing", "all orders"});
 }
 

@@ -31,11 +31,10 @@ double total(const LayerSolution& layer, Side side, int in, int out, double azim
 
 /// By classic doubling: the products of the harmonic scheme are symmetric by construction.
 TEST(SolveLayer, IsReciprocal) {
-    SolverOptions options;
-    options.scheme = Scheme::classic;
     for (const PhaseFunction& phase_function : {rayleigh, forward})
         for (const double tau : {1e-6, 0.1, 8.0, infinity}) {
-            const LayerSolution layer = solve_layer(phase_function, 0.95, tau, cosines, options);
+            const LayerSolution layer = solve_layer(phase_function, 0.95, tau, cosines,
+                                                    SolverOptions{.scheme = Scheme::classic});
             for (const Side side : {Side::reflection, Side::transmission})
                 for (int in = 0; in < layer.mu.size(); ++in)
                     for (int out = 0; out < in; ++out)

@@ -366,9 +366,7 @@ TEST(LightInside, IsRefusedOutsideTheLayers) {
     refused({0.5, 2.5}, {}, {"solve_inside: levels must be in [0, 2]", "got 2.5"});
     refused({-0.5}, {}, {"levels", "got -0.5"});
     refused({}, {}, {"levels", "one or more", "got none"});
-    SolverOptions options;
-    options.orders = 3;
-    refused({1}, options, {"orders", "0, all", "got 3"});
+    refused({1}, SolverOptions{.orders = 3}, {"orders", "0, all", "got 3"});
     expect_refusal(
         [&] {
             solve_inside({{air, 1, infinity}}, {}, {infinity}, {1});

@@ -278,9 +278,7 @@ TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
     refused(0.5, 1, 1, chain_of(8, 2), "even");
     refused(0.5, 1, 1, chain_of(8, 15), "even");
     refused(0.5, 1, 1, chain_of(8, 16, -1), "markov: orders must be >= 0");
-    MarkovOptions options;
-    options.modes = -1;
-    refused(0.5, 1, 1, options, "markov: modes must be >= 0, got -1");
+    refused(0.5, 1, 1, MarkovOptions{.modes = -1}, "markov: modes must be >= 0, got -1");
     refused(0.5, 1, 1, chain_of(64, 66), "at most 8192");
 }
 

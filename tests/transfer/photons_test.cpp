@@ -397,13 +397,11 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     refused(0.5, 1, {0.5, 1.25, 0}, "photons: mu_out must be in (0, 1], got 1.25");
     refused(0.5, 1, {0.5, 0.5, infinity}, "photons: azimuth must be finite");
     refused(0.5, 1, at, "photons: photons must be >= 2, got 1", with_photons(1));
-    PhotonOptions options;
-    options.highest_order = -1;
-    refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1", options);
+    refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1",
+            PhotonOptions{.highest_order = -1});
     for (const int count : {-1, 101}) {
-        PhotonOptions both_ends;
-        both_ends.backward_collisions = count;
-        refused(0.5, 1, at, "photons: backward_collisions must be in [0, 100], got", both_ends);
+        refused(0.5, 1, at, "photons: backward_collisions must be in [0, 100], got",
+                PhotonOptions{.backward_collisions = count});
     }
 }
 

@@ -34,9 +34,7 @@ TEST(SolveLayer, RefusesArgumentsOutOfRange) {
     refused(0.5, 1, NAN, "mu must be in [1e-100, 1], got nan");
     refused(0.5, 1, 1, "nodes must be in [1, 512], got 0", with_nodes(0));
     refused(0.5, 1, 1, "nodes must be in [1, 512], got 513", with_nodes(513));
-    SolverOptions options;
-    options.modes = -1;
-    refused(0.5, 1, 1, "solve: modes must be >= 0, got -1", options);
+    refused(0.5, 1, 1, "solve: modes must be >= 0, got -1", SolverOptions{.modes = -1});
 }
 
 TEST(SolveLadder, RefusesArgumentsOutOfRange) {

@@ -491,9 +491,7 @@ TEST(Stack, RefusesArgumentsOutOfRange) {
     refused({{isotropic, 1, NAN}}, {"optical_depth", "[0, inf]", "nan"});
     refused({endless[0], one[0]}, {"optical_depth of layer 1", "finite", "inf"});
     refused(endless, {"optical_depth", "finite", "inf"}, LowerBoundary::surface(0.5));
-    SolverOptions options;
-    options.scheme = Scheme::classic;
-    refused(one, {"scheme", "harmonic"}, {}, options);
+    refused(one, {"scheme", "harmonic"}, {}, SolverOptions{.scheme = Scheme::classic});
 }
 
 }  // namespace

@@ -12,11 +12,8 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::block_size;
-using test::explicit_recipe;
 
 std::vector<ErrorSample> samples_with(const std::vector<double>& errors) {
     std::vector<ErrorSample> samples;
@@ -230,4 +227,4 @@ TEST(Verify, SkipsEnergyWhereEveryLayerAbsorbs) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -11,14 +11,8 @@
 
 #include <cmath>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::block_size;
-using test::deep_recipe;
-using test::expect_same_bits;
-using test::explicit_recipe;
-using test::rayleigh_recipe;
 
 /// What a stored float loses of a flux.
 constexpr double float_rounding = 6e-8;
@@ -357,4 +351,4 @@ TEST(Bake, ReportsProgressUpToTheEnd) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

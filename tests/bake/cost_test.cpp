@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 using Kind = CostPoint::Kind;
@@ -82,7 +82,7 @@ TEST(Frontier, IsMonotoneAndComplete) {
 }
 
 Recipe recipe() {
-    Recipe small = test::rayleigh_recipe();
+    Recipe small = rayleigh_recipe();
     small.tolerance = 0.03;
     small.transmission = false;
     return small;
@@ -466,17 +466,17 @@ TEST(CostOfFamily, SweepsMixturesAndDroplets) {
 }
 
 TEST(SolveTable, HoldsTheSamplesOfTheBake) {
-    const Table solved = solve_table(test::explicit_recipe());
-    const Table baked = bake(test::explicit_recipe());
+    const Table solved = solve_table(explicit_recipe());
+    const Table baked = bake(explicit_recipe());
     EXPECT_EQ(solved.reflection_multiple, baked.reflection_multiple);
     EXPECT_EQ(solved.transmission_multiple, baked.transmission_multiple);
 }
 
 TEST(SolveTable, RefusesAnOpenChoice) {
-    Recipe open = test::explicit_recipe();
+    Recipe open = explicit_recipe();
     open.discretisation.mu_samples = 0;
     expect_refusal([&] { solve_table(open); }, {"solve_table", "mu_samples", "resolved", "got 0"});
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -190,12 +190,13 @@ TEST(NarrowTable, IsCheckedNearForwardWithinItsAzimuths) {
 TEST(NarrowTable, RefusesDirectionsOutOfRange) {
     Recipe recipe = explicit_recipe();
     recipe.mu_in = {0.5, 0.25};
-    expect_refusal([&] { solve_table(recipe); }, {"mu_in.min", "[0, mu_in.max]", "got 0.5"});
+    expect_refusal([&] { solve_table(recipe); }, {"mu_in.min must be in [0, mu_in.max], got 0.5"});
     recipe.mu_in = {0, 0};
-    expect_refusal([&] { resolve(recipe); }, {"mu_in.max", "[0.0001, 1]", "got 0"});
+    expect_refusal([&] { resolve(recipe); }, {"mu_in.max must be in [0.0001, 1], got 0"});
     recipe.mu_in = {0, 1};
     recipe.azimuth = {0, 200};
-    expect_refusal([&] { solve_table(recipe); }, {"azimuth_deg.max", "[0.001, 180]", "got 200"});
+    expect_refusal([&] { solve_table(recipe); },
+                   {"azimuth_deg.max must be in [0.001, 180], got 200"});
 }
 
 }  // namespace

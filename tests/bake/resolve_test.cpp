@@ -13,14 +13,8 @@
 #include <utility>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::deep_recipe;
-using test::expect_same;
-using test::explicit_recipe;
-using test::peaked_recipe;
-using test::rayleigh_recipe;
 
 TEST(Resolve, FillsInEveryChoice) {
     const Discretisation d = resolve(rayleigh_recipe()).discretisation;
@@ -210,4 +204,4 @@ TEST(Choices, TakeTheFirstCandidateThatHolds) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

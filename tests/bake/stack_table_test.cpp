@@ -24,7 +24,7 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 constexpr double tolerance = 2e-3;
@@ -123,10 +123,10 @@ TEST(StackTable, OverAnOceanMatchesTheSolver) {
 
 // A table of the lower layer is the ground of the upper one.
 TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const Recipe below = stack_recipe(haze + "[below]\nlambert_albedo = 0.4\n");
     const std::vector<char> packed = pack(bake(below));
-    test::set_content(folder / "haze.stratus", std::string(packed.begin(), packed.end()));
+    set_content(folder / "haze.stratus", std::string(packed.begin(), packed.end()));
     const LowerBoundary table = read_ground("table:file=haze.stratus", folder.path().string());
     const std::vector<double> mu{0.2, 0.5, 0.9};
     const std::vector<StackLayer> top = parse_stack(air).layers;
@@ -146,7 +146,7 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
         "phase_function = 'isotropic'\ntolerance = 1e-2\nsides = ['reflection']\n"
         "optical_depth = { min = inf, max = inf }\nalbedo = { min = 0.5, max = 1.0 }\n");
     const std::vector<char> deep = pack(bake(dust));
-    test::set_content(folder / "dust.stratus", std::string(deep.begin(), deep.end()));
+    set_content(folder / "dust.stratus", std::string(deep.begin(), deep.end()));
     for (const double albedo : {0.0, 0.8}) {
         const std::string text = "table:file=dust.stratus,albedo=" + std::to_string(albedo);
         const StackSolution on_dust =
@@ -195,7 +195,7 @@ TEST(StackTable, OfTwoLikeLayersIsOneOfTwiceTheDepth) {
         EXPECT_NEAR(two.plane_albedo[i], single.plane_albedo[i], 1e-6);
         EXPECT_NEAR(two.diffuse_transmittance[i], single.diffuse_transmittance[i], 1e-6);
     }
-    EXPECT_NEAR(two.spherical_albedo_below, double{two.spherical_albedo[0]}, 1e-6);
+    EXPECT_NEAR(two.spherical_albedo_below, two.spherical_albedo[0], 1e-6);
 }
 
 TEST(StackTable, IsReciprocal) {
@@ -299,11 +299,11 @@ TEST(StackTable, MakesABsdfThatIsLitFromAbove) {
 
 TEST(StackTable, IsTheSameFromAFileAndFromItsResolvedRecipe) {
     const Table& table = haze_under_air();
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     for (const char* name : {"stack.h5", "stack.exr"}) {
         write_table(table, folder / name);
         const Table read = read_table(folder / name);
-        test::expect_same_bits(read, table);
+        expect_same_bits(read, table);
         EXPECT_EQ(read.spherical_albedo_below, table.spherical_albedo_below);
         ASSERT_EQ(read.layers.size(), table.layers.size());
         for (std::size_t k = 0; k < table.layers.size(); ++k) {
@@ -312,7 +312,7 @@ TEST(StackTable, IsTheSameFromAFileAndFromItsResolvedRecipe) {
             EXPECT_EQ(read.layers[k].optical_depth, table.layers[k].optical_depth);
         }
     }
-    test::expect_same_bits(bake(parse_recipe(table.attributes.at("resolved_recipe"))), table);
+    expect_same_bits(bake(parse_recipe(table.attributes.at("resolved_recipe"))), table);
 }
 
 TEST(StackTable, IsOfItsStackAlone) {
@@ -378,4 +378,4 @@ TEST(StackRecipe, IsAStackFile) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -39,11 +39,6 @@ std::string refusal(const Call& call) {
 template <class Error = std::invalid_argument, class Call>
 void expect_refusal(const Call& call, const Fragments& fragments) {
     const std::string message = refusal<Error>(call);
-    if (FILE* f = fopen("/tmp/ft_frag.log", "a")) {  // INSTRUMENT
-        for (const std::string& fragment : fragments) fprintf(f, "%s\x1f", fragment.c_str());
-        fprintf(f, "\x1e%s\x1d\n", message.c_str());
-        fclose(f);
-    }  // INSTRUMENT
     EXPECT_FALSE(message.empty()) << "nothing was refused";
     expect_holds(message, fragments);
 }

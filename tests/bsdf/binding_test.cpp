@@ -66,13 +66,21 @@ TEST(Binding, GivesASliceThatOutlivesItsTable) {
 TEST(Binding, RefusesLayersOutsideTheTable) {
     const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     const TableView view = table.view();
-    expect_refusal([&] { bind(view, 1, 0.1); }, {"bind", "albedo", "0 or in [0.19, 1]", "0.1"});
-    expect_refusal([&] { bind(view, 9, 1); }, {"bind", "optical_depth", "[0, 8]", "9"});
-    expect_refusal([&] { bind(view, infinity, 1); }, {"optical_depth", "inf"});
-    expect_refusal([&] { bind_rgb(view, {1, 1, 9}, {1, 1, 1}); }, {"optical_depth", "9"});
+    expect_refusal([&] { bind(view, 1, 0.1); },
+                   {"bind: albedo must be 0 or in [0.19, 1] of the table, got 0.1"});
+    expect_refusal([&] { bind(view, 9, 1); },
+                   {"bind: optical_depth must be in [0, 8] of the table, got 9"});
+    expect_refusal([&] { bind(view, infinity, 1); },
+                   {"optical_depth must be in [0, 8] of the table, got inf"});
+    expect_refusal(
+        [&] {
+            bind_rgb(view, {1, 1, 9}, {1, 1, 1});
+        },
+        {"optical_depth must be in [0, 8] of the table, got 9"});
     Effects effects;
     effects.density = 0.5;
-    expect_refusal([&] { bind(view, 5, 1, effects); }, {"optical_depth", "10"});
+    expect_refusal([&] { bind(view, 5, 1, effects); },
+                   {"optical_depth must be in [0, 8] of the table, got 10"});
     effects.multiple = false;
     EXPECT_NO_THROW(bind(view, 5, 1, effects));
     const Table both = mixed(table, table);
@@ -80,13 +88,14 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
     set_mixture(part, make_axis(AxisScale::linear, 0.25, 0.75, 2));
     prepare(part);
     expect_refusal([&] { bind(part.view().at({0.1}), 1, 1); },
-                   {"bind", "mixture", "[0.25, 0.75]", "0.1"});
+                   {"bind: mixture must be in [0.25, 0.75] of the table, got 0.1"});
     Table semi_infinite = table;
     semi_infinite.optical_depth.values = {infinity};
     semi_infinite.reflection_multiple.resize(semi_infinite.sample_count());
     semi_infinite.transmission_multiple.clear();
     prepare(semi_infinite);
-    expect_refusal([&] { bind(semi_infinite.view(), 1, 1); }, {"optical_depth", "inf", "1"});
+    expect_refusal([&] { bind(semi_infinite.view(), 1, 1); },
+                   {"optical_depth must be inf, all that the table holds, got 1"});
 }
 
 TEST(Binding, ClampsToTheNearestLayerOnRequest) {
@@ -136,11 +145,17 @@ TEST(Binding, ExtrapolatesByTheLimitingLaws) {
 TEST(Binding, RefusesArgumentsOutOfRange) {
     Table table = smooth_table(true);
     const TableView view = table.view();
-    expect_refusal([&] { bind(view, -1, 0.5); }, {"bind", "optical_depth", "[0, inf]", "-1"});
-    expect_refusal([&] { bind(view, NAN, 0.5); }, {"optical_depth", "nan"});
-    expect_refusal([&] { bind(view, 1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
-    expect_refusal([&] { bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});
-    expect_refusal([&] { bind(view, 1, 0.5, Effects{.density = 1}); }, {"density", "[0, 1)"});
+    expect_refusal([&] { bind(view, -1, 0.5); },
+                   {"bind: optical_depth must be in [0, inf], got -1"});
+    expect_refusal([&] { bind(view, NAN, 0.5); }, {"optical_depth must be in [0, inf], got nan"});
+    expect_refusal([&] { bind(view, 1, 1.1); }, {"bind: albedo must be in [0, 1], got 1.1"});
+    expect_refusal(
+        [&] {
+            bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5});
+        },
+        {"albedo must be in [0, 1], got -0.1"});
+    expect_refusal([&] { bind(view, 1, 0.5, Effects{.density = 1}); },
+                   {"density must be in [0, 1)"});
 }
 
 }  // namespace

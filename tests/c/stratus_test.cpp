@@ -23,7 +23,7 @@
 #include <thread>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 using BoundSlice = std::unique_ptr<stratus_slice, decltype(&stratus_slice_free)>;
@@ -56,9 +56,9 @@ struct Directions {
 class C : public testing::Test {
   protected:
     C() {
-        test::SyntheticOptions options;
+        SyntheticOptions options;
         options.and_infinity = true;
-        table_ = test::make_synthetic_table(options);
+        table_ = make_synthetic_table(options);
         const std::string path = (folder_.path() / "table.h5").string();
         write_table(table_, path);
         check_ok(stratus_table_open(path.c_str(), &handle_));
@@ -72,7 +72,7 @@ class C : public testing::Test {
         return {slice, &stratus_slice_free};
     }
 
-    test::TemporaryFolder folder_;
+    TemporaryFolder folder_;
     Table table_;
     stratus_table* handle_ = nullptr;
 };
@@ -244,10 +244,10 @@ TEST_F(C, SeesNoMoreThanABackground) {
 }
 
 TEST_F(C, RefusesLayersThatTheTableDoesNotKnowOrClampsThem) {
-    test::SyntheticOptions options;
+    SyntheticOptions options;
     options.and_infinity = false;
     const std::string path = (folder_.path() / "finite.h5").string();
-    write_table(test::make_synthetic_table(options), path);
+    write_table(make_synthetic_table(options), path);
     stratus_table* finite = nullptr;
     check_ok(stratus_table_open(path.c_str(), &finite));
     const double depth = infinity, albedo = 1;
@@ -510,4 +510,4 @@ TEST(CErrors, StayOnTheirThread) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

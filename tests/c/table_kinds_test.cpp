@@ -20,10 +20,8 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::make_synthetic_table;
 
 using Handle = std::unique_ptr<stratus_table, decltype(&stratus_table_close)>;
 
@@ -60,10 +58,10 @@ struct Points {
 class PackedInC : public testing::Test {
   protected:
     PackedInC() : bytes_(pack(make_synthetic_table())), same_(bytes_) {
-        test::set_content(path_, {bytes_.begin(), bytes_.end()});
+        set_content(path_, {bytes_.begin(), bytes_.end()});
     }
 
-    const test::TemporaryFolder folder_;
+    const TemporaryFolder folder_;
     const std::filesystem::path path_ = folder_ / "table.stratus";
     const std::vector<char> bytes_;
     const PackedTable same_;
@@ -148,7 +146,7 @@ TEST_F(PackedInC, AreReadWhereTheyLieInMemory) {
 TEST_F(PackedInC, AreRefusedInWords) {
     stratus_table* table = nullptr;
     const std::filesystem::path no_table = folder_ / "no_table.stratus";
-    test::set_content(no_table, "no table");
+    set_content(no_table, "no table");
     expect_refused(stratus_table_open(no_table.c_str(), &table), "no_table.stratus",
                    STRATUS_FAILED);
     EXPECT_EQ(table, nullptr);
@@ -176,7 +174,7 @@ TEST_F(PackedInC, AreRefusedInWords) {
 class MixedInC : public testing::TestWithParam<const char*> {
   protected:
     MixedInC() {
-        test::SyntheticOptions other;
+        SyntheticOptions other;
         other.phase_function = "henyey_greenstein:g=0.3";
         table_ = mixed(make_synthetic_table(), make_synthetic_table(other));
         const std::filesystem::path path = folder_ / GetParam();
@@ -184,7 +182,7 @@ class MixedInC : public testing::TestWithParam<const char*> {
             write_table(table_, path);
         else {
             const std::vector<char> bytes = pack(table_);
-            test::set_content(path, {bytes.begin(), bytes.end()});
+            set_content(path, {bytes.begin(), bytes.end()});
             packed_ = std::make_unique<PackedTable>(bytes);
         }
         all_ = opened(path);
@@ -192,7 +190,7 @@ class MixedInC : public testing::TestWithParam<const char*> {
 
     TableView view() const { return packed_ ? packed_->view() : table_.view(); }
 
-    const test::TemporaryFolder folder_;
+    const TemporaryFolder folder_;
     Table table_;
     std::unique_ptr<PackedTable> packed_;
     Handle all_{nullptr, &stratus_table_close};
@@ -301,4 +299,4 @@ TEST(StacksInC, ScatterOnce) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -12,16 +12,8 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::Cloud;
-using test::cloud_views;
-using test::droplet_table;
-using test::droplets;
-using test::seen;
-using test::solve_cloud_views;
-using test::wavelengths;
 
 const Table& lobe_table() {
     static const Table table =
@@ -157,17 +149,20 @@ TEST(FitFamily, RefusesWhatTheFamilyDoesNotHold) {
                           {"wavelength must be held or known of the observations",
                            "one of 0.45, 0.65 um of the table", "got neither"});
     expect_family_refusal(drops, {.wavelength = 0.5}, plain,
-                          {"wavelength held", "one of 0.45, 0.65 um", "got 0.5"});
-    expect_family_refusal(drops, {.wavelength = 0.5}, spectrum,
-                          {"wavelength must be either held or known", "got both"});
+                          {"wavelength held must be one of 0.45, 0.65 um of the table, got 0.5"});
+    expect_family_refusal(
+        drops, {.wavelength = 0.5}, spectrum,
+        {"wavelength must be either held or known of the observations, got both"});
     expect_family_refusal(drops, {.radius = 0.6}, spectrum,
-                          {"radius held", "in [0.2, 0.5] um of the table", "got 0.6"});
+                          {"radius held must be in [0.2, 0.5] um of the table, got 0.6"});
     expect_family_refusal(lobes, {.radius = 0.6}, plain,
-                          {"radius", "unless a table's family varies it", "got 0.6"});
+                          {"radius must be left out unless a table's family varies it, got 0.6"});
     expect_family_refusal(drops, {.g1 = 0.5}, spectrum, {"g", "Henyey-Greenstein", "0.5"});
-    expect_family_refusal(lobes, {.g1 = 0.8}, plain, {"g held", "in [0.2, 0.7]", "got 0.8"});
+    expect_family_refusal(lobes, {.g1 = 0.8}, plain,
+                          {"g held must be in [0.2, 0.7] of the table, got 0.8"});
     spectrum.front().known[1] = 0.5;
-    expect_family_refusal(drops, {}, spectrum, {"wavelength", "one of 0.45", "got 0.5"});
+    expect_family_refusal(drops, {}, spectrum,
+                          {"wavelength must be one of 0.45, 0.65 um of the table, got 0.5"});
     spectrum.front().known = {};
     expect_family_refusal(drops, {}, spectrum,
                           {"wavelength must be known of all 24 observations, or of none, got 23"});
@@ -175,4 +170,4 @@ TEST(FitFamily, RefusesWhatTheFamilyDoesNotHold) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -14,14 +14,11 @@
 #include <optional>
 #include <string>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
-using test::Ring;
-using test::ring_table;
-
 std::vector<Observation> seen_ring(const Ring& ring, std::vector<Observation> views) {
-    test::solve_views(ring, views);
+    solve_views(ring, views);
     return views;
 }
 
@@ -38,7 +35,7 @@ std::string remark(const Fit& fit, const std::string& beginning) {
 
 TEST(Fit, RecoversTheLayerWithoutNoise) {
     for (const Ring& ring : {Ring{0.5, 0.3, 0.7}, Ring{0.1, 0.4, 0.1}, Ring{0.8, 0.15, 1.8}}) {
-        const Fit fit = fit_of(ring, test::views(true));
+        const Fit fit = fit_of(ring, views(true));
         constexpr double table_error = 2e-3;  // usually a tenth of it
         EXPECT_NEAR(fit.w1().value, ring.w1, table_error);
         EXPECT_NEAR(fit.w2().value, ring.w2, table_error);
@@ -79,7 +76,7 @@ TEST(Fit, RecoversTheLayerFromThreeToFiveObservationsOrRemarks) {
 }
 
 TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
-    const std::vector<Observation> once = seen_ring({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> once = seen_ring({0.5, 0.3, 0.7}, views(true));
     std::vector<Observation> four_times;
     for (int n = 0; n < 4; ++n) four_times.insert(four_times.end(), once.begin(), once.end());
     const Fit a = fit_layer(ring_table().view(), once);
@@ -90,7 +87,7 @@ TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
 }
 
 TEST(Fit, TellsWhatTheModelMakesOfEachObservation) {
-    std::vector<Observation> seen = seen_ring({0.5, 0.3, 0.7}, test::views(true));
+    std::vector<Observation> seen = seen_ring({0.5, 0.3, 0.7}, views(true));
     for (std::size_t i = 0; i < seen.size(); ++i)
         seen[i].brightness += (i % 3 == 0 ? 1.5 : -0.5) * seen[i].sigma;
     const Fit fit = fit_layer(ring_table().view(), seen);
@@ -111,7 +108,7 @@ TEST(Fit, TellsWhatTheModelMakesOfEachObservation) {
 
 TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
     const Ring ring{0.5, 0.2, 6};
-    const Fit fit = fit_of(ring, test::views(false));
+    const Fit fit = fit_of(ring, views(false));
     const std::string text =
         remark(fit, "optical_depth not determined by these geometries (above ");
     ASSERT_NE(text, "") << fit.remarks.size();
@@ -120,7 +117,7 @@ TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
     EXPECT_LT(limit, ring.optical_depth);
     EXPECT_NEAR(fit.w1().value, ring.w1, 2 * fit.w1().sigma);  // still determined
     EXPECT_LT(fit.w1().sigma, 0.02);
-    EXPECT_EQ(remark(fit_of({0.5, 0.2, 6}, test::views(true)), "optical_depth"), "");
+    EXPECT_EQ(remark(fit_of({0.5, 0.2, 6}, views(true)), "optical_depth"), "");
 }
 
 TEST(Fit, RemarksThatOneScatteringAngleDoesNotSeparateTwoAlbedos) {
@@ -144,13 +141,13 @@ TEST(Fit, RemarksThatDepthAndAlbedoOfAThinLayerAreDegenerate) {
 }
 
 TEST(Fit, RemarksOnTheEdgeOfARange) {
-    std::vector<Observation> views = seen_ring({0.6, 0.4, 1}, test::views(true));
+    std::vector<Observation> views = seen_ring({0.6, 0.4, 1}, views(true));
     for (Observation& view : views)
         view.brightness *= view.light == Light::transmitted ? 1 : 1.1;  // brighter than any layer
     const Fit fit = fit_layer(ring_table().view(), views);
     EXPECT_NE(remark(fit, "w1 + w2 at the edge of its range (1)"), "");
     EXPECT_GT(fit.chi_square, fit.degrees_of_freedom);
-    const Fit pure = fit_of({0.7, 0, 1}, test::views(true));
+    const Fit pure = fit_of({0.7, 0, 1}, views(true));
     EXPECT_NEAR(pure.w2().value, 0, 1e-3);
 }
 
@@ -171,8 +168,8 @@ TEST(Fit, OccultationsAloneDetermineTheDepth) {
 
 TEST(Fit, OccultationsGiveTheDepthThatTheLitSideLeavesOpen) {
     const Ring ring{0.5, 0.2, 6};
-    std::vector<Observation> views = test::views(false);
-    const std::vector<Observation> beams = test::occultations();
+    std::vector<Observation> views = views(false);
+    const std::vector<Observation> beams = occultations();
     views.insert(views.end(), beams.begin(), beams.end());
     const Fit fit = fit_of(ring, views);
     EXPECT_EQ(remark(fit, "optical_depth"), "");
@@ -181,7 +178,7 @@ TEST(Fit, OccultationsGiveTheDepthThatTheLitSideLeavesOpen) {
 }
 
 TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
-    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, views(true));
     const Fit all = fit_layer(ring_table().view(), views);
     struct Held {
         FitOptions options;
@@ -209,7 +206,7 @@ TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
 }
 
 TEST(Fit, HoldsAllParametersAndJudgesThem) {
-    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, views(true));
     const Fit right =
         fit_layer(ring_table().view(), views, {.optical_depth = 0.7, .w1 = 0.5, .w2 = 0.3});
     EXPECT_EQ(right.degrees_of_freedom, 48);
@@ -243,8 +240,8 @@ TEST(Fit, FindsAsymmetriesBySingleScattering) {
     FitOptions options;
     options.free_g2 = true;
     for (const Ring& ring : {Ring{0.3, 0.4, 0.5, 0.6}, Ring{0.6, 0.2, 0.2, -0.5}}) {
-        std::vector<Observation> views = test::views(true);
-        test::solve_views(ring, views, {true});
+        std::vector<Observation> views = views(true);
+        solve_views(ring, views, {true});
         const Fit fit = fit_layer(*model, views, options);
         EXPECT_NEAR(fit.g2().value, ring.g2, 1e-5);
         EXPECT_NEAR(fit.w1().value, ring.w1, 1e-5);
@@ -256,7 +253,7 @@ TEST(Fit, FindsAsymmetriesBySingleScattering) {
 TEST(Fit, FindsAsymmetriesByTheSolver) {
     const auto model = solver_model(PhaseFunction::henyey_greenstein(-0.2), std::nullopt, 12);
     const double g = 0.35, w = 0.9, depth = 0.8;
-    std::vector<Observation> views = test::views(true);
+    std::vector<Observation> views = views(true);
     const std::vector<double> bright = model->brightness({depth, w, 0, g, 0}, views);
     for (std::size_t i = 0; i < views.size(); ++i) {
         views[i].brightness = bright[i];
@@ -273,7 +270,7 @@ TEST(Fit, FindsAsymmetriesByTheSolver) {
 TEST(Fit, TakesAsManyNodesAsObservationsNeed) {
     const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.85);
     const double w = 0.95, depth = 2;
-    std::vector<Observation> views = test::views(true);
+    std::vector<Observation> views = views(true);
     const std::vector<double> bright =
         solver_model(lobe, std::nullopt, 96)->brightness({depth, w, 0, 0.85, 0}, views);
     const auto model = solver_model(lobe, std::nullopt, 8);
@@ -302,7 +299,7 @@ TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
     effects.opposition = Opposition::hapke(0.7, 0.1);
     const TableView mixed = ring_table().view().at({ring.w1 / (ring.w1 + ring.w2)});
     const Slice slice = bind(mixed, ring.optical_depth, ring.w1 + ring.w2, effects);
-    std::vector<Observation> views = test::views(true);
+    std::vector<Observation> views = views(true);
     views.push_back({{0.4, 0.45, pi}, Light::reflected, 0, 0});  // 3 degrees of phase angle
     views.push_back({{0.4, 0.4, 0}, Light::beam, 0, 0});
     const std::vector<double> brightness =
@@ -322,7 +319,7 @@ TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
 }
 
 TEST(Fit, IsReproducibleToTheBit) {
-    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, views(true));
     const Fit a = fit_layer(ring_table().view(), views), b = fit_layer(ring_table().view(), views);
     EXPECT_EQ(a.w1().value, b.w1().value);
     EXPECT_EQ(a.optical_depth().sigma, b.optical_depth().sigma);
@@ -330,7 +327,7 @@ TEST(Fit, IsReproducibleToTheBit) {
 
 /// Views of some brightness, which is never fitted.
 std::vector<Observation> bright_views() {
-    std::vector<Observation> views = test::views(true);
+    std::vector<Observation> views = views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     return views;
 }
@@ -347,56 +344,59 @@ TEST(Fit, RefusesObservationsOutOfRange) {
         change(views);
         expect_refusal_by(*table_model(ring_table().view()), views, {}, fragments);
     };
-    refused([](Views& v) { v.resize(2); }, {"fit_layer", "observations", "at least 3", "got 2"});
+    refused([](Views& v) { v.resize(2); },
+            {"fit_layer: observations must be at least 3, one for each free parameter, got 2"});
     refused([](Views& v) { v[3].geometry.mu_in = 0; }, {"mu_in", "(0, 1]", "got 0"});
-    refused([](Views& v) { v[3].geometry.mu_out = 1.1; }, {"mu_out", "(0, 1]", "1.1"});
-    refused([](Views& v) { v[3].geometry.azimuth = infinity; }, {"azimuth", "inf"});
-    refused([](Views& v) { v[3].brightness = NAN; }, {"brightness", "nan"});
-    refused([](Views& v) { v[3].sigma = 0; }, {"sigma", "(0, inf)", "got 0"});
+    refused([](Views& v) { v[3].geometry.mu_out = 1.1; }, {"mu_out must be in (0, 1], got 1.1"});
+    refused([](Views& v) { v[3].geometry.azimuth = infinity; },
+            {"azimuth must be finite, got inf"});
+    refused([](Views& v) { v[3].brightness = NAN; }, {"brightness must be finite, got nan"});
+    refused([](Views& v) { v[3].sigma = 0; }, {"sigma must be in (0, inf), got 0"});
     refused([](Views& v) { v[3].brightness = 1e308; },
-            {"brightness / sigma", "[-1e100, 1e100]", "so that its square is a number"});
-    refused([](Views& v) { v[3].sigma = 1e-300; }, {"sigma", "[1e-100, 1e100]"});
+            {"brightness / sigma must be in [-1e100, 1e100], so that its square is a number"});
+    refused([](Views& v) { v[3].sigma = 1e-300; }, {"sigma must be in [1e-100, 1e100]"});
 }
 
 TEST(Fit, RefusesTablesWithoutTheSide) {
     Table lit = ring_table();
     lit.transmission_multiple.clear();
     expect_refusal_by(*table_model(lit.view()), bright_views(), {},
-                      {"observed light", "the model knows", "transmitted"});
+                      {"observed light must be such as the model knows, got transmitted"});
 }
 
 TEST(Fit, RefusesOptionsOutOfRange) {
     const auto refused = [](const FitOptions& options, const Fragments& fragments) {
         expect_refusal_by(*table_model(ring_table().view()), bright_views(), options, fragments);
     };
-    refused({.w1 = 1.1}, {"fit_layer", "w1 held", "[0, 1]", "got 1.1"});
-    refused({.w2 = -0.1}, {"w2 held", "[0, 1]", "got -0.1"});
-    refused({.w1 = 0.03, .w2 = 0.03}, {"w1 + w2 held", "[0.1, 1]", "got 0.06"});
-    refused({.w1 = 0.6, .w2 = 0.6}, {"w1 + w2 held", "[0.1, 1]", "got 1.2"});
+    refused({.w1 = 1.1}, {"fit_layer: w1 held must be in [0, 1], got 1.1"});
+    refused({.w2 = -0.1}, {"w2 held must be in [0, 1], got -0.1"});
+    refused({.w1 = 0.03, .w2 = 0.03}, {"w1 + w2 held must be in the model's [0.1, 1], got 0.06"});
+    refused({.w1 = 0.6, .w2 = 0.6}, {"w1 + w2 held must be in the model's [0.1, 1], got 1.2"});
     refused({.optical_depth = 9}, {"optical_depth held", ", 8]", "got 9"});
     refused({.optical_depth = -1}, {"optical_depth held", "got -1"});
-    refused({.density = 1}, {"density", "[0, 1)", "got 1"});
+    refused({.density = 1}, {"density must be in [0, 1), got 1"});
     refused({.opposition = {Opposition::Law::hapke, -1, 1}},
-            {"opposition.width", "(0, inf)", "got -1"});
+            {"opposition.width must be in (0, inf), or 0 with a density above 0, got -1"});
     refused({.free_g2 = true}, {"g2", "Henyey-Greenstein", "got free"});
     refused({.g1 = 0.5}, {"g1", "Henyey-Greenstein", "got 0.5"});
 }
 
 TEST(Fit, RefusesWhatOtherModelsDoNotKnow) {
     std::vector<Observation> views = bright_views();
-    expect_refusal_by(*beam_model(), views, {}, {"observed light", "reflected"});
+    expect_refusal_by(*beam_model(), views, {},
+                      {"observed light must be such as the model knows, got reflected"});
     const auto one = single_scattering_model(PhaseFunction::henyey_greenstein(0.5), std::nullopt);
     const auto refused = [&](const FitOptions& options, const Fragments& fragments) {
         expect_refusal_by(*one, views, options, fragments);
     };
-    refused({.w2 = 0.1}, {"w2", "one kind", "got 0.1"});
-    refused({.free_g2 = true}, {"g2", "left out"});
-    refused({.g1 = 0.99}, {"g held", "[-0.95, 0.95]", "got 0.99"});
+    refused({.w2 = 0.1}, {"w2 must be left out with particles of one kind, got 0.1"});
+    refused({.free_g2 = true}, {"g2 must be left out"});
+    refused({.g1 = 0.99}, {"g held must be in [-0.95, 0.95], got 0.99"});
     refused({.g1 = 0.99, .free_g1 = true}, {"g must be either held or free"});
     views.resize(1);
-    refused({}, {"observations", "at least 2, one for each free parameter", "got 1"});
+    refused({}, {"observations must be at least 2, one for each free parameter, got 1"});
     EXPECT_EQ(fit_layer(*one, views, {.optical_depth = 0.5}).degrees_of_freedom, 0);
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

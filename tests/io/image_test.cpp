@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 Image ramp() {
@@ -20,18 +20,18 @@ Image ramp() {
 }
 
 TEST(ExrImage, RoundTripIsExact) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const Image image = ramp();
     write_exr_image(image, {{"scene", "title = 'x'"}}, folder / "a.exr");
     const Image read = read_exr_image(folder / "a.exr");
     EXPECT_EQ(read.width, 5);
     EXPECT_EQ(read.height, 3);
     EXPECT_EQ(read.rgb, image.rgb);
-    expect_holds(test::content(folder / "a.exr"), {"title = 'x'"});
+    expect_holds(content(folder / "a.exr"), {"title = 'x'"});
 }
 
 TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.exr";
     write_exr_image(ramp(), {}, path);
     const std::uintmax_t file = std::filesystem::file_size(path);
@@ -49,8 +49,8 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
 }
 
 TEST(ExrImage, NamesAnUnreadableFile) {
-    const test::TemporaryFolder folder;
-    test::set_content(folder / "a.exr", "no picture");
+    const TemporaryFolder folder;
+    set_content(folder / "a.exr", "no picture");
     EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }).find("a.exr"),
               std::string::npos);
     EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "b.exr"); }).find("b.exr"),
@@ -58,4 +58,4 @@ TEST(ExrImage, NamesAnUnreadableFile) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

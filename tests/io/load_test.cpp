@@ -20,7 +20,7 @@
 #include <thread>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 constexpr int thread_count = 64;
@@ -73,10 +73,10 @@ double seconds_to_run() {
 }
 
 TEST(Load, OnManyThreadsChangesNeitherResultsNorHeapUse) {
-    const test::TemporaryFolder folder;
-    const Table table = test::sample_table({5, 8, true, 16, 16, 9});
+    const TemporaryFolder folder;
+    const Table table = sample_table({5, 8, true, 16, 16, 9});
     const std::vector<std::filesystem::path> paths{folder / "other.h5", folder / "other.exr"};
-    for (const auto& path : paths) write_table(test::sample_table({4, 6, true, 12, 12, 7}), path);
+    for (const auto& path : paths) write_table(sample_table({4, 6, true, 12, 12, 7}), path);
     const std::vector<Query> queries = random_queries();
     const std::vector<Answer> expected = answers(table.view(), queries);
 
@@ -119,4 +119,4 @@ TEST(Load, OnManyThreadsChangesNeitherResultsNorHeapUse) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

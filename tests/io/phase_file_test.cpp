@@ -9,20 +9,20 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 class PhaseFile : public testing::Test {
   protected:
     void write(const std::string& name, const std::string& text) const {
-        test::set_content(folder_ / name, text);
+        set_content(folder_ / name, text);
     }
 
     PhaseFunction read(const std::string& text, std::vector<std::string>* notes = nullptr) const {
         return read_phase_function(text, folder_.path().string(), notes);
     }
 
-    test::TemporaryFolder folder_;
+    TemporaryFolder folder_;
 };
 
 TEST_F(PhaseFile, HoldsATable) {
@@ -78,23 +78,26 @@ TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {
         expect_refusal([&] { read(std::string(file) + ":file=bad.csv"); }, fragments);
     };
     const std::string head = "phase_angle_deg,value\n";
-    refused("tabulated", (head + "0,1\n180,1\n").c_str(), {"at least 3 rows", "got 2"});
+    refused("tabulated", (head + "0,1\n180,1\n").c_str(), {"at least 3 rows, got 2"});
     refused("tabulated", (head + "0,1\n90,-1\n180,1\n").c_str(),
             {"value", "bad.csv, line 3", "at least 0", "got -1"});
     refused("tabulated", (head + "0,1\n90,1\n80,1\n180,1\n").c_str(),
             {"phase_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
-    refused("tabulated", (head + "0,1\n90,1\n190,1\n").c_str(), {"line 4", "[0, 180]", "190"});
-    refused("tabulated", (head + "0,inf\n90,1\n180,1\n").c_str(), {"line 2", "finite", "inf"});
+    refused("tabulated", (head + "0,1\n90,1\n190,1\n").c_str(),
+            {"line 4) must be in [0, 180], got 190"});
+    refused("tabulated", (head + "0,inf\n90,1\n180,1\n").c_str(),
+            {"line 2) must be finite and at least 0, got inf"});
     const std::string other_head = "scattering_angle_deg,value\n";
     refused("tabulated", (other_head + "0,1\n90,1\n80,1\n180,1\n").c_str(),
             {"scattering_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
     refused("tabulated", (other_head + "0,1\n90,1\n190,1\n").c_str(),
-            {"line 4", "[0, 180]", "190"});
+            {"line 4) must be in [0, 180], got 190"});
     refused("tabulated", (other_head + "0,1\n90,-1\n180,1\n").c_str(),
             {"value", "bad.csv, line 3", "at least 0", "got -1"});
     refused("tabulated", "phase_angle_deg,scattering_angle_deg,value\n0,180,1\n",
-            {"bad.csv", "phase_angle_deg or scattering_angle_deg", "got both"});
-    refused("tabulated", "angle,value\n0,1\n", {"'phase_angle_deg'", "angle, value"});
+            {"bad.csv: columns must be phase_angle_deg or scattering_angle_deg, got both"});
+    refused("tabulated", "angle,value\n0,1\n",
+            {"'phase_angle_deg' must be there, got angle, value"});
     refused("moments", "l,chi\n0,1\n2,0.5\n", {"bad.csv, line 3", "l", "must be 1", "got 2"});
     refused("moments", "l,chi\n", {"at least one moment"});
     refused("moments", "l,chi\n0,1\n1,1.5\n", {"chi_1 (", "bad.csv, line 3", "[-1, 1]", "got 1.5"});
@@ -129,23 +132,25 @@ TEST_F(PhaseFile, OfDropletsIsRefusedWithTheLineThatIsWrong) {
             {"k (", "bad.csv, line 3", "[0, 10]", "got -1"});
     refused("index", "wavelength_um,n,k\n0.6,1.3,0\n0.7,1.3,0\n",
             {"wavelength must be in [0.6, 0.7] um", "bad.csv", "got 0.55"});
-    refused("index", "wavelength,n,k\n0.6,1.3,0\n", {"'wavelength_um'", "wavelength, n, k"});
+    refused("index", "wavelength,n,k\n0.6,1.3,0\n",
+            {"'wavelength_um' must be there, got wavelength, n, k"});
     refused("distribution", "radius_um,number_per_um\n1,1\n# none\n2,-3\n",
             {"number_per_um", "bad.csv, line 4", "at least 0", "got -3"});
     refused("distribution", "radius_um,number_per_um\n2,1\n1,1\n",
             {"radius_um", "bad.csv, line 3", "above the one before", "got 1"});
-    refused("distribution", "radius,number\n2,1\n", {"'radius_um'", "radius, number"});
+    refused("distribution", "radius,number\n2,1\n",
+            {"'radius_um' must be there, got radius, number"});
     expect_refusal<std::runtime_error>([&] { read("mie:distribution=gone.csv"); }, {"gone.csv"});
 }
 
 TEST_F(PhaseFile, MustHaveAName) {
-    expect_refusal([&] { read("moments:file="); }, {"file", "nothing"});
+    expect_refusal([&] { read("moments:file="); }, {"file=': file must be a name, got nothing"});
 }
 
 TEST_F(PhaseFile, NameEndsBeforeAPlusBetweenSpaces) {
     write("haze.csv", "l,chi\n0,1\n1,0.25\n");
     expect_refusal([&] { read("moments:file=haze.csv + raleigh"); },
-                   {"'raleigh'", "did you mean 'rayleigh'"});
+                   {"'raleigh'; did you mean 'rayleigh'"});
 }
 
 TEST_F(PhaseFile, IsNamedWhenItIsMissing) {
@@ -153,4 +158,4 @@ TEST_F(PhaseFile, IsNamedWhenItIsMissing) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

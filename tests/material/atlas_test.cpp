@@ -8,10 +8,8 @@
 
 #include <memory>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 struct Atlas {
     TemporaryFolder folder;
@@ -108,4 +106,4 @@ TEST(AtlasFile, AppearsWithItsDescriptionOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

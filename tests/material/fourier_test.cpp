@@ -12,10 +12,8 @@
 #include <cmath>
 #include <cstdio>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 FourierReader table_of(const Material& material) {
     return FourierReader(written(material, MaterialFormat::fourier));
@@ -156,10 +154,11 @@ TEST(FourierTable, KeepsMeansAtMostEight) {
 }
 
 TEST(FourierTable, RefusesAPeakThatItsSamplerCannotDraw) {
-    const std::string said = refusal([] {
-        make_material({{layer("henyey_greenstein:g=0.97", 1, 1)}, ""}, MaterialFormat::fourier);
-    });
-    expect_holds(said, {"at most 8, got "});
+    expect_refusal(
+        [] {
+            make_material({{layer("henyey_greenstein:g=0.97", 1, 1)}, ""}, MaterialFormat::fourier);
+        },
+        {"at most 8, got "});
 }
 
 TEST(FourierTable, HoldsRedGreenAndBlue) {
@@ -202,8 +201,7 @@ TEST(FourierTable, HasTheLayoutThatReadersExpect) {
     EXPECT_NEAR(table.mean(half, half - 20), table.mean(half + 1, half - 20),
                 0.05f * table.mean(half, half - 20));
     EXPECT_GT(table.mean(half, half - 20), 0);
-    expect_holds(table.text, {"A layer"});
-    expect_holds(table.text, {"Without the beam"});
+    expect_holds(table.text, {"A layer", "Without the beam"});
 }
 
 // The peaks of droplets, straight on and straight back, are narrower than the steps between cosines.
@@ -247,4 +245,4 @@ TEST(FourierTable, TellsThatTheBeamIsNotInIt) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

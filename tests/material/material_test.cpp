@@ -10,10 +10,8 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 TEST(CosineSeries, IsAsShortAsTheToleranceAllows) {
     const auto values = [](const std::vector<double>& azimuths) {
@@ -120,4 +118,4 @@ TEST(Material, LeavesNoHalfFile) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -6,10 +6,8 @@
 
 #include <gtest/gtest.h>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 MqdiffuseReader grid_of(const Stack& stack) {
     const TemporaryFolder folder;
@@ -77,4 +75,4 @@ TEST(Mqdiffuse, RefusesColours) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

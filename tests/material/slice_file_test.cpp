@@ -11,10 +11,8 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 /// A layer whose slice is to be close to the solver.
 struct Row {
@@ -133,4 +131,4 @@ TEST(SliceFile, HoldsColoursAndStacks) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

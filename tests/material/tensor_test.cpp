@@ -10,10 +10,8 @@
 
 #include <cmath>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 TensorReader table_of(const Material& material, MaterialFormat format = MaterialFormat::tensor) {
     return TensorReader(written(material, format));
@@ -231,4 +229,4 @@ TEST(TensorTable, TellsWhatIsNotInIt) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 TEST(Srgb, EncodesAndDecodes) {
@@ -26,7 +26,7 @@ TEST(Srgb, EncodesAndDecodes) {
 }
 
 TEST(Png, RoundTripsToEightBits) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     Image image(3, 2);
     const float light[] = {0, 0.01f, 0.2f, 0.5f, 1, 2};
     for (int k = 0; k < 6; ++k)
@@ -45,7 +45,7 @@ TEST(Png, RoundTripsToEightBits) {
 }
 
 TEST(Png, ReadsNumbersAsLightOrAsTheyAre) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     Image image(1, 1);
     for (float& channel : image.rgb) channel = static_cast<float>(srgb_decoded(128 / 255.0));
     write_png(image, 1, {}, folder / "grey.png");
@@ -54,7 +54,7 @@ TEST(Png, ReadsNumbersAsLightOrAsTheyAre) {
 }
 
 TEST(Png, ShowsLabels) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const Image image(60, 30);
     write_png(image, 1, {{5, 20, 50, "words"}}, folder / "a.png");
     double sum = 0;
@@ -63,7 +63,7 @@ TEST(Png, ShowsLabels) {
 }
 
 TEST(Png, TruncatesLabelsAndShowsThemInOneLine) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const auto shown = [&](const std::string& text) {
         write_png(Image(120, 30), 1, {{5, 20, 50, text}}, folder / "a.png");
         return read_png(folder / "a.png").rgb;
@@ -76,15 +76,15 @@ TEST(Png, TruncatesLabelsAndShowsThemInOneLine) {
 }
 
 TEST(Png, NamesAFileThatIsNotOne) {
-    const test::TemporaryFolder folder;
-    test::set_content(folder / "a.png", "no picture");
+    const TemporaryFolder folder;
+    set_content(folder / "a.png", "no picture");
     for (const char* const name : {"a.png", "b.png"})
         EXPECT_NE(refusal<std::runtime_error>([&] { read_png(folder / name); }).find(name),
                   std::string::npos);
 }
 
 TEST(Png, RespectsTheMemoryLimit) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.png";
     write_png(Image(30, 20), 1, {}, path);
     constexpr std::uintmax_t needed = 30 * 20 * 20;
@@ -94,16 +94,16 @@ TEST(Png, RespectsTheMemoryLimit) {
 }
 
 TEST(Png, RefusesSidesAboveTheMaximum) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.png";
     write_png(Image(3, 2), 1, {}, path);
-    const std::string whole = test::content(path);
+    const std::string whole = content(path);
     for (const std::size_t side_at : {16U, 20U}) {
-        test::set_content(path, std::string(whole).replace(side_at, 4, {0, 0, 0x40, 1}));
+        set_content(path, std::string(whole).replace(side_at, 4, {0, 0, 0x40, 1}));
         EXPECT_EQ(refusal<std::runtime_error>([&] { read_png(path); }),
                   path.string() + ": a picture must have sides in [1, 16384]");
     }
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

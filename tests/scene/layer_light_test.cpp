@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 constexpr double tolerance = 5e-3;  // of the tables here
@@ -342,12 +342,12 @@ TEST(LayerLight, OfAStackMatchesTheSolver) {
 }
 
 TEST(LayerLight, OfAColouredStackMatchesTheSolverFromEitherSide) {
-    const test::TemporaryFolder folder;
-    test::set_content(folder / "stack.toml",
-                      "[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1\n"
-                      "optical_depth = [0.2, 0.4, 0.4]\n"
-                      "[[layers]]\nphase_function = ['isotropic', 'henyey_greenstein:g=0.5', "
-                      "'henyey_greenstein:g=0.5']\nalbedo = [0.9, 0.6, 0.6]\noptical_depth = 2\n");
+    const TemporaryFolder folder;
+    set_content(folder / "stack.toml",
+                "[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1\n"
+                "optical_depth = [0.2, 0.4, 0.4]\n"
+                "[[layers]]\nphase_function = ['isotropic', 'henyey_greenstein:g=0.5', "
+                "'henyey_greenstein:g=0.5']\nalbedo = [0.9, 0.6, 0.6]\noptical_depth = 2\n");
     const std::vector<Stack> stacks = read_coloured_stack(folder / "stack.toml");
     for (const bool beneath : {false, true})
         for (const bool same_side : {true, false}) {
@@ -400,4 +400,4 @@ TEST(LayerLight, OfAStackOverGroundMatchesTheSolver) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 Scene with_effects(Scene scene, const SceneEffects& effects) {
@@ -145,11 +145,11 @@ TEST(OrderEstimates, AreNotExceededByRays) {
 TEST(OrderEstimates, AreNotExceededByPicturesOfRandomScenes) {
     int judged = 0;
     for (unsigned seed = 1; seed <= 12; ++seed) {
-        test::RandomScenes scenes(seed);
+        RandomScenes scenes(seed);
         Scene scene = seed % 2 == 0 ? scenes.next() : scenes.adversarial();
         scene.tolerance = 0.03;
         scene.effects.ringshine = scene.effects.planetshine = false;
-        for (const auto& [effect, estimate, found, where] : test::changes_of(scene)) {
+        for (const auto& [effect, estimate, found, where] : changes_of(scene)) {
             EXPECT_LE(found, estimate + scene.tolerance)
                 << "without " << effect << ", " << where << ", " << seed;
             ++judged;
@@ -253,7 +253,7 @@ TEST(PlanReport, CountsOrdersOnBothSidesThatAreSeen) {
 }
 
 TEST(PlanReport, KeepsItsChoicesForTheRender) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     const Scene scene = wide_slab(1, 0.9);
     const FileReport first = report_plans({scene}, {}, &cache);
@@ -265,7 +265,7 @@ TEST(PlanReport, KeepsItsChoicesForTheRender) {
 }
 
 TEST(PlanReport, CountsNothingForTablesThatAreKept) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     const Scene scene = wide_slab(1, 0.9);
     const auto alone = bake_for({scene});
@@ -303,4 +303,4 @@ TEST(PlanReport, CountsTheTablesThatChannelsShareOnce) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 const std::string cloud =
@@ -324,11 +324,9 @@ TEST(SceneFile, NamesTheLineOfAnErrorInPanels) {
 class RingsFile : public ::testing::Test {
   protected:
     RingsFile() {
-        test::set_content(folder / "good.csv",
-                          "radius,optical_depth,w1,w2\n1.2,1,0.6,0.2\n2,1,0,0\n");
-        test::set_content(folder / "bent.csv",
-                          "radius,optical_depth,w1,w2\n1.2,1,0,0\n1.1,1,0,0\n");
-        test::set_content(folder / "text.csv", "radius,optical_depth,w1,w2\n1.2,thin,0,0\n");
+        set_content(folder / "good.csv", "radius,optical_depth,w1,w2\n1.2,1,0.6,0.2\n2,1,0,0\n");
+        set_content(folder / "bent.csv", "radius,optical_depth,w1,w2\n1.2,1,0,0\n1.1,1,0,0\n");
+        set_content(folder / "text.csv", "radius,optical_depth,w1,w2\n1.2,thin,0,0\n");
         Image bright(2, 1);
         bright.rgb.back() = 2;
         write_exr_image(bright, {}, folder / "bright.exr");
@@ -354,12 +352,12 @@ class RingsFile : public ::testing::Test {
     template <class Error>
     void expect_file(const std::string& content, int line, const std::string& text) {
         const std::string name = (folder / "rings.toml").string();
-        test::set_content(name, content);
+        set_content(name, content);
         const std::string start = "scene: " + name + ", line " + std::to_string(line) + ": " + text;
         expect_refusal<Error>([&] { read_scene(name); }, {start.c_str()});
     }
 
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
 };
 
 TEST_F(RingsFile, IsRefusedByFileAndLine) {
@@ -457,7 +455,7 @@ TEST(SceneEffects, AreParsedFromNames) {
 class RingProfileFile : public ::testing::Test {
   protected:
     SceneFile read(const std::string& csv, const std::string& keys = "") const {
-        test::set_content(folder / "profile.csv", csv);
+        set_content(folder / "profile.csv", csv);
         return parse_scene(
             "[camera]\ndistance = 5.0\nfield_of_view_deg = 30.0\n[sun]\nelevation_deg = 20.0\n"
             "[layer]\ncomponents = ['lambert_sphere', 'isotropic']\nalbedo = [1.0, 0.5, 0.25]\n"
@@ -465,7 +463,7 @@ class RingProfileFile : public ::testing::Test {
                 keys,
             folder.path().string());
     }
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
     const std::string head = "radius,optical_depth,w1,w2\n";
 };
 
@@ -708,14 +706,14 @@ TEST(Film, RefusesWhatNoFramesCanBeMadeOf) {
 }
 
 TEST(SceneOfAStack, HoldsItsLayers) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::string layer = "[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1\n";
-    test::set_content(folder / "two.toml", layer + "optical_depth = 0.5\n" +
-                                               "[[layers]]\nphase_function = 'isotropic'\n"
-                                               "albedo = 0.5\noptical_depth = 1.5\n");
-    test::set_content(folder / "ground.toml",
-                      layer + "optical_depth = 0.5\n[below]\nlambert_albedo = 0.5\n");
-    test::set_content(folder / "bad.toml", layer + "optical_depth = -1\n");
+    set_content(folder / "two.toml", layer + "optical_depth = 0.5\n" +
+                                         "[[layers]]\nphase_function = 'isotropic'\n"
+                                         "albedo = 0.5\noptical_depth = 1.5\n");
+    set_content(folder / "ground.toml",
+                layer + "optical_depth = 0.5\n[below]\nlambert_albedo = 0.5\n");
+    set_content(folder / "bad.toml", layer + "optical_depth = -1\n");
     const auto scene_of = [&](const std::string& stack, const std::string& more = "",
                               const std::string& subject = "[slab]\n",
                               const std::string& elevation = "30", const std::string& view = "30") {
@@ -730,8 +728,8 @@ TEST(SceneOfAStack, HoldsItsLayers) {
     EXPECT_EQ(scene.layer.stacks[0][1].optical_depth, 1.5);
     EXPECT_EQ(scene_of("two.toml", "", "[slab]\n", "-30").layer.stacks[0][0].optical_depth, 1.5)
         << "lit from beneath";
-    test::set_content(folder / "deep.toml",
-                      layer + "optical_depth = 0.5\n" + layer + "optical_depth = inf\n");
+    set_content(folder / "deep.toml",
+                layer + "optical_depth = 0.5\n" + layer + "optical_depth = inf\n");
     EXPECT_EQ(scene_of("deep.toml", "", "[slab]\n", "-30").layer.stacks[0].size(), 1u);
     EXPECT_EQ(scene.layer.optical_depth.max, 2);
     EXPECT_EQ(scene.layer.albedo[0], (0.5 + 0.75) / 2);
@@ -762,4 +760,4 @@ TEST(SceneOfAStack, HoldsItsLayers) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

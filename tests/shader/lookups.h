@@ -17,6 +17,8 @@ namespace stratus::test {
 
 struct Lookup {
     float albedo, optical_depth, mu_in, mu_out, azimuth;
+
+    Geometry geometry() const { return {double{mu_in}, double{mu_out}, double{azimuth}}; }
 };
 
 /// R and T, each of light scattered once and more often.

@@ -76,11 +76,10 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
         const double T = transmission(view, 0.9, 8, at).total();
         constexpr double straight_lines = 1e-3;  // between the samples of a slice
         EXPECT_NEAR(value_of(slice, Side::reflection, at), R, straight_lines * R);
-        EXPECT_NEAR(
-            double{rgb.transmission(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
-                                    static_cast<float>(at.azimuth))
-                       .b},
-            T, straight_lines * T);
+        EXPECT_NEAR(rgb.transmission(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
+                                     static_cast<float>(at.azimuth))
+                        .b,
+                    T, straight_lines * T);
     }
     const double forward =
         0.25 * (*view.phase_function)(1) + 0.75 * (*view.second_phase_function)(1);
@@ -90,9 +89,10 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
     EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
     EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));
-    expect_refusal([] { bind(both().view(), 1, 0.9); }, {"at", "mixture", "chosen", "nan"});
+    expect_refusal([] { bind(both().view(), 1, 0.9); },
+                   {"at: mixture must be chosen for this table, got nan"});
     expect_refusal([] { bind(both().view().at({1.1}), 1, 0.9); },
-                   {"at", "mixture", "[0, 1]", "1.1"});
+                   {"at: mixture must be in [0, 1], got 1.1"});
 }
 
 }  // namespace

@@ -180,7 +180,7 @@ TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
                     .total();
             EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01))
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
-            EXPECT_NEAR(double{total[n]}, found, 2e-5 * std::max(found, 0.01));
+            EXPECT_NEAR(total[n], found, 2e-5 * std::max(found, 0.01));
         }
     }
 }

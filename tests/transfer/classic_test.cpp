@@ -64,7 +64,7 @@ TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
                 solve_layer(isotropic, 1, 1, {1},
                             SolverOptions{.scheme = Scheme::classic, .start_depth = depth});
             },
-            {"solve", "start_depth", "[1e-15, 1]"});
+            {"solve: start_depth must be 0 or in [1e-15, 1]"});
     }
 }
 

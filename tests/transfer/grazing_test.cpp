@@ -108,7 +108,7 @@ TEST(GrazingLight, IsRefusedWhereItIsNotSolved) {
             solve_layer(PhaseFunction::henyey_greenstein(0.9), 1, 1, {0.1},
                         SolverOptions{.orders = 3, .grazing = true});
         },
-        {"grazing", "all orders"});
+        {"grazing must be false unless all orders"});
 }
 
 }  // namespace

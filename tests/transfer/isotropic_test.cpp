@@ -15,7 +15,6 @@
 namespace stratus {
 namespace {
 
-/// 0.02 to 1.
 const std::vector<double> isotropic_cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
 
 TEST(HFunction, HasThePublishedValueAtNormalDirection) {

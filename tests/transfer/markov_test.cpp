@@ -264,22 +264,29 @@ TEST(MarkovChainAlone, UsesTheGaussNodesByDefault) {
 
 TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
     const auto refused = [](double albedo, double optical_depth, double mu,
-                            const MarkovOptions& options, const char* reason) {
+                            const MarkovOptions& options, const std::string& reason) {
         expect_refusal([&] { solve_markov({}, albedo, optical_depth, {mu}, options); }, {reason});
     };
+    const std::string finite =
+        "markov: optical_depth must be in [0, inf) (a semi-infinite layer cannot be divided into "
+        "sublayers), got ";
     refused(1.5, 1, 1, {}, "markov: albedo must be in [0, 1], got 1.5");
-    refused(NAN, 1, 1, {}, "albedo must be in [0, 1], got nan");
-    refused(0.5, -1, 1, {}, "markov: optical_depth must be in [0, inf)");
-    refused(0.5, NAN, 1, {}, "markov: optical_depth must be in [0, inf)");
-    refused(0.5, infinity, 1, {}, "semi-infinite");
+    refused(NAN, 1, 1, {}, "markov: albedo must be in [0, 1], got nan");
+    refused(0.5, -1, 1, {}, finite + "-1");
+    refused(0.5, NAN, 1, {}, finite + "nan");
+    refused(0.5, infinity, 1, {}, finite + "inf");
     refused(0.5, 1, 0, {}, "mu must be in [1e-100, 1], got 0");
     refused(0.5, 1, 1, chain_of(0, 32), "markov: nodes must be in [1, 512], got 0");
     refused(0.5, 1, 1, chain_of(513, 4), "markov: nodes must be in [1, 512], got 513");
-    refused(0.5, 1, 1, chain_of(8, 2), "even");
-    refused(0.5, 1, 1, chain_of(8, 15), "even");
-    refused(0.5, 1, 1, chain_of(8, 16, -1), "markov: orders must be >= 0");
+    for (const int sublayers : {2, 15})
+        refused(
+            0.5, 1, 1, chain_of(8, sublayers),
+            "markov: sublayers must be even and in [4, 8192], got " + std::to_string(sublayers));
+    refused(0.5, 1, 1, chain_of(8, 16, -1), "markov: orders must be >= 0, got -1");
     refused(0.5, 1, 1, MarkovOptions{.modes = -1}, "markov: modes must be >= 0, got -1");
-    refused(0.5, 1, 1, chain_of(64, 66), "at most 8192");
+    refused(
+        0.5, 1, 1, chain_of(64, 66),
+        "markov: 2 sublayers x nodes must be at most 8192 (a dense matrix of 512 MiB), got 8448");
 }
 
 }  // namespace

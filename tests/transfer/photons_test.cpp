@@ -395,7 +395,7 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     refused(1, infinity, at, "photons: optical_depth must be finite at albedo 1, got inf");
     refused(0.5, 1, {0, 0.5, 0}, "photons: mu_in must be in (0, 1], got 0");
     refused(0.5, 1, {0.5, 1.25, 0}, "photons: mu_out must be in (0, 1], got 1.25");
-    refused(0.5, 1, {0.5, 0.5, infinity}, "photons: azimuth must be finite");
+    refused(0.5, 1, {0.5, 0.5, infinity}, "photons: azimuth must be finite, got inf");
     refused(0.5, 1, at, "photons: photons must be >= 2, got 1", with_photons(1));
     refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1",
             PhotonOptions{.highest_order = -1});

@@ -46,11 +46,11 @@ TEST(SolveLadder, RefusesArgumentsOutOfRange) {
             },
             fragments);
     };
-    refused({0.5}, 1, -1, {"solve", "octaves", ">= 0", "-1"});
+    refused({0.5}, 1, -1, {"solve: octaves must be >= 0, got -1"});
     for (const double first : {0.0, -1.0, 1e-281, infinity, double{NAN}})
-        refused({0.5}, first, 1, {"solve", "first depth", "[1e-280, inf)"});
-    refused({}, 1, 1, {"solve", "albedos", "at least one"});
-    refused({0.5, 1, 1.5}, 1, 1, {"solve", "albedo", "[0, 1]", "1.5"});
+        refused({0.5}, first, 1, {"solve: first depth of a ladder must be in [1e-280, inf)"});
+    refused({}, 1, 1, {"solve: albedos must be at least one"});
+    refused({0.5, 1, 1.5}, 1, 1, {"solve: albedo must be in [0, 1], got 1.5"});
 }
 
 }  // namespace

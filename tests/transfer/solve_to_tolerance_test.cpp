@@ -15,7 +15,7 @@
 #include <map>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 SolverOptions to(double tolerance) {
@@ -47,7 +47,7 @@ TEST(SolveToTolerance, StatesErrorsThatAreTrueOfRandomLayersAndStacks) {
         Honesty honesty;
         int beyond = 0;
         for (const auto& [seed, expected] : references) {
-            const test::RandomProblem problem = test::random_problem(seed);
+            const RandomProblem problem = random_problem(seed);
             ASSERT_EQ(expected.size(), problem.geometries.size());
             const SolvedGeometries solved = solve_geometries(problem.layers, problem.boundary,
                                                              problem.geometries, to(tolerance));
@@ -187,11 +187,11 @@ TEST(SolveToTolerance, RefusesInWords) {
         expect_refusal([&] { solve_geometries(two, {}, {{0.5, 0.5, 0}}, options); }, fragments);
         expect_refusal([&] { solve_fluxes(two, {}, {}, options); }, fragments);
     };
-    refused(to(2), {"tolerance", "[1e-12, 1]", "got 2"});
-    refused(to(1e-13), {"tolerance", "got 1e-13"});
-    refused(to(NAN), {"tolerance", "got nan"});
-    refused(with_nodes(513), {"nodes", "[1, 512]", "got 513"});
+    refused(to(2), {"tolerance must be 0 or in [1e-12, 1], got 2"});
+    refused(to(1e-13), {"tolerance must be 0 or in [1e-12, 1], got 1e-13"});
+    refused(to(NAN), {"tolerance must be 0 or in [1e-12, 1], got nan"});
+    refused(with_nodes(513), {"nodes must be in [1, 512], got 513"});
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -3,6 +3,7 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/transfer/solve.h>
 
 #include "stability_matrix.h"
 

@@ -4,6 +4,7 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/phase/phase_function.h>
+#include <stratus/transfer/solve.h>
 
 #include <algorithm>
 #include <string>

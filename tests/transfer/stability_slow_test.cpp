@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 struct Fine {
@@ -22,11 +22,11 @@ TEST_P(FineStability, Holds) {
         double thinner = 0;
         for (const double tau : {1.0, 1e12}) {
             const LayerSolution layer = solve_layer(parse_phase_function(GetParam().phase_function),
-                                                    w, tau, test::stability_cosines, options);
-            const std::vector<test::LayerValue> values = test::values_of(layer);
-            test::expect_finite(layer, values);
-            if (options.modes == 0) test::expect_negative_only_with_its_series(layer);
-            EXPECT_GE(layer.spherical_albedo, thinner) << test::at(layer);
+                                                    w, tau, stability_cosines, options);
+            const std::vector<LayerValue> values = values_of(layer);
+            expect_finite(layer, values);
+            if (options.modes == 0) expect_negative_only_with_its_series(layer);
+            EXPECT_GE(layer.spherical_albedo, thinner) << at(layer);
             thinner = layer.spherical_albedo;
             if (w < 1) continue;
             expect_conserved(layer, tau, 1e-12);
@@ -44,4 +44,4 @@ INSTANTIATE_TEST_SUITE_P(Of, FineStability,
                                                   {"henyey_greenstein:g=0.9999", 256, 2}}));
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

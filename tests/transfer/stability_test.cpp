@@ -11,19 +11,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::at;
-using test::rounding;
-using test::stability_albedos;
-using test::stability_cosines;
-using test::stability_depths;
 
 const int count = static_cast<int>(stability_cosines.size());
 
 struct Medium {
-    test::NamedPhaseFunction of;
+    NamedPhaseFunction of;
     int nodes;
 };
 
@@ -39,7 +33,7 @@ class Stability : public testing::TestWithParam<Medium> {
 };
 
 void expect_limits_of_single_scattering(const LayerSolution& layer,
-                                        const std::vector<test::LayerValue>& values) {
+                                        const std::vector<LayerValue>& values) {
     const double tau = layer.optical_depth;
     const double backward_peak = std::max(1.0, layer.phase_function(-1));  // scattered twice
     for (const auto& [side, value, single, i, j] : values) {
@@ -67,9 +61,9 @@ TEST_P(Stability, IsFiniteAndAsPositiveAsItsSeries) {
     for (const double w : stability_albedos)
         for (const double tau : stability_depths) {
             const LayerSolution layer = solve(w, tau);
-            const std::vector<test::LayerValue> values = test::values_of(layer);
-            test::expect_finite(layer, values);
-            const double lowest = test::expect_negative_only_with_its_series(layer);
+            const std::vector<LayerValue> values = values_of(layer);
+            expect_finite(layer, values);
+            const double lowest = expect_negative_only_with_its_series(layer);
             if (GetParam().nodes >= 8) {
                 EXPECT_GE(lowest, -1e-5) << at(layer);
             }
@@ -101,13 +95,12 @@ TEST(LayerSolution, IsNegativeWithItsSeries) {
     // Four moments of a backward peak: a series with a minimum of -21 %.
     const SolverOptions options = with_nodes(2, Truncate::nothing);
     const PhaseFunction backward = PhaseFunction::henyey_greenstein(-0.9);
-    const double share =
-        test::most_negative(solve_layer(backward, 0.99, 1, stability_cosines, options));
+    const double share = most_negative(solve_layer(backward, 0.99, 1, stability_cosines, options));
     EXPECT_LT(share, -0.1);
     EXPECT_GT(share, -0.3);
-    EXPECT_EQ(test::most_negative(
-                  solve_layer(PhaseFunction::isotropic(), 0.99, 1, stability_cosines, options)),
-              0);
+    EXPECT_EQ(
+        most_negative(solve_layer(PhaseFunction::isotropic(), 0.99, 1, stability_cosines, options)),
+        0);
 }
 
 /// (4/3) / (1-g) / q sinh(k q) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law
@@ -144,7 +137,7 @@ TEST_P(Stability, ReachesTheSemiInfiniteLayer) {
 std::vector<Medium> media() {
     std::vector<Medium> media;
     for (const int nodes : {2, 8, 32})
-        for (const test::NamedPhaseFunction& of : test::stability_phase_functions())
+        for (const NamedPhaseFunction& of : stability_phase_functions())
             media.push_back({of, nodes});
     return media;
 }
@@ -154,4 +147,4 @@ INSTANTIATE_TEST_SUITE_P(Of, Stability, testing::ValuesIn(media()), [](const aut
 });
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

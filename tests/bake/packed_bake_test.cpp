@@ -18,7 +18,7 @@ void expect_met(const std::string& recipe) {
 
 class RandomRecipe : public testing::TestWithParam<unsigned> {};
 
-TEST_P(RandomRecipe, MeetsItsTolerance) { expect_met(RandomRecipe(GetParam()).text()); }
+TEST_P(RandomRecipe, MeetsItsTolerance) { expect_met(test::RandomRecipe(GetParam()).text()); }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomRecipe, testing::Values(3u, 11u, 19u));
 

@@ -141,13 +141,13 @@ TEST(Fit, RemarksThatDepthAndAlbedoOfAThinLayerAreDegenerate) {
 }
 
 TEST(Fit, RemarksOnTheEdgeOfARange) {
-    std::vector<Observation> views = seen_ring({0.6, 0.4, 1}, views(true));
+    std::vector<Observation> views = seen_ring({0.6, 0.4, 1}, test::views(true));
     for (Observation& view : views)
         view.brightness *= view.light == Light::transmitted ? 1 : 1.1;  // brighter than any layer
     const Fit fit = fit_layer(ring_table().view(), views);
     EXPECT_NE(remark(fit, "w1 + w2 at the edge of its range (1)"), "");
     EXPECT_GT(fit.chi_square, fit.degrees_of_freedom);
-    const Fit pure = fit_of({0.7, 0, 1}, views(true));
+    const Fit pure = fit_of({0.7, 0, 1}, test::views(true));
     EXPECT_NEAR(pure.w2().value, 0, 1e-3);
 }
 
@@ -168,7 +168,7 @@ TEST(Fit, OccultationsAloneDetermineTheDepth) {
 
 TEST(Fit, OccultationsGiveTheDepthThatTheLitSideLeavesOpen) {
     const Ring ring{0.5, 0.2, 6};
-    std::vector<Observation> views = views(false);
+    std::vector<Observation> views = test::views(false);
     const std::vector<Observation> beams = occultations();
     views.insert(views.end(), beams.begin(), beams.end());
     const Fit fit = fit_of(ring, views);
@@ -178,7 +178,7 @@ TEST(Fit, OccultationsGiveTheDepthThatTheLitSideLeavesOpen) {
 }
 
 TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
-    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
     const Fit all = fit_layer(ring_table().view(), views);
     struct Held {
         FitOptions options;
@@ -206,7 +206,7 @@ TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
 }
 
 TEST(Fit, HoldsAllParametersAndJudgesThem) {
-    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
     const Fit right =
         fit_layer(ring_table().view(), views, {.optical_depth = 0.7, .w1 = 0.5, .w2 = 0.3});
     EXPECT_EQ(right.degrees_of_freedom, 48);
@@ -240,7 +240,7 @@ TEST(Fit, FindsAsymmetriesBySingleScattering) {
     FitOptions options;
     options.free_g2 = true;
     for (const Ring& ring : {Ring{0.3, 0.4, 0.5, 0.6}, Ring{0.6, 0.2, 0.2, -0.5}}) {
-        std::vector<Observation> views = views(true);
+        std::vector<Observation> views = test::views(true);
         solve_views(ring, views, {true});
         const Fit fit = fit_layer(*model, views, options);
         EXPECT_NEAR(fit.g2().value, ring.g2, 1e-5);
@@ -253,7 +253,7 @@ TEST(Fit, FindsAsymmetriesBySingleScattering) {
 TEST(Fit, FindsAsymmetriesByTheSolver) {
     const auto model = solver_model(PhaseFunction::henyey_greenstein(-0.2), std::nullopt, 12);
     const double g = 0.35, w = 0.9, depth = 0.8;
-    std::vector<Observation> views = views(true);
+    std::vector<Observation> views = test::views(true);
     const std::vector<double> bright = model->brightness({depth, w, 0, g, 0}, views);
     for (std::size_t i = 0; i < views.size(); ++i) {
         views[i].brightness = bright[i];
@@ -270,7 +270,7 @@ TEST(Fit, FindsAsymmetriesByTheSolver) {
 TEST(Fit, TakesAsManyNodesAsObservationsNeed) {
     const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.85);
     const double w = 0.95, depth = 2;
-    std::vector<Observation> views = views(true);
+    std::vector<Observation> views = test::views(true);
     const std::vector<double> bright =
         solver_model(lobe, std::nullopt, 96)->brightness({depth, w, 0, 0.85, 0}, views);
     const auto model = solver_model(lobe, std::nullopt, 8);
@@ -299,7 +299,7 @@ TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
     effects.opposition = Opposition::hapke(0.7, 0.1);
     const TableView mixed = ring_table().view().at({ring.w1 / (ring.w1 + ring.w2)});
     const Slice slice = bind(mixed, ring.optical_depth, ring.w1 + ring.w2, effects);
-    std::vector<Observation> views = views(true);
+    std::vector<Observation> views = test::views(true);
     views.push_back({{0.4, 0.45, pi}, Light::reflected, 0, 0});  // 3 degrees of phase angle
     views.push_back({{0.4, 0.4, 0}, Light::beam, 0, 0});
     const std::vector<double> brightness =
@@ -319,7 +319,7 @@ TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
 }
 
 TEST(Fit, IsReproducibleToTheBit) {
-    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
     const Fit a = fit_layer(ring_table().view(), views), b = fit_layer(ring_table().view(), views);
     EXPECT_EQ(a.w1().value, b.w1().value);
     EXPECT_EQ(a.optical_depth().sigma, b.optical_depth().sigma);
@@ -327,7 +327,7 @@ TEST(Fit, IsReproducibleToTheBit) {
 
 /// Views of some brightness, which is never fitted.
 std::vector<Observation> bright_views() {
-    std::vector<Observation> views = views(true);
+    std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     return views;
 }

@@ -392,7 +392,9 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     refused(NAN, 1, at, "photons: albedo must be in [0, 1], got nan");
     refused(0.5, -1, at, "photons: optical_depth must be in [0, inf], got -1");
     refused(0.5, NAN, at, "photons: optical_depth must be in [0, inf], got nan");
-    refused(1, infinity, at, "photons: optical_depth must be finite at albedo 1, got inf");
+    refused(1, infinity, at,
+            "photons: optical_depth must be finite at albedo 1 (paths in an infinite layer have no "
+            "mean length), got inf");
     refused(0.5, 1, {0, 0.5, 0}, "photons: mu_in must be in (0, 1], got 0");
     refused(0.5, 1, {0.5, 1.25, 0}, "photons: mu_out must be in (0, 1], got 1.25");
     refused(0.5, 1, {0.5, 0.5, infinity}, "photons: azimuth must be finite, got inf");

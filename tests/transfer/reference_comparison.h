@@ -74,14 +74,18 @@ inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes)
     };
     SolverOptions options = with_nodes(nodes);
     options.modes = 1;
-    for (const ReferenceLayer& of : read_reference("discrete_ordinates_flux.csv", phase))
+    for (const ReferenceLayer& of : read_reference("discrete_ordinates_flux.csv", phase)) {
+        std::vector<double> cosines;
+        for (const std::vector<double>& row : of.rows) cosines.push_back(row.at(0));
+        const LayerSolution layer =
+            solve_layer(phase_function, of.albedo, of.optical_depth, cosines, options);
+        Eigen::Index at = 0;
         for (const std::vector<double>& row : of.rows) {  // mu0 albedo diffuse direct total err err
-            const LayerSolution layer =
-                solve_layer(phase_function, of.albedo, of.optical_depth, {row.at(0)}, options);
-            compare(layer.plane_albedo(0), row.at(1), row.at(5), "albedo " + name_row(of, row));
-            compare(layer.diffuse_transmittance(0), row.at(2), row.at(6),
+            compare(layer.plane_albedo(at), row.at(1), row.at(5), "albedo " + name_row(of, row));
+            compare(layer.diffuse_transmittance(at++), row.at(2), row.at(6),
                     "transmittance " + name_row(of, row));
         }
+    }
     for (const ReferenceLayer& of : read_reference("discrete_ordinates_spherical.csv", phase)) {
         const LayerSolution layer =
             solve_layer(phase_function, of.albedo, of.optical_depth, {}, options);

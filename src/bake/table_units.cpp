@@ -178,11 +178,9 @@ std::vector<SolvedLayer> TableUnits::solve(const Unit& unit) const {
 }
 
 std::string TableUnits::unit_name(const Unit& unit) const {
-    const DepthLadder& ladder = unit.ladder;
     std::string name = "depths from " + std::to_string(unit.run) + ", " +
-                       std::to_string(ladder.place(ladder.octaves)) + " of " +
-                       std::to_string(ladder.octaves) + " octaves" +
-                       (ladder.to_infinity ? " and infinity" : "") + ", albedos";
+                       std::to_string(unit.ladder.octaves) + " octaves" +
+                       (unit.ladder.to_infinity ? " and infinity" : "") + ", albedos";
     for (const std::size_t albedo : unit.albedos) name += ' ' + std::to_string(albedo);
     return header_.has_family() ? "member " + std::to_string(unit.member) + ", " + name : name;
 }

@@ -18,7 +18,7 @@
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 using Role = PlotSeries::Role;
@@ -27,10 +27,10 @@ class CostPlot : public ::testing::Test {
   protected:
     std::string drawn(const std::vector<PlotPanel>& panels) const {
         draw_cost_plot(panels, folder / "cost.svg");
-        return test::content(folder / "cost.svg");
+        return content(folder / "cost.svg");
     }
 
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
 };
 
 /// Points that a test adds between the first and the last leave the axes as they are.
@@ -151,26 +151,25 @@ TEST_F(CostPlot, DrawsASinglePoint) {
 }
 
 TEST_F(CostPlot, RefusesPanelsWithoutPoints) {
-    expect_refusal<std::invalid_argument>([&] { drawn({}); },
-                                          {"draw_cost_plot", "panels", "at least one", "got none"});
+    expect_refusal([&] { drawn({}); }, {"draw_cost_plot: panels must be at least one, got none"});
     PlotPanel empty = panel();
     empty.series[0].points.clear();
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] {
             drawn({panel(), empty});
         },
-        {"draw_cost_plot", "'Panel'", "points", "got none"});
+        {"draw_cost_plot: panel 'Panel' must be one with points, got none"});
     EXPECT_FALSE(std::filesystem::exists(folder / "cost.svg"));
 }
 
 TEST_F(CostPlot, RefusesValuesThatAreNotPositiveAndFinite) {
     for (double PlotPoint::*value : {&PlotPoint::x, &PlotPoint::y})
-        for (const double bad : {0.0, -1.0, infinity, std::nan("")}) {
+        for (const double bad : {0.0, -1.0, infinity, double{NAN}}) {
             PlotPanel wrong = panel();
             wrong.series[0].points[1].*value = bad;
             const char* const name = value == &PlotPoint::x ? "x of 'first'" : "y of 'first'";
-            expect_refusal<std::invalid_argument>(
-                [&] { drawn({wrong}); }, {"draw_cost_plot", name, "above 0 and finite", "got "});
+            expect_refusal([&] { drawn({wrong}); },
+                           {"draw_cost_plot", name, "above 0 and finite", "got "});
         }
     EXPECT_FALSE(std::filesystem::exists(folder / "cost.svg"));
 }
@@ -178,8 +177,8 @@ TEST_F(CostPlot, RefusesValuesThatAreNotPositiveAndFinite) {
 TEST_F(CostPlot, RefusesAPathThatCannotBeWritten) {
     expect_refusal<std::runtime_error>(
         [&] { draw_cost_plot({panel()}, folder / "absent" / "cost.svg"); },
-        {"cost.svg", "No such file"});
+        {"cost.svg: No such file"});
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

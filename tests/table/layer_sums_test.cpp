@@ -1,7 +1,6 @@
 // Packing looks at most layers in a few directions only: what it finds must hold in all of them.
 #include <stratus/table/packed_table.h>
 
-#include <stratus/layer/single_scattering.h>
 #include <stratus/table/layer_samples.h>
 
 #include "small_table.h"
@@ -25,11 +24,9 @@ double smooth(const Point& p) {
 
 /// R and T of a shape that both sides share.
 Table table_of(const FunctionOfPoint& shape) {
-    Table table = filled(
-        sums_counts, sums_depths,
-        [&](const Point& p) { return small_table_reflection_scale(p) * shape(p); },
-        [&](const Point& p) { return small_table_transmission_scale(p) * shape(p); });
+    Table table = empty_table(sums_counts, sums_depths);
     table.tolerance = small_table_tolerance;
+    fill(table, shape);
     return table;
 }
 

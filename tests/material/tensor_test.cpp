@@ -1,4 +1,5 @@
 #include <stratus/material/material.h>
+#include <stratus/table/ground.h>
 
 #include "material_check.h"
 #include "solved_stack.h"
@@ -51,7 +52,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
                     Case{"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
                     Case{"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
-                    Case{"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
+                    Case{"over_sea",
+                         {layer("rayleigh", 1, 0.2).layers, read_ground("ocean:wind=5")}},
                     Case{"stack_over_ground",
                          over({{{parse_phase_function("rayleigh"), 1, 0.2},
                                 {parse_phase_function("henyey_greenstein:g=0.7"), 0.98, 2}},

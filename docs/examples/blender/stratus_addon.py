@@ -182,18 +182,18 @@ def atlas_group(image, layout, name):
     # Texels are read one by one and blended here: Eevee's own filter takes coarser copies of the picture, in which tiles run into
     # each other, where pixels side by side read different tiles.
     across, down = columns * width, atlases * rows * height
-    u = [[n.math("MULTIPLY_ADD", x, 1 / across, (tile * width + next + 0.5) / across) for next in (0, 1)] for tile in (0, 1)]
+    u = [[n.math("MULTIPLY_ADD", x, 1 / across, (tile * width + step + 0.5) / across) for step in (0, 1)] for tile in (0, 1)]
 
     def blended(atlas):
         """Pi f (mu_in + mu_out) of the eight texels around the directions."""
         place = n.math("MULTIPLY_ADD", atlas, rows * height, y)
-        v = [n.math("MULTIPLY_ADD", place, -1 / down, 1 - (next + 0.5) / down) for next in (0, 1)]  # 0 is the lower edge
+        v = [n.math("MULTIPLY_ADD", place, -1 / down, 1 - (step + 0.5) / down) for step in (0, 1)]  # 0 is the lower edge
 
         def read(u, v):
             place = n.add("ShaderNodeCombineXYZ", u, v).outputs[0]
             return n.add("ShaderNodeTexImage", place, image=image, interpolation="Closest", extension="EXTEND").outputs["Color"]
 
-        return mixed(share_in, [mixed(share_out, [mixed(share_azimuth, [read(u, v) for u in tile]) for v in v]) for tile in u])
+        return mixed(share_in, [mixed(share_out, [mixed(share_azimuth, [read(place, level) for place in tile]) for level in v]) for tile in u])
 
     strength = n.math("DIVIDE", mu_in, n.math("MULTIPLY", n.math("ADD", mu_in, mu_out), math.pi))
     if deepest:

@@ -172,7 +172,6 @@ void run_shader(const ShaderOptions& options) {
         bytes += static_cast<double>(std::filesystem::file_size(path));
     }
     if (options.quiet) return;
-    if (osl) std::cerr << "stratus: note: this text was compiled by oslc 1.12, but never run\n";
     std::cerr << "stratus: " << options.folder << ": " << files.size() << " files, "
               << short_number(bytes / 1e6, 3) << " MB\n";
     if (filtered)

@@ -4,6 +4,7 @@
 
 #include "refusal.h"
 #include "sample_table.h"
+#include "table_content.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>

@@ -43,9 +43,9 @@ int points_of_many_layers(const PointRange& range) {
 }
 
 /// More in tables of so few layers that it takes more of them to check than to bake; most of a stack,
-/// whose points have 40 cosines on either side.
+/// whose points have 40 cosines.
 int points_of_layer(const PointRange& range) {
-    if (is_one_layer(range)) return range.layers.empty() ? 100 : 500;
+    if (is_one_layer(range)) return range.layers.empty() ? 100 : 1000;
     const int layers = range.albedo.count * range.optical_depth.size() *
                        static_cast<int>(member_count(range.family));
     constexpr int of_usual_check = 2000, most = 40;
@@ -165,6 +165,9 @@ class PointSource {
             mu_in_.push_back(anywhere(range, range.mu_in));
             mu_out_.push_back(anywhere(range, range.mu_out));
         }
+        const bool same = range.mu_in.lowest == range.mu_out.lowest &&
+                          range.mu_in.highest == range.mu_out.highest;
+        if (same && !range.layers.empty()) mu_out_ = mu_in_;
         of_peak_.seed(random());
         if (!peaked) return;
         for (const Side side : sides_) {

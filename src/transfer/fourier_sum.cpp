@@ -102,8 +102,19 @@ double tabulated_boundary(const LayerSolution& layer, int in, int out) {
 
 void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     GridValues& values) {
+    // R is symmetric in the cosines, of a stack, too.
+    const bool symmetric = side == Side::reflection && grid.pairs().in == grid.pairs().out;
+    const std::ptrdiff_t azimuths = std::ssize(grid.azimuth());
     for (int i = 0; i < grid.in_count(); ++i)
         for (int j = 0; j < grid.out_count(); ++j) {
+            if (symmetric && j < i) {
+                for (std::vector<double>* const all : {&values.closed_form, &values.tabulated})
+                    if (!all->empty())
+                        std::copy_n(all->begin() + static_cast<std::ptrdiff_t>(grid.at(j, i, 0)),
+                                    azimuths,
+                                    all->begin() + static_cast<std::ptrdiff_t>(grid.at(i, j, 0)));
+                continue;
+            }
             const int in = grid.pairs().in[static_cast<std::size_t>(i)],
                       out = grid.pairs().out[static_cast<std::size_t>(j)];
             const double ground =

@@ -77,7 +77,7 @@ Options flux_only(Options options) {
     return options;
 }
 
-/// Rows of what solve(cosines) finds: row(solution, geometry, in, out), with the places of its cosines.
+/// Rows of what solve(cosines) finds: row(solution, geometry, in, out), with the places of the cosines.
 template <class Solve, class Row>
 std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows_by(Solve solve, Row row) {
     return [=](const std::vector<Geometry>& geometries) {

@@ -1,6 +1,6 @@
 // A layer of any member of a family, optical depth and albedo as a weighted sum of those that a table holds:
 // cubic along these axes, by the laws of diffusion between the deepest sample and infinity, around
-// samples that float cannot hold.
+// samples that float cannot hold. The fluxes that a table holds are summed up likewise.
 #pragma once
 
 #include <stratus/table/table.h>

@@ -1,4 +1,5 @@
-// Which layers a table knows: those between its samples, and by law some beyond them (slice.h).
+// Which layers a table knows: those between its samples, and by law some beyond them (slice.h); and how
+// closely faster lookups follow it.
 #pragma once
 
 #include <stratus/layer/single_scattering.h>

@@ -45,9 +45,9 @@ struct Scattered {
     double total() const noexcept { return single + multiple; }
 };
 
-/// R or diffuse T of the layer at one geometry, by the side. A side that the table does not hold gives its
-/// single scattering and multiple = 0; T is 0 over a lower boundary, and without the unscattered beam, which
-/// is `direct_transmittance`.
+/// R or diffuse T of the layer at one geometry, by the side. A side that the table does not hold gives
+/// its single scattering and multiple = 0. T is 0 over a lower boundary; the unscattered beam is no part
+/// of it (`direct_transmittance`).
 ///
 /// Range    albedo [0, 1], optical_depth [0, inf], cosines [0, 1], azimuth finite, radians.
 Scattered scattering(const TableView& table, Side side, double albedo, double optical_depth,

@@ -21,8 +21,8 @@ using Bytes = std::vector<char>;
 /// Half of the machine's memory.
 std::uintmax_t default_max_memory();
 
-/// The memory that reading one file may use, counted before it is allocated: a small file that claims to
-/// be a large one is refused at no cost.
+/// The memory that reading one file may use, counted before it is allocated: a small file that claims
+/// to be a large one is refused at no cost.
 class MemoryLimit {
   public:
     /// 0: the default.

@@ -43,9 +43,9 @@ int points_of_many_layers(const PointRange& range) {
 }
 
 /// More in tables of so few layers that it takes more of them to check than to bake; most of a stack,
-/// whose points have 40 cosines on either side.
+/// whose points have 40 cosines.
 int points_of_layer(const PointRange& range) {
-    if (is_one_layer(range)) return range.layers.empty() ? 100 : 500;
+    if (is_one_layer(range)) return range.layers.empty() ? 100 : 1000;
     const int layers = range.albedo.count * range.optical_depth.size() *
                        static_cast<int>(member_count(range.family));
     constexpr int of_usual_check = 2000, most = 40;
@@ -165,6 +165,9 @@ class PointSource {
             mu_in_.push_back(anywhere(range, range.mu_in));
             mu_out_.push_back(anywhere(range, range.mu_out));
         }
+        const bool same = range.mu_in.lowest == range.mu_out.lowest &&
+                          range.mu_in.highest == range.mu_out.highest;
+        if (same && !range.layers.empty()) mu_out_ = mu_in_;
         of_peak_.seed(random());
         if (!peaked) return;
         for (const Side side : sides_) {
@@ -296,9 +299,8 @@ class LadderPoints {
             for (const RandomPoint& point : layers_[k]) {
                 const double phi = point.at.azimuth;
                 for (const Side side : point.sides)
-                    solved.push_back(side == Side::reflection
-                                         ? solution.reflection(at->mu_in, at->mu_out, phi).total
-                                         : solution.transmission(at->mu_in, at->mu_out, phi).total);
+                    solved.push_back(
+                        solution.values(side, at->mu_in, at->mu_out, {phi}).front().total);
                 ++at;
             }
         }
@@ -312,17 +314,14 @@ class LadderPoints {
             const double depth = ladder_.depths.to_infinity
                                      ? infinity
                                      : std::ldexp(ladder_.depths.first, static_cast<int>(k));
-            const double reflection_floor = next[0], transmission_floor = next[sides_.size() - 1];
+            const PerSide<double> floors{next[0], next[sides_.size() - 1]};
             next += sides_.size();
             for (const RandomPoint& point : layers_[k])
                 for (const Side side : point.sides) {
-                    const bool reflected = side == Side::reflection;
-                    const double cosine = reflected ? cos_scattering_angle_reflected(point.at)
-                                                    : cos_scattering_angle_transmitted(point.at);
+                    const double cosine = cos_scattering_angle(side, point.at);
                     samples.push_back({side, ladder_.albedo, depth, point.at,
                                        std::acos(std::clamp(cosine, -1.0, 1.0)), *next++, 0, 0,
-                                       reflected ? reflection_floor : transmission_floor,
-                                       ladder_.member, point.kind});
+                                       floors[side], ladder_.member, point.kind});
                 }
         }
         return samples;

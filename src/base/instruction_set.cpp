@@ -1,7 +1,6 @@
 #include <stratus/base/instruction_set.h>
 
 #include <atomic>
-#include <initializer_list>
 
 #ifdef STRATUS_WIDE
 #include <cpuid.h>

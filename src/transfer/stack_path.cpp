@@ -6,27 +6,36 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace stratus {
 
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// (e^(from + rise) - e^from) / rise with at_from = e^from: the mean of an exponential along its rise.
-/// Most moments of a peak have a small rise, whose series takes a fifth of the time.
-double mean_exponential(double from, double at_from, double rise) {
-    if (std::abs(rise) > 0.01) return (std::exp(from + rise) - at_from) / rise;
-    return at_from * (1 + rise * (1. / 2 + rise * (1. / 6 + rise * (1. / 24 + rise / 120))));
+/// The largest rise whose series growth() sums.
+constexpr double most_of_series = 0.1;
+
+/// (e^rise - 1) / rise - 1, without a branch, so that several moments share a register.
+double growth(double rise) {
+    return rise * (1. / 2 +
+                   rise * (1. / 6 +
+                           rise * (1. / 24 + rise * (1. / 120 + rise * (1. / 720 + rise / 5040)))));
 }
 
-/// How many moments of a peak change light that they scatter twice or more by 1e-15.
+/// (e^(from + rise) - e^from) / rise with at_from = e^from: the mean of an exponential along its rise.
+double mean_exponential(double from, double at_from, double rise) {
+    if (std::abs(rise) > most_of_series) return (std::exp(from + rise) - at_from) / rise;
+    return at_from * (1 + growth(rise));
+}
+
+/// How many moments of a peak change light that they scatter twice or more by 1e-12.
 std::size_t second_order_length(const std::vector<double>& chi) {
     std::size_t length = chi.size();
     while (length > 0 &&
-           static_cast<double>(2 * length - 1) * chi[length - 1] * chi[length - 1] < 1e-15)
+           static_cast<double>(2 * length - 1) * chi[length - 1] * chi[length - 1] < 1e-12)
         --length;
     return length;
 }
@@ -91,65 +100,65 @@ StackPath::StackPath(const std::vector<StackLayer>& layers,
     while (alike_ < kept_.rows() &&
            (peak_.row(alike_).transpose() - truncated_).cwiseAbs().maxCoeff() <= rounding)
         ++alike_;
+    steepest_ = peak_.cwiseAbs().rowwise().maxCoeff();
+    for (Index l = steepest_.size() - 1; l-- > 0;)
+        steepest_(l) = std::max(steepest_(l), steepest_(l + 1));
     deepest_ = 24 / (1 - most_kept_to_path);
 }
 
-std::vector<StackPath::Turn> StackPath::turns(Side side, std::size_t above, double mu_in,
-                                              double mu_out) const {
-    const bool upward = side == Side::reflection;
-    const Index level = static_cast<Index>(above), layers = depth_.size();
-    const Index first = upward ? level : 0, end_layer = upward ? layers : level;
-    std::vector<Turn> all;
-    double top = depth_.head(first).sum();  // optical depth above layer j
-    for (Index j = first; j < end_layer && top / mu_in < deepest_; ++j) {
-        // Slant depth from the top of the layer on, or where T has more of it there, from below.
-        const double rate = upward ? 1 / mu_in + 1 / mu_out : 1 / mu_in - 1 / mu_out;
-        const double slope = std::abs(rate), end = std::min(depth_(j), deepest_ / slope);
-        for_each_node(end, 1 / slope, [&](double place, double weight) {
-            const double t = rate > 0 ? place : depth_(j) - place;
-            VectorXd slant = VectorXd::Zero(layers);
-            slant.head(j) = depth_.head(j) / mu_in;
-            slant(j) = t / mu_in;
-            if (upward) {
-                slant.segment(level, j - level) += depth_.segment(level, j - level) / mu_out;
-                slant(j) += t / mu_out;
-            } else {
-                slant(j) += (depth_(j) - t) / mu_out;
-                slant.segment(j + 1, level - j - 1) = depth_.segment(j + 1, level - j - 1) / mu_out;
+void StackPath::add_turns(Index layer, const VectorXd& before, double rate, VectorXd& sum) const {
+    const double slant_before = before.sum(), truncated_before = truncated_.dot(before);
+    const MatrixXd::ConstColXpr peak_here = peak_.col(layer), kept_here = kept_.col(layer);
+    const VectorXd peak_before = peak_ * before, kept_before = kept_ * before;
+    double alike_peak = 0, alike_kept = 0;
+    for_each_node(
+        std::min(depth_(layer), deepest_ / rate), 1 / rate, [&](double depth, double weight) {
+            const double slant = rate * depth, S = slant_before + slant,
+                         F = truncated_before + truncated_(layer) * slant;
+            const double unscattered = std::exp(-S), passing = std::exp(F - S);
+            // Where all peaks are f, the truncated problem's widening is the path's own.
+            alike_peak += weight * (mean_exponential(-S, unscattered, F) - unscattered);
+            alike_kept += weight * (passing - unscattered);
+            Index l = alike_;
+            for (; l < sum.size() && (l < kept_.rows() || steepest_(l) * S > most_of_series); ++l) {
+                const double p = peak_here(l), P = peak_before(l) + slant * p;
+                double added = p * (mean_exponential(-S, unscattered, P) - unscattered);
+                if (l < kept_.rows() && kept_here(l) != 0) {
+                    const double c = kept_here(l), C = kept_before(l) + slant * c;
+                    added += c * (mean_exponential(P - S, std::exp(P - S), C) -
+                                  mean_exponential(F - S, passing, C) + passing - unscattered);
+                }
+                sum(l) += weight * added;
             }
-            all.push_back({j, weight / (4 * mu_in * mu_out), std::move(slant)});
+            for (; l < sum.size(); ++l)
+                sum(l) += weight * unscattered * peak_here(l) *
+                          growth(peak_before(l) + slant * peak_here(l));
         });
-        top += depth_(j);
-    }
-    return all;
+    sum.head(alike_) += alike_peak * peak_here.head(alike_) + alike_kept * kept_here.head(alike_);
 }
 
 std::vector<double> StackPath::legendre(Side side, std::size_t above, double mu_in,
                                         double mu_out) const {
+    const bool upward = side == Side::reflection;
+    const Index level = static_cast<Index>(above), end = upward ? depth_.size() : level;
     VectorXd sum = VectorXd::Zero(peak_.rows());
-    for (const Turn& turn : turns(side, above, mu_in, mu_out)) {
-        const double S = turn.slant.sum(), F = truncated_.dot(turn.slant);
-        const double unscattered = std::exp(-S), passing = std::exp(F - S);
-        // Where all peaks are f, the truncated problem's widening is the path's own.
-        sum.head(alike_) +=
-            turn.weight * ((mean_exponential(-S, unscattered, F) - unscattered) *
-                               peak_.col(turn.layer).head(alike_) +
-                           (passing - unscattered) * kept_.col(turn.layer).head(alike_));
-        const VectorXd peak = peak_ * turn.slant, kept = kept_ * turn.slant;
-        for (Index l = alike_; l < sum.size(); ++l) {
-            const double P = peak(l), p = peak_(l, turn.layer);
-            double added = p * (mean_exponential(-S, unscattered, P) - unscattered);
-            if (l < kept.size() && kept_(l, turn.layer) != 0) {
-                const double C = kept(l), c = kept_(l, turn.layer);
-                added += c * (mean_exponential(P - S, std::exp(P - S), C) -
-                              mean_exponential(F - S, passing, C) + passing - unscattered);
-            }
-            sum(l) += turn.weight * added;
+    double top = depth_.head(upward ? level : 0).sum();  // optical depth above layer j
+    for (Index j = upward ? level : 0; j < end && top / mu_in < deepest_; top += depth_(j++)) {
+        VectorXd before = VectorXd::Zero(depth_.size());
+        before.head(j) = depth_.head(j) / mu_in;
+        if (upward) {
+            before.segment(level, j - level) += depth_.segment(level, j - level) / mu_out;
+            add_turns(j, before, 1 / mu_in + 1 / mu_out, sum);
+        } else {
+            // The depth counts from where T has less slant depth: from below where mu_in is larger.
+            before(j) = depth_(j) / std::max(mu_in, mu_out);
+            before.segment(j + 1, level - j - 1) = depth_.segment(j + 1, level - j - 1) / mu_out;
+            add_turns(j, before, std::abs(1 / mu_in - 1 / mu_out), sum);
         }
     }
     std::vector<double> coefficients;
     for (Index l = 0; l < sum.size(); ++l)
-        coefficients.push_back(static_cast<double>(2 * l + 1) * sum(l));
+        coefficients.push_back(static_cast<double>(2 * l + 1) * sum(l) / (4 * mu_in * mu_out));
     return coefficients;
 }
 

@@ -51,16 +51,14 @@ class StackPath {
     std::vector<double> legendre(Side side, std::size_t above, double mu_in, double mu_out) const;
 
   private:
-    struct Turn {
-        Eigen::Index layer;
-        double weight;
-        Eigen::VectorXd slant;  // slant depth in each layer
-    };
-
-    std::vector<Turn> turns(Side side, std::size_t above, double mu_in, double mu_out) const;
+    /// Adds what light gains that turns inside one layer, over 4 mu_in mu_out. Its slant depth is `before`
+    /// in each layer and, in its own, grows by `rate` with the depth.
+    void add_turns(Eigen::Index layer, const Eigen::VectorXd& before, double rate,
+                   Eigen::VectorXd& sum) const;
 
     Eigen::VectorXd depth_, truncated_;  // of each layer; truncated: w f
     Eigen::MatrixXd peak_, kept_;  // w p_l and, of the moments that are kept, w c_l; l x layers
+    Eigen::VectorXd steepest_;     // of each row and all after it, the largest |w p_l|
     Eigen::Index alike_ = 0;       // rows before it have w p_l = w f in every layer
     double deepest_ = 0;           // slant depth beyond which nothing that turns is added any more
 };

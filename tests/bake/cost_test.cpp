@@ -137,17 +137,6 @@ TEST(Cost, ErrorsFallWithNodes) {
     }
 }
 
-TEST(Cost, ErrorsFallWithModes) {
-    double one = 0, three = 0;  // Rayleigh scattering has three
-    for (const CostPoint& point : points_of(Kind::solver)) {
-        if (point.solver.nodes != 12) continue;
-        if (point.solver.modes == 1) one = point.error_99_9;
-        if (point.solver.modes == 3) three = point.error_99_9;
-    }
-    EXPECT_GT(three, 0);
-    EXPECT_GT(one, 10 * three);
-}
-
 TEST(Cost, SolverErrorsBoundASingleLayer) {
     const auto solve = [](int nodes) {
         return solve_layer(recipe().phase_function, 1, 2, floor_cosines(),

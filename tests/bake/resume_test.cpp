@@ -130,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(Recipes, Resume,
 TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
     MemoryLog log;
     bake(explicit_recipe(), log.options(1));
-    log.pieces["attempt 0, depths from 0, 3 octaves, albedos 0 1 2"].push_back('x');
+    log.pieces["attempt 0, request 0, depths from 0, 3 octaves, albedos 0 1 2"].push_back('x');
     expect_refusal<std::runtime_error>([&] { bake(explicit_recipe(), log.options(1)); },
                                        {"depths from 0, 3 octaves, albedos 0 1 2 must hold"});
 }

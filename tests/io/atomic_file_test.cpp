@@ -2,9 +2,9 @@
 
 #include <stratus/io/table_file.h>
 
-#include "hdf5_table.h"
 #include "refusal.h"
 #include "sample_table.h"
+#include "table_content.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -268,7 +268,12 @@ INSTANTIATE_TEST_SUITE_P(Formats, FullDisk, testing::Values("table.h5", "table.e
 
 TEST(FullDevice, IsReportedWithTheSystemError) {
     if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "no /dev/full here";
-    EXPECT_EQ(refusal<std::runtime_error>([] { write_hdf5_table(sample_table(), "/dev/full"); }),
+    const fs::path path = "/dev/full";
+    const Table table = sample_table();
+    EXPECT_EQ(refusal<std::runtime_error>([&] {
+                  io::naming(path,
+                             [&] { io::write_hdf5(table, io::make_metadata(table), path, {}); });
+              }),
               "/dev/full: No space left on device");
 }
 

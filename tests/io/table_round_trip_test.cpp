@@ -2,8 +2,6 @@
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 
-#include "exr_table.h"
-#include "hdf5_table.h"
 #include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
@@ -215,19 +213,6 @@ TEST_P(RoundTrip, WritesTheSameBytesTwice) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tables, RoundTrip, testing::ValuesIn(cases), row_name);
-
-TEST(TableFile, DirectWritersEqualWriteTable) {
-    const TemporaryFolder folder;
-    const Table table = sample_table();
-    write_table(table, folder / "a.h5");
-    write_hdf5_table(table, folder / "b.h5");
-    write_table(table, folder / "a.exr");
-    write_exr_table(table, folder / "b.exr");
-    EXPECT_TRUE(content(folder / "a.h5") == content(folder / "b.h5"));
-    EXPECT_TRUE(content(folder / "a.exr") == content(folder / "b.exr"));
-    expect_same(read_hdf5_table(folder / "b.h5"), table);
-    expect_same(read_exr_table(folder / "b.exr"), table);
-}
 
 /// A chunk is half a megabyte: each side has several, the last of which are smaller.
 TEST(TableFile, IsTheSameOnAnyNumberOfThreads) {

@@ -1,4 +1,5 @@
 #include <stratus/material/material.h>
+#include <stratus/table/ground.h>
 
 #include "material_check.h"
 #include "refusal.h"
@@ -52,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
          {"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
          {"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
          {"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
-         {"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
+         {"over_sea", {layer("rayleigh", 1, 0.2).layers, read_ground("ocean:wind=5")}},
          {"stack_over_ground", over({{{parse_phase_function("rayleigh"), 1, 0.2},
                                       {parse_phase_function("henyey_greenstein:g=0.7"), 0.98, 2}},
                                      {}},

@@ -1,8 +1,8 @@
 // Planets whose layer is a spherical shell, against photons and limits.
 #include <stratus/base/angle.h>
 #include <stratus/scene/render.h>
-#include <stratus/transfer/reference/shell_photons.h>
 
+#include "shell_photons.h"
 #include "small_scene.h"
 #include "subjects.h"
 

@@ -53,6 +53,40 @@ TEST(FourierSum, OverAGridEqualsPairByPair) {
         expect_values_of_pairs(solve_layer(peaked, 0.9, 0.5, grid_cosines, few_nodes, boundary));
 }
 
+/// Every seventh position of a grid, of many layers at once, and all of one by one.
+void expect_sketch_of_all(const std::vector<LayerSolution>& layers, const DirectionGrid& grid) {
+    std::vector<const LayerSolution*> solutions;
+    for (const LayerSolution& layer : layers) solutions.push_back(&layer);
+    std::vector<std::size_t> positions;
+    for (std::size_t at = 2; at < grid.size(); at += 7) positions.push_back(at);
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        const auto some = evaluate_tabulated(solutions, side, grid, positions);
+        for (std::size_t n = 0; n < layers.size(); ++n) {
+            const std::vector<double> all = evaluate_tabulated(layers[n], side, grid);
+            for (std::size_t k = 0; k < positions.size(); ++k)
+                EXPECT_NEAR(some[n][k], all[positions[k]], 1e-12 * std::abs(all[positions[k]]))
+                    << n << ' ' << positions[k];
+        }
+    }
+}
+
+TEST(FourierSum, AtSomePositionsOfManyLayersEqualsAllOfEach) {
+    const DirectionGrid grid(peaked, LowerBoundary(), grid_cosines, grid_azimuths, 32);
+    const DirectionGrid with_path_law(peaked, LowerBoundary(), grid_cosines, grid_azimuths, 32,
+                                      PathOrders::of_any(peaked));
+    for (const int orders : {0, 4}) {
+        SolverOptions options = few_nodes();
+        options.orders = orders;
+        std::vector<LayerSolution> layers;
+        for (const double tau : {0.1, 4.0, 0.1, 30.0})
+            for (const double albedo : {0.4, 0.9})
+                layers.push_back(solve_layer(peaked, albedo, tau, grid_cosines, options));
+        expect_sketch_of_all(layers, grid);
+        ASSERT_NE(layers[0].path, nullptr);
+        expect_sketch_of_all(layers, with_path_law);
+    }
+}
+
 TEST(FourierSum, RefusesAGridOfOtherCosinesOrTooFewModes) {
     const LayerSolution layer = solve_layer(peaked, 0.9, 1, grid_cosines, few_nodes);
     const LowerBoundary none;

@@ -125,6 +125,23 @@ TEST(SolveLadder, EqualsSolveLayerAtEveryDepth) {
     }
 }
 
+TEST(SolveLadder, SolvesTheDepthsThatAreAskedForAlone) {
+    const std::vector<double> albedos{0.3, 1};
+    const auto all = solve_ladder(forward, albedos, {0.05, 12, true}, cosines, with_nodes(16));
+    std::vector<bool> asked(13, false);
+    const std::vector<std::size_t> depths{2, 9, 10, 12};
+    for (const std::size_t d : depths) asked[d] = true;
+    const auto some =
+        solve_ladder(forward, albedos, {0.05, 12, true, asked}, cosines, with_nodes(16));
+    for (std::size_t a = 0; a < albedos.size(); ++a) {
+        ASSERT_EQ(some[a].size(), depths.size());
+        for (std::size_t n = 0; n < depths.size(); ++n) {
+            EXPECT_EQ(some[a][n].optical_depth, all[a][depths[n]].optical_depth);
+            EXPECT_LE(difference(some[a][n], all[a][depths[n]]), 1e-11) << depths[n];
+        }
+    }
+}
+
 TEST(SolveLadder, SolvesMoreAlbedosThanLanes) {
     std::vector<double> albedos;
     for (int a = 0; a <= 10; ++a) albedos.push_back(a / 10.0);

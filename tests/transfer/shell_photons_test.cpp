@@ -1,4 +1,4 @@
-#include <stratus/transfer/reference/shell_photons.h>
+#include "shell_photons.h"
 
 #include <stratus/transfer/solve.h>
 

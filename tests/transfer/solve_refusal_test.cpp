@@ -42,7 +42,7 @@ TEST(SolveLadder, RefusesArgumentsOutOfRange) {
                             const Fragments& fragments) {
         expect_refusal(
             [&] {
-                solve_ladder(isotropic, albedos, {first, octaves, false}, {1});
+                solve_ladder(isotropic, albedos, {first, octaves, false, asked}, {1});
             },
             fragments);
     };
@@ -51,6 +51,8 @@ TEST(SolveLadder, RefusesArgumentsOutOfRange) {
         refused({0.5}, first, 1, {"solve: first depth of a ladder must be in [1e-280, inf)"});
     refused({}, 1, 1, {"solve: albedos must be at least one"});
     refused({0.5, 1, 1.5}, 1, 1, {"solve: albedo must be in [0, 1], got 1.5"});
+    refused({0.5}, 1, 2, {"solve: depths of a ladder must be at least one"}, {false, false});
+    refused({0.5}, 1, 2, {"solve: depths of a ladder", "2, got 1"}, {true});
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ std::vector<double> added(const TruncatedPath& path, Side side, double w, double
     PathWeights weights = path_weights(side, path.law().order_count(), tau, in, out);
     for (int n = 0; n < weights.count; ++n) weights.of_order[n] *= std::pow(w, n);
     std::vector<double> sum = path.law().legendre(weights);
-    const Eigen::VectorXd rest = path.rest(weights);
+    const Eigen::VectorXd rest = path.rest({&weights, 1});
     for (Eigen::Index l = 0; l < rest.size(); ++l) sum[static_cast<std::size_t>(l)] += rest(l);
     return sum;
 }
@@ -76,8 +76,8 @@ TEST(TruncatedPath, VanishesWithoutScatteringAndEndsWithTheTruncatedSeries) {
     const TruncatedPath path(PathLaw(moments), truncation);
     for (const Side side : {Side::reflection, Side::transmission})
         for (const double c : added(path, side, 0, 2, 0.3, 0.8)) EXPECT_EQ(c, 0);
-    EXPECT_EQ(path.rest(path_weights(Side::reflection, 20, 1, 0.5, 0.7)).size(),
-              std::ssize(truncation.moments));
+    const PathWeights weights = path_weights(Side::reflection, 20, 1, 0.5, 0.7);
+    EXPECT_EQ(path.rest({&weights, 1}).rows(), std::ssize(truncation.moments));
 }
 
 TEST(SumLegendre, IsTheSumOfThePolynomials) {

@@ -91,7 +91,7 @@ TEST(StackKeys, OfLayersAreAllRead) {
         if (key.section != std::string("layers")) continue;
         const std::string dated = KeyedFile(layer).with(key.name, "1979-05-27").text();
         expect_refusal([&] { parse_stack("[[layers]]\n" + dated); },
-                       {("stack: line 4: layer 1." + std::string(key.name) + " must be ").c_str()});
+                       {"stack: line 4: layer 1." + std::string(key.name) + " must be "});
     }
 }
 

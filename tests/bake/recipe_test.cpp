@@ -312,7 +312,7 @@ TEST(ReadRecipe, NamesFileAndLineOfABadKey) {
     const std::string name = (folder / "rings.toml").string();
     const auto refuse = [&](const std::string& text, const std::string& start) {
         set_content(folder / "rings.toml", text);
-        expect_refusal([&] { read_recipe(name); }, {("recipe: " + name + start).c_str()});
+        expect_refusal([&] { read_recipe(name); }, {"recipe: " + name + start});
     };
     refuse(recipe_with("tolerence = 1\n"), ", line 5: unknown key 'tolerence'");
     refuse(recipe_but("tolerance", "tolerance = 1"), ", line 2: tolerance must be");

@@ -30,7 +30,7 @@ std::string content(const MappedFile& file) {
 }
 
 void expect_unmapped(const std::string& path, const std::string& reason) {
-    expect_refusal<std::runtime_error>([&] { MappedFile{path}; }, {(path + ": " + reason).c_str()});
+    expect_refusal<std::runtime_error>([&] { MappedFile{path}; }, {path + ": " + reason});
 }
 
 TEST(MappedFile, HasTheBytesOfItsFile) {

@@ -33,7 +33,7 @@ std::vector<char> forged(const std::string& header, std::size_t data_bytes = 0) 
 TensorFile read(const std::vector<char>& file) { return {file.data(), file.size()}; }
 
 void expect_refused(const std::vector<char>& file, const std::string& sentence) {
-    expect_refusal([&] { read(file); }, {("TensorFile: " + sentence).c_str()});
+    expect_refusal([&] { read(file); }, {"TensorFile: " + sentence});
 }
 
 /// Spaces behind the header, so that the data start at a multiple of 8 bytes.

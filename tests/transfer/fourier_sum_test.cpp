@@ -75,7 +75,7 @@ TEST(FourierSum, AtSomePositionsOfManyLayersEqualsAllOfEach) {
     const DirectionGrid with_path_law(peaked, LowerBoundary(), grid_cosines, grid_azimuths, 32,
                                       PathOrders::of_any(peaked));
     for (const int orders : {0, 4}) {
-        SolverOptions options = few_nodes();
+        SolverOptions options = few_nodes;
         options.orders = orders;
         std::vector<LayerSolution> layers;
         for (const double tau : {0.1, 4.0, 0.1, 30.0})

@@ -27,8 +27,9 @@ struct Compared {
     std::string row;
 };
 
-inline double relative_error(double found, double expected, double stated) {
-    return std::max(0.0, std::abs(found - expected) - 3 * stated) / std::abs(expected);
+inline double error_beyond(double stated, double found, double expected) {
+    const double error = std::abs(found - expected) - 3 * stated;
+    return std::isnan(error) ? infinity : std::max(0.0, error);
 }
 
 inline std::string name_row(const ReferenceLayer& layer, const std::vector<double>& row) {
@@ -52,11 +53,11 @@ inline std::vector<Compared> compare_geometries(const std::string& phase, int no
         for (const std::vector<double>& row : of.rows) {  // mu0 mu dphi_deg R T R_ss T_ss err err
             const int in = index(row.at(0)), out = index(row.at(1));
             const double azimuth = radians(row.at(2)), R = row.at(3), T = row.at(4);
-            all.push_back({relative_error(layer.reflection(in, out, azimuth).total, R, row.at(7)),
+            all.push_back({error_beyond(row.at(7), layer.reflection(in, out, azimuth).total, R) / R,
                            "R " + name_row(of, row)});
             if (T > 1e-10)
                 all.push_back(
-                    {relative_error(layer.transmission(in, out, azimuth).total, T, row.at(8)),
+                    {error_beyond(row.at(8), layer.transmission(in, out, azimuth).total, T) / T,
                      "T " + name_row(of, row)});
         }
     }
@@ -70,7 +71,7 @@ inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes)
     const PhaseFunction phase_function = reference_phase_function(phase);
     std::vector<Compared> all;
     const auto compare = [&](double found, double expected, double stated, std::string row) {
-        all.push_back({std::max(0.0, std::abs(found - expected) - 3 * stated), std::move(row)});
+        all.push_back({error_beyond(stated, found, expected), std::move(row)});
     };
     SolverOptions options = with_nodes(nodes);
     options.modes = 1;

@@ -39,7 +39,7 @@ TEST(SolveLayer, RefusesArgumentsOutOfRange) {
 
 TEST(SolveLadder, RefusesArgumentsOutOfRange) {
     const auto refused = [](const std::vector<double>& albedos, double first, int octaves,
-                            const Fragments& fragments) {
+                            const Fragments& fragments, const std::vector<bool>& asked = {}) {
         expect_refusal(
             [&] {
                 solve_ladder(isotropic, albedos, {first, octaves, false, asked}, {1});

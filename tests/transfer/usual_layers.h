@@ -33,7 +33,7 @@ inline SolverOptions with_nodes(int nodes, Truncate truncate = Truncate::smooth)
     return options;
 }
 
-/// Largest relative difference of R and T over all geometries.
+/// Largest relative difference of R and T over all geometries; NaN if any is.
 template <class A, class B>
 double difference(const A& a, const B& b, const std::vector<double>& at = azimuths) {
     double worst = 0;
@@ -42,9 +42,12 @@ double difference(const A& a, const B& b, const std::vector<double>& at = azimut
             for (int out = 0; out < a.mu.size(); ++out) {
                 const auto from_a = a.values(side, in, out, at);
                 const auto from_b = b.values(side, in, out, at);
-                for (std::size_t k = 0; k < at.size(); ++k)
-                    if (from_a[k].total != from_b[k].total)
-                        worst = std::max(worst, std::abs(from_a[k].total / from_b[k].total - 1));
+                for (std::size_t k = 0; k < at.size(); ++k) {
+                    if (from_a[k].total == from_b[k].total) continue;
+                    const double one = std::abs(from_a[k].total / from_b[k].total - 1);
+                    if (std::isnan(one)) return one;
+                    worst = std::max(worst, one);
+                }
             }
     return worst;
 }

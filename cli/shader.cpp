@@ -171,7 +171,7 @@ void run_shader(const ShaderOptions& options) {
                   << " texels; R and T are off by " << short_number(filtered->median_error, 2)
                   << " of them in the median, " << short_number(filtered->usual_error, 2)
                   << " for all but one in a thousand, " << short_number(filtered->worst_error, 2)
-                  << " at most, at 2000 random directions\n";
+                  << " at most, at 5000 random directions\n";
 }
 
 }  // namespace

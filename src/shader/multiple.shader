@@ -380,74 +380,99 @@ vec4 stratus_light_sum(int side, float block, float blocks, float word, float wo
     return sum;
 }
 
-// Orders n >= 2 before the factor: twelve functions of the block that the depth lies in, times their
-// weights. And the exponent of diffusion.
-vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
+// What albedos share: light of the block that a depth lies in, and its column of the weights.
+struct StratusSeen {
+    vec4 word[3];
+    float column;
+};
+
+StratusSeen stratus_seen(int side, float depth, StratusPath path) {
     vec4 blocks = stratus_filter(0);
-    vec4 weights = stratus_filter(1);
-    vec4 units = stratus_filter(2);
+    float offset = stratus_x(stratus_filter(1));
     float within = stratus_clamp(depth, stratus_z(stratus_field(side, 9)),
                                  stratus_x(stratus_field(side, 10)));
-    float place = stratus_log2(within / (within + weights.x));
+    float place = stratus_log2(within / (within + offset));
     int last = int(side == STRATUS_REFLECTION ? blocks.z : blocks.w) - 1;
     int block = 0;
     for (int k = 0; k < last; ++k)
         if (place > stratus_x(stratus_filter(4 + 24 * side + k))) block = k + 1;
     vec4 columns = stratus_filter(4 + 24 * side + block);  // blocks have their ends to themselves
-    float column = columns.y + place * columns.z;
+    StratusSeen seen;
+    seen.column = columns.y + place * columns.z;
+    for (int word = 0; word < 3; ++word)
+        seen.word[word] = stratus_light_sum(
+            side, float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
+            blocks.z + blocks.w, float(word), 3.0f, path);
+    return seen;
+}
+
+// Orders n >= 2 before the factor: twelve functions times their weights. And the exponent of diffusion.
+vec4 stratus_held_orders(int side, float albedo, float depth, StratusSeen seen) {
+    vec4 weights = stratus_filter(1);
+    vec4 units = stratus_filter(2);
     float along_albedo = stratus_along_albedo(side, albedo);
     float row = along_albedo * weights.y + 0.5f;
     float sum = 0.0f;
-    for (int word = 0; word < 3; ++word) {
-        vec4 weight = stratus_weights_at(
-            column / weights.z, row / weights.w + float(3 * side + word) * 0.166666667f);
-        sum = sum + dot(weight, stratus_light_sum(
-                                    side,
-                                    float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
-                                    blocks.z + blocks.w, float(word), 3.0f, path));
-    }
+    for (int word = 0; word < 3; ++word)
+        sum = sum + dot(seen.word[word],
+                        stratus_weights_at(seen.column / weights.z,
+                                           row / weights.w + float(3 * side + word) * 0.166666667f));
     StratusPlace in_albedo = stratus_place(stratus_field(side, 3), along_albedo);
     return vec4(sum * (side == STRATUS_REFLECTION ? units.x : units.y),
                 stratus_diffusion_exponent(side, in_albedo), 0.0f, 0.0f);
 }
 #else
+struct StratusSeen {
+    StratusDirections at;
+};
+
+StratusSeen stratus_seen(int side, float depth, StratusPath path) {
+    StratusSeen seen;
+    seen.at = stratus_directions(side, stratus_places(side, path));
+    return seen;
+}
+
 // Orders n >= 2 before the factor, and the exponent of diffusion.
-vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
+vec4 stratus_held_orders(int side, float albedo, float depth, StratusSeen seen) {
     StratusCoefficients of = stratus_coefficients(side, albedo, depth);
-    StratusDirections directions = stratus_directions(side, stratus_places(side, path));
     float sum = 0.0f;
     for (int word = 0; word < 4; ++word)
-        sum = sum + dot(of.word[word],
-                        stratus_sum_at(side, 0, of.functions + word, 4, directions));
+        sum = sum +
+              dot(of.word[word], stratus_sum_at(side, 0, of.functions + word, 4, seen.at));
     return vec4(sum, of.exponent, 0.0f, 0.0f);
 }
 #endif
 
-float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
+float stratus_multiple(int side, float albedo, float depth, StratusPath path, StratusSeen seen) {
     float along_path = stratus_along_path(side, albedo, depth, path);
     if (stratus_x(stratus_field(side, 14)) == 0.0f) return along_path;  // the table lacks this side
-    vec4 of = stratus_held_orders(side, albedo, depth, path);
+    vec4 of = stratus_held_orders(side, albedo, depth, seen);
     return of.x * stratus_factor(side, albedo, depth, of.y, path) + along_path;
 }
 
 // ---- what is called
 
 // Arguments out of range count as the nearer end of it.
-StratusScattered stratus_scattered(int side, float any_albedo, float optical_depth,
-                                   StratusPath path) {
+StratusScattered stratus_scattered_by(int side, float any_albedo, float depth, vec4 phases,
+                                      StratusPath path, StratusSeen seen) {
     float albedo = stratus_clamp(any_albedo, 0.0f, 1.0f);
-    float depth = stratus_depth(optical_depth);
     StratusScattered light;
     light.single = 0.0f;
     light.multiple = 0.0f;
     // Nothing passes a lower boundary.
     if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) return light;
-    float once = stratus_single_scattering(side, stratus_phases(side, path), albedo, depth, path);
-    float more = stratus_multiple(side, albedo, depth, path);
+    float once = stratus_single_scattering(side, phases, albedo, depth, path);
+    float more = stratus_multiple(side, albedo, depth, path, seen);
     if (once + more < 0.0f) return light;
     light.single = once;
     light.multiple = more;
     return light;
+}
+
+StratusScattered stratus_scattered(int side, float albedo, float optical_depth, StratusPath path) {
+    float depth = stratus_depth(optical_depth);
+    return stratus_scattered_by(side, albedo, depth, stratus_phases(side, path), path,
+                                stratus_seen(side, depth, path));
 }
 
 StratusScattered stratus_reflection(float albedo, float optical_depth, float mu_in, float mu_out,
@@ -481,6 +506,22 @@ float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
     StratusScattered light =
         stratus_scattered(side, albedo, optical_depth, stratus_path_between(side, wi, wo));
     return (light.single + light.multiple) * 0.318309886f;
+}
+
+vec3 stratus_bsdf_rgb(vec3 wi, vec3 wo, vec3 albedo, float optical_depth) {
+    vec3 none = vec3(0.0f, 0.0f, 0.0f);
+    if (wi.z < 0.0f && stratus_is_one_sided()) return none;
+    int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
+    StratusPath path = stratus_path_between(side, wi, wo);
+    float depth = stratus_depth(optical_depth);
+    vec4 phases = stratus_phases(side, path);
+    StratusSeen seen = stratus_seen(side, depth, path);
+    StratusScattered red = stratus_scattered_by(side, albedo.x, depth, phases, path, seen);
+    StratusScattered green = stratus_scattered_by(side, albedo.y, depth, phases, path, seen);
+    StratusScattered blue = stratus_scattered_by(side, albedo.z, depth, phases, path, seen);
+    return vec3(red.single + red.multiple, green.single + green.multiple,
+                blue.single + blue.multiple) *
+           0.318309886f;
 }
 
 float stratus_direct(float optical_depth, float mu) {

@@ -12,6 +12,7 @@
 //   stratus_single(side, albedo, optical_depth, mu_in, mu_out, azimuth)   .single of either
 //   stratus_bsdf(wi, wo, albedo, optical_depth)  BRDF or BTDF, without the cosine: unit vectors that
 //                                                point away from the layer, z along its normal
+//   stratus_bsdf_rgb(wi, wo, albedo, optical_depth)  of three albedos, with fewer fetches than thrice
 //   stratus_direct(optical_depth, mu)            exp(-tau / mu)
 //   stratus_phase(cos_theta)                     the phase function, mean 1 over the sphere
 //   stratus_effective_depth(optical_depth, density), stratus_hapke(amplitude, width, cos_theta)

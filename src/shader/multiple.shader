@@ -399,15 +399,18 @@ StratusSeen stratus_seen(int side, float depth, StratusPath path) {
     vec4 columns = stratus_filter(4 + 24 * side + block);  // blocks have their ends to themselves
     StratusSeen seen;
     seen.column = columns.y + place * columns.z;
-    for (int word = 0; word < 3; ++word)
-        seen.word[word] = stratus_light_sum(
-            side, float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
-            blocks.z + blocks.w, float(word), 3.0f, path);
+    for (int word = 0; word < 3; ++word) {
+        seen.word[word] = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+        if (stratus_x(stratus_field(side, 14)) > 0.0f)  // the table has this side
+            seen.word[word] = stratus_light_sum(
+                side, float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
+                blocks.z + blocks.w, float(word), 3.0f, path);
+    }
     return seen;
 }
 
 // Orders n >= 2 before the factor: twelve functions times their weights. And the exponent of diffusion.
-vec4 stratus_held_orders(int side, float albedo, float depth, StratusSeen seen) {
+vec4 stratus_held_of(int side, float albedo, StratusSeen seen) {
     vec4 weights = stratus_filter(1);
     vec4 units = stratus_filter(2);
     float along_albedo = stratus_along_albedo(side, albedo);
@@ -421,58 +424,48 @@ vec4 stratus_held_orders(int side, float albedo, float depth, StratusSeen seen) 
     return vec4(sum * (side == STRATUS_REFLECTION ? units.x : units.y),
                 stratus_diffusion_exponent(side, in_albedo), 0.0f, 0.0f);
 }
-#else
-struct StratusSeen {
-    StratusDirections at;
-};
 
-StratusSeen stratus_seen(int side, float depth, StratusPath path) {
-    StratusSeen seen;
-    seen.at = stratus_directions(side, stratus_places(side, path));
-    return seen;
+vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
+    return stratus_held_of(side, albedo, stratus_seen(side, depth, path));
 }
-
+#else
 // Orders n >= 2 before the factor, and the exponent of diffusion.
-vec4 stratus_held_orders(int side, float albedo, float depth, StratusSeen seen) {
+vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
     StratusCoefficients of = stratus_coefficients(side, albedo, depth);
+    StratusDirections directions = stratus_directions(side, stratus_places(side, path));
     float sum = 0.0f;
     for (int word = 0; word < 4; ++word)
-        sum = sum +
-              dot(of.word[word], stratus_sum_at(side, 0, of.functions + word, 4, seen.at));
+        sum = sum + dot(of.word[word],
+                        stratus_sum_at(side, 0, of.functions + word, 4, directions));
     return vec4(sum, of.exponent, 0.0f, 0.0f);
 }
 #endif
 
-float stratus_multiple(int side, float albedo, float depth, StratusPath path, StratusSeen seen) {
+float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
     float along_path = stratus_along_path(side, albedo, depth, path);
     if (stratus_x(stratus_field(side, 14)) == 0.0f) return along_path;  // the table lacks this side
-    vec4 of = stratus_held_orders(side, albedo, depth, seen);
+    vec4 of = stratus_held_orders(side, albedo, depth, path);
     return of.x * stratus_factor(side, albedo, depth, of.y, path) + along_path;
 }
 
 // ---- what is called
 
 // Arguments out of range count as the nearer end of it.
-StratusScattered stratus_scattered_by(int side, float any_albedo, float depth, vec4 phases,
-                                      StratusPath path, StratusSeen seen) {
+StratusScattered stratus_scattered(int side, float any_albedo, float optical_depth,
+                                   StratusPath path) {
     float albedo = stratus_clamp(any_albedo, 0.0f, 1.0f);
+    float depth = stratus_depth(optical_depth);
     StratusScattered light;
     light.single = 0.0f;
     light.multiple = 0.0f;
     // Nothing passes a lower boundary.
     if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) return light;
-    float once = stratus_single_scattering(side, phases, albedo, depth, path);
-    float more = stratus_multiple(side, albedo, depth, path, seen);
+    float once = stratus_single_scattering(side, stratus_phases(side, path), albedo, depth, path);
+    float more = stratus_multiple(side, albedo, depth, path);
     if (once + more < 0.0f) return light;
     light.single = once;
     light.multiple = more;
     return light;
-}
-
-StratusScattered stratus_scattered(int side, float albedo, float optical_depth, StratusPath path) {
-    float depth = stratus_depth(optical_depth);
-    return stratus_scattered_by(side, albedo, depth, stratus_phases(side, path), path,
-                                stratus_seen(side, depth, path));
 }
 
 StratusScattered stratus_reflection(float albedo, float optical_depth, float mu_in, float mu_out,
@@ -508,21 +501,34 @@ float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
     return (light.single + light.multiple) * 0.318309886f;
 }
 
+#ifdef STRATUS_FILTERED
 vec3 stratus_bsdf_rgb(vec3 wi, vec3 wo, vec3 albedo, float optical_depth) {
-    vec3 none = vec3(0.0f, 0.0f, 0.0f);
-    if (wi.z < 0.0f && stratus_is_one_sided()) return none;
     int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
+    bool blocked = side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f;
+    if (blocked || (wi.z < 0.0f && stratus_is_one_sided())) return vec3(0.0f, 0.0f, 0.0f);
+    float light[3];
     StratusPath path = stratus_path_between(side, wi, wo);
     float depth = stratus_depth(optical_depth);
     vec4 phases = stratus_phases(side, path);
     StratusSeen seen = stratus_seen(side, depth, path);
-    StratusScattered red = stratus_scattered_by(side, albedo.x, depth, phases, path, seen);
-    StratusScattered green = stratus_scattered_by(side, albedo.y, depth, phases, path, seen);
-    StratusScattered blue = stratus_scattered_by(side, albedo.z, depth, phases, path, seen);
-    return vec3(red.single + red.multiple, green.single + green.multiple,
-                blue.single + blue.multiple) *
-           0.318309886f;
+    for (int c = 0; c < 3; ++c) {
+        float any = c == 0 ? albedo.x : (c == 1 ? albedo.y : albedo.z);
+        float of = stratus_clamp(any, 0.0f, 1.0f);
+        vec4 held = stratus_held_of(side, of, seen);
+        float more = held.x * stratus_factor(side, of, depth, held.y, path) +
+                     stratus_along_path(side, of, depth, path);
+        float once = stratus_single_scattering(side, phases, of, depth, path);
+        light[c] = max(once + more, 0.0f) * 0.318309886f;
+    }
+    return vec3(light[0], light[1], light[2]);
 }
+#else
+vec3 stratus_bsdf_rgb(vec3 wi, vec3 wo, vec3 albedo, float optical_depth) {
+    return vec3(stratus_bsdf(wi, wo, albedo.x, optical_depth),
+                stratus_bsdf(wi, wo, albedo.y, optical_depth),
+                stratus_bsdf(wi, wo, albedo.z, optical_depth));
+}
+#endif
 
 float stratus_direct(float optical_depth, float mu) {
     return stratus_transmitted(max(optical_depth, 0.0f) / stratus_clamp(mu, 1e-6f, 1.0f));

@@ -23,7 +23,7 @@ float scattered_in(Geometry at, float depth, float channel_albedo) {
         light *= stratus_hapke(opposition.x, opposition.y, at.cosine);
     if (!scattered_again) return light;
     StratusPath path = stratus_path(at.side, at.mu_in, at.mu_out, at.azimuth);
-    return light + stratus_multiple(at.side, channel_albedo, depth, path, stratus_seen(at.side, depth, path));
+    return light + stratus_multiple(at.side, channel_albedo, depth, path);
 }
 
 /// R or T. Compilers copy it to wherever it is called, and it is long: one place.

@@ -202,7 +202,7 @@ void add_shader(CLI::App& app) {
         ->check(number_in_0_1());
     command->add_flag("--filtered", options->filtered,
                       "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
-                      "of the bound layer, 27 of layers that are not bound; glsl and hlsl");
+                      "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
     command->add_option("--at", options->at, at_help());
     command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
     add_max_memory(*command, options->reading);
@@ -213,7 +213,9 @@ void add_shader(CLI::App& app) {
         "table.stratus beside it, of a family the member --at.\n\n"
         "A bound layer is one more texture, stratus_layer, with which directions can be sampled; a "
         "stack always\nhas it. --filtered writes stratus_light, a 3-D texture, in place of "
-        "stratus_functions, and stratus_weights\nwhere no layer is bound.\n\n"
+        "stratus_functions, and stratus_weights\nwhere no layer is bound, with "
+        "stratus_path_functions and stratus_path_weights for narrow "
+        "peaks.\n\n"
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
         "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
         "    --albedo 0.95,0.93,0.8 -o rings");

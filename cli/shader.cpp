@@ -170,7 +170,7 @@ void run_shader(const ShaderOptions& options) {
                   << " texels; R and T are off by " << short_number(filtered->median_error, 2)
                   << " of them in the median, " << short_number(filtered->usual_error, 2)
                   << " for all but one in a thousand, " << short_number(filtered->worst_error, 2)
-                  << " at most, at 2000 random directions\n";
+                  << " at most, at 5000 random directions\n";
 }
 
 }  // namespace
@@ -201,7 +201,7 @@ void add_shader(CLI::App& app) {
         ->check(number_in_0_1());
     command->add_flag("--filtered", options->filtered,
                       "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
-                      "of the bound layer, 27 of layers that are not bound; glsl and hlsl");
+                      "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
     command->add_option("--at", options->at, at_help());
     command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
     add_max_memory(*command, options->reading);
@@ -212,7 +212,9 @@ void add_shader(CLI::App& app) {
         "table.stratus beside it, of a family the member --at.\n\n"
         "A bound layer is one more texture, stratus_layer, with which directions can be sampled; a "
         "stack always\nhas it. --filtered writes stratus_light, a 3-D texture, in place of "
-        "stratus_functions, and stratus_weights\nwhere no layer is bound.\n\n"
+        "stratus_functions, and stratus_weights\nwhere no layer is bound, with "
+        "stratus_path_functions and stratus_path_weights for narrow "
+        "peaks.\n\n"
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
         "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
         "    --albedo 0.95,0.93,0.8 -o rings");

@@ -22,7 +22,7 @@ using shader::vec4;
 using Text = shader::AsCxx;
 
 constexpr int depth_units = 16, unit_steps = 12;  // of the depths; a block is a unit at least
-constexpr int albedo_steps = 32, sketch_directions = 600;
+constexpr int albedo_steps = 64, sketch_directions = 600;
 constexpr double most_left = 1e-3;
 
 std::size_t index(int n) { return static_cast<std::size_t>(n); }

@@ -380,35 +380,53 @@ vec4 stratus_light_sum(int side, float block, float blocks, float word, float wo
     return sum;
 }
 
-// Orders n >= 2 before the factor: twelve functions of the block that the depth lies in, times their
-// weights. And the exponent of diffusion.
-vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
+// What albedos share: light of the block that a depth lies in, and its column of the weights.
+struct StratusSeen {
+    vec4 word[3];
+    float column;
+};
+
+StratusSeen stratus_seen(int side, float depth, StratusPath path) {
     vec4 blocks = stratus_filter(0);
-    vec4 weights = stratus_filter(1);
-    vec4 units = stratus_filter(2);
+    float offset = stratus_x(stratus_filter(1));
     float within = stratus_clamp(depth, stratus_z(stratus_field(side, 9)),
                                  stratus_x(stratus_field(side, 10)));
-    float place = stratus_log2(within / (within + weights.x));
+    float place = stratus_log2(within / (within + offset));
     int last = int(side == STRATUS_REFLECTION ? blocks.z : blocks.w) - 1;
     int block = 0;
     for (int k = 0; k < last; ++k)
         if (place > stratus_x(stratus_filter(4 + 24 * side + k))) block = k + 1;
     vec4 columns = stratus_filter(4 + 24 * side + block);  // blocks have their ends to themselves
-    float column = columns.y + place * columns.z;
+    StratusSeen seen;
+    seen.column = columns.y + place * columns.z;
+    for (int word = 0; word < 3; ++word) {
+        seen.word[word] = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+        if (stratus_x(stratus_field(side, 14)) > 0.0f)  // the table has this side
+            seen.word[word] = stratus_light_sum(
+                side, float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
+                blocks.z + blocks.w, float(word), 3.0f, path);
+    }
+    return seen;
+}
+
+// Orders n >= 2 before the factor: twelve functions times their weights. And the exponent of diffusion.
+vec4 stratus_held_of(int side, float albedo, StratusSeen seen) {
+    vec4 weights = stratus_filter(1);
+    vec4 units = stratus_filter(2);
     float along_albedo = stratus_along_albedo(side, albedo);
     float row = along_albedo * weights.y + 0.5f;
     float sum = 0.0f;
-    for (int word = 0; word < 3; ++word) {
-        vec4 weight = stratus_weights_at(
-            column / weights.z, row / weights.w + float(3 * side + word) * 0.166666667f);
-        sum = sum + dot(weight, stratus_light_sum(
-                                    side,
-                                    float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
-                                    blocks.z + blocks.w, float(word), 3.0f, path));
-    }
+    for (int word = 0; word < 3; ++word)
+        sum = sum + dot(seen.word[word],
+                        stratus_weights_at(seen.column / weights.z,
+                                           row / weights.w + float(3 * side + word) * 0.166666667f));
     StratusPlace in_albedo = stratus_place(stratus_field(side, 3), along_albedo);
     return vec4(sum * (side == STRATUS_REFLECTION ? units.x : units.y),
                 stratus_diffusion_exponent(side, in_albedo), 0.0f, 0.0f);
+}
+
+vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
+    return stratus_held_of(side, albedo, stratus_seen(side, depth, path));
 }
 #else
 // Orders n >= 2 before the factor, and the exponent of diffusion.
@@ -482,6 +500,35 @@ float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
         stratus_scattered(side, albedo, optical_depth, stratus_path_between(side, wi, wo));
     return (light.single + light.multiple) * 0.318309886f;
 }
+
+#ifdef STRATUS_FILTERED
+vec3 stratus_bsdf_rgb(vec3 wi, vec3 wo, vec3 albedo, float optical_depth) {
+    int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
+    bool blocked = side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f;
+    if (blocked || (wi.z < 0.0f && stratus_is_one_sided())) return vec3(0.0f, 0.0f, 0.0f);
+    float light[3];
+    StratusPath path = stratus_path_between(side, wi, wo);
+    float depth = stratus_depth(optical_depth);
+    vec4 phases = stratus_phases(side, path);
+    StratusSeen seen = stratus_seen(side, depth, path);
+    for (int c = 0; c < 3; ++c) {
+        float any = c == 0 ? albedo.x : (c == 1 ? albedo.y : albedo.z);
+        float of = stratus_clamp(any, 0.0f, 1.0f);
+        vec4 held = stratus_held_of(side, of, seen);
+        float more = held.x * stratus_factor(side, of, depth, held.y, path) +
+                     stratus_along_path(side, of, depth, path);
+        float once = stratus_single_scattering(side, phases, of, depth, path);
+        light[c] = max(once + more, 0.0f) * 0.318309886f;
+    }
+    return vec3(light[0], light[1], light[2]);
+}
+#else
+vec3 stratus_bsdf_rgb(vec3 wi, vec3 wo, vec3 albedo, float optical_depth) {
+    return vec3(stratus_bsdf(wi, wo, albedo.x, optical_depth),
+                stratus_bsdf(wi, wo, albedo.y, optical_depth),
+                stratus_bsdf(wi, wo, albedo.z, optical_depth));
+}
+#endif
 
 float stratus_direct(float optical_depth, float mu) {
     return stratus_transmitted(max(optical_depth, 0.0f) / stratus_clamp(mu, 1e-6f, 1.0f));

@@ -12,6 +12,7 @@
 //   stratus_single(side, albedo, optical_depth, mu_in, mu_out, azimuth)   .single of either
 //   stratus_bsdf(wi, wo, albedo, optical_depth)  BRDF or BTDF, without the cosine: unit vectors that
 //                                                point away from the layer, z along its normal
+//   stratus_bsdf_rgb(wi, wo, albedo, optical_depth)  of three albedos, with fewer fetches than thrice
 //   stratus_direct(optical_depth, mu)            exp(-tau / mu)
 //   stratus_phase(cos_theta)                     the phase function, mean 1 over the sphere
 //   stratus_effective_depth(optical_depth, density), stratus_hapke(amplitude, width, cos_theta)
@@ -102,7 +103,9 @@ vec4 stratus_field(int side, int k) { return stratus_number(side * 16 + k); }
 // a unit of slant depth takes at albedo 1, an excess. 3: of its weights steps to an octave of 2 + slant
 // depth, steps, slices, the factor of sums. From 4 + 24 side on of each block: where it ends, the column of
 // the weights at 0, columns per unit.
-vec4 stratus_filter(int k) { return stratus_number(32 + k); }
+vec4 stratus_filter(int k) {
+    return stratus_number(32 + k);
+}
 
 // Texel of sample k of the albedo: diffusion exponent, 1 / deficit and scale of the deepest finite sample.
 vec4 stratus_of_albedo(int side, int k) {

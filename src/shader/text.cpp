@@ -281,8 +281,8 @@ std::string cpp_header(std::string text) {
         text, std::regex("(^|\\n)( *(//[^\\n]*|#(ifdef|endif|define)[^\\n]*)?\\n)+"), "$1");
     for (const char* const uncalled :
          {" stratus_reflection(", " stratus_transmission(", " stratus_single(", " stratus_phase(",
-          " stratus_effective_depth(", " stratus_hapke(", " stratus_layer_reflection(",
-          " stratus_layer_transmission("}) {
+          " stratus_effective_depth(", " stratus_bsdf_rgb(", " stratus_filter(", " stratus_hapke(",
+          " stratus_layer_reflection(", " stratus_layer_transmission("}) {
         const std::size_t line = text.rfind('\n', text.find(uncalled));
         text.erase(line, text.find("\n}\n", line) + 2 - line);
     }

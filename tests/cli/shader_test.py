@@ -40,8 +40,9 @@ def expect_table_compiled(folder):
         "StratusScattered t = stratus_transmission(0.9, 1.0, 0.5, 0.6, 1.0);"
         "float f = stratus_bsdf(vec3(0.0, 0.6, 0.8), vec3(0.0, 0.6, -0.8), 0.9, stratus_effective_depth(1.0, 0.1));"
         "float s = stratus_single(STRATUS_REFLECTION, 0.9, 1.0, 0.5, 0.6, 1.0) * stratus_hapke(0.5, 0.1, 0.2);"
-        "float d = stratus_direct(1.0, 0.5) * stratus_phase(0.5);",
-        "vec4(r.single, t.multiple, f, s * d);")
+        "float d = stratus_direct(1.0, 0.5) * stratus_phase(0.5);"
+        "vec3 g = stratus_bsdf_rgb(vec3(0.0, 0.6, 0.8), vec3(0.0, 0.6, 0.8), vec3(0.9, 0.8, 0.7), 1.0);",
+        "vec4(r.single + g.x, t.multiple, f, s * d);")
 
 
 def expect_layer_compiled(folder, before=""):

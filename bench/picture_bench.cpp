@@ -1,9 +1,10 @@
 // Whether pictures keep their tolerance: those by the plan and its tables, against those with all
 // effects and tables that are ten times finer along every light path.
 // `picture_bench [COUNT [FIRST SEED]]`, 20 random scenes from 1 on unless told, `picture_bench any
-// [COUNT [FIRST SEED]]` of any kind (RandomScene::of_any_kind), or `picture_bench SCENE.toml...`, each at a width of 128 with one sample a pixel. A line each: seed or
-// panel, the largest difference of a pixel over the tolerance (relative to its own light, or to 1 % of
-// the brightest), the share of lit pixels beyond the tolerance, and the processor time of both.
+// [COUNT [FIRST SEED]]` of any kind (RandomScene::of_any_kind), or `picture_bench SCENE.toml...`, each
+// at a width of 128 with one sample a pixel. A line each: seed or panel, the largest difference of a
+// pixel over the tolerance (relative to its own light, or to 1 % of the brightest), the share of lit
+// pixels beyond the tolerance, and the processor time of both.
 #include <stratus/bake/clock.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>

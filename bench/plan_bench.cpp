@@ -1,8 +1,8 @@
 // How good a plan's estimates are: the change of pictures without the orders n >= 2, or without their
 // azimuth, over the estimate of it, for random and for adversarial scenes and for stacks. `plan_bench
-// [COUNT [FIRST SEED [TOLERANCE]]]`, 50 of each kind from 1 on at a tolerance of 2e-3 unless told. A line for each
-// change that exceeds its estimate, then how often that was and by how much. `plan_bench forecast
-// [COUNT [FIRST SEED]]`: processor seconds of random pictures over their forecasts.
+// [COUNT [FIRST SEED [TOLERANCE]]]`, 50 of each kind from 1 on at a tolerance of 2e-3 unless told. A
+// line for each change that exceeds its estimate, then how often that was and by how much. `plan_bench
+// forecast [COUNT [FIRST SEED]]`: processor seconds of random pictures over their forecasts.
 #include <stratus/bake/clock.h>
 
 #include "plan_scenes.h"

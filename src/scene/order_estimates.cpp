@@ -248,8 +248,9 @@ class Estimates {
     void add_fluxes(const LayerSolution& layer, OrderEstimates& found) const {
         const double ground = brightest_ground(scene_);
         const std::optional<SingleDiffuseTransmittance> once =
-            layer.stack ? std::nullopt
-                        : std::optional<SingleDiffuseTransmittance>(phase_functions_[0]);
+            ground > 0 || layer.stack
+                ? std::nullopt
+                : std::optional<SingleDiffuseTransmittance>(phase_functions_[0]);
         const double underside =
             layer.stack ? layer.stack->spherical_albedo_below : layer.spherical_albedo;
         double least_direct = 1;

@@ -10,7 +10,6 @@
 #include <numeric>
 #include <span>
 #include <string>
-#include <utility>
 
 namespace stratus {
 namespace {
@@ -74,17 +73,14 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     const Resolution resolution = resolve_as_first(shared.recipe, choosing);
     table.resolved = resolution.recipe;
     TableCost& cost = table.cost;
-    cost.choose_seconds = processor_seconds() - started;
+    const double chosen = processor_seconds() - started;
     const auto timed = std::ranges::find_if(tables_, [&](const SharedTable& known) {
         return known.cost.bytes > 0 && known.shared.path == shared.path &&
                take_alike(known.resolved, table.resolved);
     });
-    if (timed != tables_.end()) {
-        const double chosen =
-            std::exchange(cost, scaled_cost(*timed, table.resolved)).choose_seconds;
-        cost.choose_seconds = chosen;
-        return table;
-    }
+    if (timed != tables_.end()) cost = scaled_cost(*timed, table.resolved);
+    cost.choose_seconds = chosen;
+    if (timed != tables_.end()) return table;
     const Forecast ahead = forecast(resolution, table_options(options));
     const auto& units = ahead.unit_seconds;
     cost.solve_seconds = packing_solves(table_size(table.resolved).layers) *

@@ -1,9 +1,10 @@
 // Whether pictures keep their tolerance: those by the plan and its tables, against those with all
 // effects and tables that are ten times finer along every light path.
-// `picture_bench [COUNT [FIRST SEED]]`, 20 random scenes from 1 on unless told, or
-// `picture_bench SCENE.toml...`, each at a width of 128 with one sample a pixel. A line each: seed or
-// panel, the largest difference of a pixel over the tolerance (relative to its own light, or to 1 % of
-// the brightest), the share of lit pixels beyond the tolerance, and the processor time of both.
+// `picture_bench [COUNT [FIRST SEED]]`, 20 random scenes from 1 on unless told, `picture_bench any
+// [COUNT [FIRST SEED]]` of any kind (RandomScene::of_any_kind), or `picture_bench SCENE.toml...`, each
+// at a width of 128 with one sample a pixel. A line each: seed or panel, the largest difference of a
+// pixel over the tolerance (relative to its own light, or to 1 % of the brightest), the share of lit
+// pixels beyond the tolerance, and the processor time of both.
 #include <stratus/bake/clock.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
@@ -55,6 +56,8 @@ void compare(const Scene& scene, const std::string& name, Tally& tally) {
 
 int main(int argc, char** argv) {
     Tally tally;
+    const bool any_kind = argc > 1 && std::string(argv[1]) == "any";
+    if (any_kind) --argc, ++argv;
     if (argc > 1 && std::atoi(argv[1]) == 0) {
         for (int k = 1; k < argc; ++k) {
             for (Scene panel : read_scene(argv[k]).panels) {
@@ -67,8 +70,10 @@ int main(int argc, char** argv) {
     } else {
         const int count = argc > 1 ? std::atoi(argv[1]) : 20;
         const auto first = static_cast<unsigned>(argc > 2 ? std::atoi(argv[2]) : 1);
-        for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed)
-            compare(RandomScene(seed).scene(), std::to_string(seed), tally);
+        for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
+            RandomScene random(seed);
+            compare(any_kind ? random.of_any_kind() : random.scene(), std::to_string(seed), tally);
+        }
     }
     std::printf("%d of %d pictures within their tolerance, the worst at %.2f times it\n",
                 tally.pictures - tally.missed, tally.pictures, tally.worst);

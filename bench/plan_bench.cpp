@@ -1,8 +1,8 @@
 // How good a plan's estimates are: the change of pictures without the orders n >= 2, or without their
-// azimuth, over the estimate of it, for random and for adversarial scenes. `plan_bench [COUNT [FIRST
-// SEED [TOLERANCE]]]`, 50 of either kind from 1 on at a tolerance of 2e-3 unless told. A line for each
-// change that exceeds its estimate, then how often that was and by how much. `plan_bench forecast
-// [COUNT [FIRST SEED]]`: processor seconds of random pictures over their forecasts.
+// azimuth, over the estimate of it, for random and for adversarial scenes and for stacks. `plan_bench
+// [COUNT [FIRST SEED [TOLERANCE]]]`, 50 of each kind from 1 on at a tolerance of 2e-3 unless told. A
+// line for each change that exceeds its estimate, then how often that was and by how much. `plan_bench
+// forecast [COUNT [FIRST SEED]]`: processor seconds of random pictures over their forecasts.
 #include <stratus/bake/clock.h>
 
 #include "plan_scenes.h"
@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 using namespace stratus;
@@ -67,23 +68,27 @@ int main(int argc, char** argv) {
     const int count = argc > 1 ? std::atoi(argv[1]) : 50;
     const auto first = static_cast<unsigned>(argc > 2 ? std::atoi(argv[2]) : 1);
     const double tolerance = argc > 3 ? std::atof(argv[3]) : 2e-3;
-    for (const bool adversarial : {false, true}) {
+    const std::pair<const char*, Scene (test::RandomScenes::*)()> kinds[] = {
+        {"random", &test::RandomScenes::next},
+        {"adversarial", &test::RandomScenes::adversarial},
+        {"stack", &test::RandomScenes::stack}};
+    for (const auto& [kind, draw] : kinds) {
         std::vector<double> ratios;
         for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
             test::RandomScenes scenes(seed);
-            Scene scene = adversarial ? scenes.adversarial() : scenes.next();
+            Scene scene = (scenes.*draw)();
             scene.tolerance = tolerance;
             for (const auto& [effect, estimate, found, where] : test::changes_of(scene)) {
                 // Smaller changes are lost in the tables' own errors.
                 if (found < 2 * tolerance) continue;
                 ratios.push_back(found / estimate);
                 if (found > estimate)
-                    std::printf("%s %u: without %s %.3g, estimated %.3g (%s; %s)\n",
-                                adversarial ? "adversarial" : "random", seed, effect, found,
-                                estimate, where.c_str(), scene.layer.components[0].text().c_str());
+                    std::printf("%s %u: without %s %.3g, estimated %.3g (%s; %s)\n", kind, seed,
+                                effect, found, estimate, where.c_str(),
+                                scene.layer.components[0].text().c_str());
             }
             std::fflush(stdout);
         }
-        print_record(adversarial ? "adversarial" : "random", ratios);
+        print_record(kind, ratios);
     }
 }

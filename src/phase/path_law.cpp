@@ -208,21 +208,19 @@ PathOrders::PathOrders(const PathLaw& law)
         std::exp2(std::floor(std::log2(0.1 / std::pow(static_cast<double>(last + 1), 2)))));
     angles_ = octave_index(offset_, angle_bits, 1 + offset_) + 2;
 
-    const auto orders = static_cast<std::size_t>(order_count_ - 2);
-    const auto stride = 2 * static_cast<std::size_t>(angles_);
-    std::vector<double> sum(orders * stride, 0.0);
+    const auto orders = static_cast<std::size_t>(order_count_ - 2),
+               stride = static_cast<std::size_t>(angles_);
+    std::vector<double> sums[2];  // of even and of odd moments, the latter odd in x, too
+    for (std::vector<double>& sum : sums) sum.resize(orders * stride);
     std::vector<double> x(stride), before(stride, 0.0), here(stride, 1.0);  // P_l-1 and P_l
-    for (int k = 0; k < angles_; ++k) {
-        const double y = octave_sample(offset_, angle_bits, k) - double{offset_};
-        x[static_cast<std::size_t>(k)] = 1 - y;
-        x[static_cast<std::size_t>(angles_ + k)] = y - 1;
-    }
+    for (std::size_t k = 0; k < stride; ++k)
+        x[k] = 1 - (octave_sample(offset_, angle_bits, static_cast<int>(k)) - double{offset_});
     for (std::size_t l = 0; l < chi.size(); ++l) {
         for (std::size_t n = 0; n < orders; ++n) {
             const std::vector<double>& coefficients = law.legendre(static_cast<int>(n) + 2);
             if (l >= coefficients.size()) break;  // those of higher orders are fewer still
             const double c = coefficients[l];
-            double* const row = &sum[n * stride];
+            double* const row = &sums[l % 2][n * stride];
             for (std::size_t k = 0; k < stride; ++k) row[k] += c * here[k];
         }
         const double order = static_cast<double>(l);
@@ -232,11 +230,12 @@ PathOrders::PathOrders(const PathLaw& law)
             before[k] = std::exchange(here[k], next);
         }
     }
-    for (std::size_t k = 0; k < stride; ++k)
-        for (std::size_t n = 0; n < orders; ++n)
-            samples_.push_back(static_cast<float>(
-                sum[n * stride + k] *
-                octave_sample(offset_, angle_bits, static_cast<int>(k) % angles_)));
+    for (const double sign : {1.0, -1.0})  // forward, and backward
+        for (std::size_t k = 0; k < stride; ++k)
+            for (std::size_t n = 0; n < orders; ++n)
+                samples_.push_back(
+                    static_cast<float>((sums[0][n * stride + k] + sign * sums[1][n * stride + k]) *
+                                       octave_sample(offset_, angle_bits, static_cast<int>(k))));
 }
 
 PathOrders::PathOrders(float offset, double deepest, int order_count, std::vector<float> samples)

@@ -18,23 +18,22 @@
 namespace stratus::python {
 namespace {
 
-/// Recipes of the tables that the plan of a scene needs, as text.
-std::vector<std::string> list_recipes(Scene scene, const SceneEffects& effects) {
-    scene.effects = effects;
+/// Recipes of the tables that serve a scene in all frames of a film, as text.
+std::vector<std::string> list_recipes(std::vector<Scene> frames, const Plan& plan) {
+    for (Scene& frame : frames) leave_out(plan, frame);
     std::vector<std::string> recipes;
-    for (const Scene& channel : channel_scenes(scene))
-        for (const NeededRecipe& needed : needed_recipes(channel))
-            recipes.push_back(resolved_text(needed.recipe));
+    for (const SharedRecipe& shared : shared_recipes(channel_scenes(frames)))
+        recipes.push_back(resolved_text(shared.recipe));
     return recipes;
 }
 
-py::dict plan_dict(const Scene& scene, const Plan& plan) {
+py::dict plan_dict(const std::vector<Scene>& frames, const Plan& plan) {
     py::list left_out;
     for (const LeftOut& effect : plan.left_out)
         left_out.append(py::make_tuple(effect.name, effect.change.change, effect.change.found,
                                        effect.change.where));
     py::dict told;
-    told["title"] = scene.title;
+    told["title"] = frames[0].title;
     told["tolerance"] = plan.tolerance;
     told["effects"] = [&] {
         std::vector<std::string> names;
@@ -43,7 +42,7 @@ py::dict plan_dict(const Scene& scene, const Plan& plan) {
         return names;
     }();
     told["left_out"] = left_out;
-    told["recipes"] = list_recipes(scene, plan.effects);
+    told["recipes"] = list_recipes(frames, plan);
     return told;
 }
 
@@ -64,21 +63,26 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
                const std::vector<std::string>& drop, bool measure, int threads,
                const py::object& progress) {
     std::vector<std::string> notes;
-    std::vector<SceneFile> film{is_path ? read_scene(text_or_path, &notes)
-                                        : parse_scene(text_or_path, "", &notes)};
-    const SceneFile& file = film[0];
-    require(!file.figure, "plan", "scene", "a picture", "a figure");
+    std::vector<SceneFile> film =
+        is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
+    require(!film[0].figure, "plan", "scene", "a picture", "a figure");
     if (tolerance != 0 && !(tolerance >= 1e-6 && tolerance <= 0.5))
         require(false, "plan", "tolerance", "in [1e-6, 0.5]", tolerance);
     change({{}, drop, 0, tolerance}, film);
+    const std::size_t panels = film[0].panels.size();
+    std::vector<std::vector<Scene>> frames(panels);
+    for (const SceneFile& file : film)
+        for (std::size_t k = 0; k < panels; ++k) frames[k].push_back(file.panels[k]);
     py::list plans;
     double seconds = std::numeric_limits<double>::quiet_NaN();
     if (measure) {
-        const FileReport report = run_long(
-            threads, py::none(), progress,
-            [&](const BakeOptions& options) { return report_plans(file.panels, options); });
-        for (std::size_t k = 0; k < file.panels.size(); ++k) {
-            py::dict told = plan_dict(file.panels[k], report.scenes[k].plan);
+        const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
+        const FileReport report =
+            run_long(threads, py::none(), progress, [&](const BakeOptions& options) {
+                return report_plans(film[0].panels, options, nullptr, few_pixels, later);
+            });
+        for (std::size_t k = 0; k < panels; ++k) {
+            py::dict told = plan_dict(frames[k], report.scenes[k].plan);
             add_report(report.scenes[k], told);
             plans.append(told);
         }
@@ -88,8 +92,7 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
             const py::gil_scoped_release release;
             return follow_plans(film);
         }();
-        for (std::size_t k = 0; k < file.panels.size(); ++k)
-            plans.append(plan_dict(file.panels[k], planned[k]));
+        for (std::size_t k = 0; k < panels; ++k) plans.append(plan_dict(frames[k], planned[k]));
     }
     return py::make_tuple(plans, seconds, notes);
 }

@@ -144,25 +144,9 @@ SceneLayer read_stack(const Section& section, const Source& source) {
             "a stack without [below]: ground is the scene's surface, and a semi-infinite layer one "
             "of optical_depth inf",
             "one with it");
-    SceneLayer layer;
-    std::vector<StackLayer> means;
-    for (Stack& stack : stacks) {
-        const Recipe recipe =
-            section.placed("stack", [&] { return recipe_of_stack(stack.layers, {}); });
-        means.push_back({recipe.phase_function, recipe.albedo.max, recipe.optical_depth.max});
-        layer.stacks.push_back(std::move(stack.layers));
-    }
-    const double deepest =
-        std::ranges::max_element(means, {}, &StackLayer::optical_depth)->optical_depth;
-    layer.optical_depth.max = deepest;
-    for (std::size_t c = 0; c < 3; ++c) {
-        const StackLayer& mean = means[means.size() > 1 ? c : 0];
-        layer.albedo[c] = mean.albedo;
-        layer.extinction[c] = deepest < infinity ? mean.optical_depth / deepest : 1;
-        if (means.size() > 1) layer.channels.push_back(mean.phase_function);
-    }
-    layer.components = {means[means.size() / 2].phase_function};
-    return layer;
+    std::vector<std::vector<StackLayer>> layers;
+    for (Stack& stack : stacks) layers.push_back(std::move(stack.layers));
+    return section.placed("stack", [&] { return layer_of_stacks(std::move(layers)); });
 }
 
 }  // namespace
@@ -202,3 +186,28 @@ SceneLayer read_layer(const Section& section, const Source& source, bool of_ring
 }
 
 }  // namespace stratus::scene_file
+
+namespace stratus {
+
+SceneLayer layer_of_stacks(std::vector<std::vector<StackLayer>> stacks) {
+    SceneLayer layer;
+    std::vector<StackLayer> means;
+    for (const std::vector<StackLayer>& stack : stacks) {
+        const Recipe recipe = recipe_of_stack(stack, {});
+        means.push_back({recipe.phase_function, recipe.albedo.max, recipe.optical_depth.max});
+    }
+    const double deepest =
+        std::ranges::max_element(means, {}, &StackLayer::optical_depth)->optical_depth;
+    layer.optical_depth.max = deepest;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const StackLayer& mean = means[means.size() > 1 ? c : 0];
+        layer.albedo[c] = mean.albedo;
+        layer.extinction[c] = deepest < infinity ? mean.optical_depth / deepest : 1;
+        if (means.size() > 1) layer.channels.push_back(mean.phase_function);
+    }
+    layer.components = {means[means.size() / 2].phase_function};
+    layer.stacks = std::move(stacks);
+    return layer;
+}
+
+}  // namespace stratus

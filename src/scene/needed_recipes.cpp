@@ -118,7 +118,7 @@ Asked asked_by(LightPath path, const Scene& scene) {
 /// pixels, and a sum over many directions, whose errors cancel. Fluxes are judged by what they are
 /// sums of, along one cosine, which varies less with the depth than at grazing ones.
 double path_tolerance(LightPath path, const Scene& scene) {
-    constexpr double coarser = 10, coarsest = 0.1, finer = 3;
+    constexpr double coarser = 4, coarsest = 0.1, finer = 3;
     switch (path) {
         case LightPath::shine:
             return std::max(scene.tolerance, std::min(coarser * scene.tolerance, coarsest));

@@ -5,6 +5,7 @@
 #include <stratus/layer/diffuse_transmittance.h>
 #include <stratus/scene/contents.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/stack.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,13 @@
 #include <utility>
 
 namespace stratus {
+
+void join(ChangeEstimate& all, const ChangeEstimate& one) {
+    const double change = std::max(all.change, one.change);
+    if (one.found >= all.found) all = one;
+    all.change = change;
+}
+
 namespace {
 
 /// Margin for larger changes between the geometries that are solved, by the record of
@@ -21,9 +29,12 @@ constexpr double margin = 1.5;
 constexpr int grid_cosines = 13, grid_azimuths = 13;
 constexpr int max_octaves = 8;  // in shallower matter the orders n >= 2 matter less
 
-SolverOptions quick_solver(const PhaseFunction& phase_function, bool fluxes = false) {
+SolverOptions quick_solver(const std::vector<PhaseFunction>& phase_functions, bool fluxes = false) {
     SolverOptions options;
-    options.nodes = std::abs(phase_function.asymmetry()) < 0.6 ? 12 : 24;
+    const bool peaked = std::ranges::any_of(phase_functions, [](const PhaseFunction& each) {
+        return std::abs(each.asymmetry()) >= 0.6;
+    });
+    options.nodes = peaked ? 24 : 12;
     options.mode_tolerance = 1e-4;
     options.exact_fluxes = fluxes;
     return options;
@@ -51,19 +62,25 @@ ScatteringMatter scattering_matter(const std::vector<MatterSpan>& spans) {
     return {{std::ldexp(deepest, 1 - count), count, false}, albedo};
 }
 
-/// The phase functions of a scene's matter: of mixtures both ends and the middle.
-std::vector<PhaseFunction> mixed_phase_functions(const Scene& scene,
-                                                 const std::vector<MatterSpan>& spans) {
+/// The phase functions that scatter together: of mixtures both ends and the middle, each alone; all
+/// of a stack at once.
+std::vector<std::vector<PhaseFunction>> mixed_phase_functions(
+    const Scene& scene, const std::vector<MatterSpan>& spans) {
+    std::vector<PhaseFunction> of_stack;
+    if (!scene.layer.stacks.empty())
+        for (const StackLayer& layer : scene.layer.stacks[0])
+            of_stack.push_back(layer.phase_function);
+    if (!of_stack.empty()) return {of_stack};
     const auto& parts = scene.layer.components;
-    if (parts.size() < 2) return {parts[0]};
+    if (parts.size() < 2) return {{parts[0]}};
     Range mixture{1, 0};
     for (const MatterSpan& span : spans) {
         widen(mixture, span.mixture.min);
         widen(mixture, span.mixture.max);
     }
-    std::vector<PhaseFunction> all;
+    std::vector<std::vector<PhaseFunction>> all;
     for (const double share : {mixture.min, (mixture.min + mixture.max) / 2, mixture.max}) {
-        all.push_back(PhaseFunction::mixture(std::clamp(share, 0.0, 1.0), parts[0], parts[1]));
+        all.push_back({PhaseFunction::mixture(std::clamp(share, 0.0, 1.0), parts[0], parts[1])});
         if (mixture.min == mixture.max) break;
     }
     return all;
@@ -147,14 +164,14 @@ void raise(ChangeEstimate& change, double found, const auto& where) {
     change.where = where();
 }
 
-/// The estimates of one phase function of a scene.
+/// The estimates of one phase function of a scene, or of a stack.
 class Estimates {
   public:
-    Estimates(const Scene& scene, const PhaseFunction& phase_function,
+    Estimates(const Scene& scene, const std::vector<PhaseFunction>& phase_functions,
               const ScatteringMatter& matter)
         : scene_(scene),
           light_(seen_light(scene)),
-          phase_function_(phase_function),
+          phase_functions_(phase_functions),
           matter_(matter) {}
 
     /// Estimates on a grid of so many cosines and azimuths, in all octaves or the deepest alone.
@@ -182,9 +199,7 @@ class Estimates {
         DepthLadder ladder = matter_.ladder;
         if (deepest_alone && !ladder.to_infinity)
             ladder = {std::ldexp(ladder.first, ladder.octaves - 1), 1, false};
-        const auto layers = solve_ladder(phase_function_, {matter_.albedo}, ladder, solved.mu(),
-                                         quick_solver(phase_function_, light_.fluxes));
-        for (const LayerSolution& layer : layers[0]) {
+        for (const LayerSolution& layer : solve(ladder, solved.mu())) {
             for (const auto& [side, pairs] : sides)
                 for (const SeenPair& pair : pairs)
                     add(layer, side, pair, solved.place(pair.mu_in), solved.place(pair.mu_out),
@@ -195,6 +210,15 @@ class Estimates {
     }
 
   private:
+    std::vector<LayerSolution> solve(const DepthLadder& ladder,
+                                     const std::vector<double>& mu) const {
+        const SolverOptions options = quick_solver(phase_functions_, light_.fluxes);
+        const auto& stacks = scene_.layer.stacks;
+        if (stacks.empty())
+            return solve_ladder(phase_functions_[0], {matter_.albedo}, ladder, mu, options)[0];
+        return {as_one_layer(solve_stack(stacks[0], {}, mu, options))};
+    }
+
     static std::string layer_text(const LayerSolution& layer) {
         return "optical depth " + short_number(layer.optical_depth, 3) + ", albedo " +
                short_number(layer.albedo, 3);
@@ -224,28 +248,33 @@ class Estimates {
     void add_fluxes(const LayerSolution& layer, OrderEstimates& found) const {
         const double ground = brightest_ground(scene_);
         const std::optional<SingleDiffuseTransmittance> once =
-            ground > 0 ? std::nullopt : std::optional<SingleDiffuseTransmittance>(phase_function_);
+            ground > 0 || layer.stack
+                ? std::nullopt
+                : std::optional<SingleDiffuseTransmittance>(phase_functions_[0]);
+        const double underside =
+            layer.stack ? layer.stack->spherical_albedo_below : layer.spherical_albedo;
         double least_direct = 1;
         for (Eigen::Index m = 0; m < layer.mu.size(); ++m) {
             const double direct = direct_transmittance(layer.optical_depth, layer.mu(m)),
                          diffuse = layer.diffuse_transmittance(m), all = direct + diffuse;
             if (all <= 0) continue;
             least_direct = std::min(least_direct, direct / all);
-            if (once)
-                raise(found.multiple,
-                      (diffuse - layer.albedo * (*once)(layer.optical_depth, layer.mu(m))) / all,
+            // Of a stack, all that is diffuse.
+            const double single =
+                once ? layer.albedo * (*once)(layer.optical_depth, layer.mu(m)) : 0;
+            if (ground == 0)
+                raise(found.multiple, (diffuse - single) / all,
                       [&] { return "the background through " + layer_text(layer); });
         }
         if (ground > 0)
             raise(found.multiple,
-                  1 - least_direct * least_direct *
-                          (1 - std::min(1.0, ground * layer.spherical_albedo)),
+                  1 - least_direct * least_direct * (1 - std::min(1.0, ground * underside)),
                   [&] { return "the ground through " + layer_text(layer); });
     }
 
     const Scene& scene_;
     const SeenLight light_;
-    const PhaseFunction& phase_function_;
+    const std::vector<PhaseFunction>& phase_functions_;
     const ScatteringMatter matter_;
 };
 
@@ -256,21 +285,14 @@ bool is_smooth(const PhaseFunction& phase_function) {
     return std::abs(phase_function.moments(2 * least_nodes + 1).back()) < 1e-4;
 }
 
-}  // namespace
-
-void join(ChangeEstimate& all, const ChangeEstimate& one) {
-    const double change = std::max(all.change, one.change);
-    if (one.found >= all.found) all = one;
-    all.change = change;
-}
-
-OrderEstimates estimate_orders(const Scene& scene, double enough) {
+/// The estimates of one of channel_scenes.
+OrderEstimates estimate_channel(const Scene& scene, double enough) {
     const std::vector<MatterSpan> spans = matter_spans(scene);
     const ScatteringMatter matter = scattering_matter(spans);
     OrderEstimates all;
     if (matter.albedo == 0 || !seen_light(scene).any()) return all;
-    if (!scene.layer.stacks.empty() || seen_shell(scene) > 0) {
-        const ChangeEstimate unknown{1, 1, "a stack or a shell, of which nothing is estimated"};
+    if (seen_shell(scene) > 0) {
+        const ChangeEstimate unknown{1, 1, "a shell, of which nothing is estimated"};
         return {unknown, unknown};
     }
     const bool shines = seen_light(scene).shine;
@@ -279,9 +301,10 @@ OrderEstimates estimate_orders(const Scene& scene, double enough) {
         // Light that rings scatter is scattered by rings once more.
         if (shines) change.change = 1 - (1 - change.change) * (1 - change.change);
     };
-    for (const PhaseFunction& phase_function : mixed_phase_functions(scene, spans)) {
-        const Estimates estimates(scene, phase_function, matter);
-        const bool isotropic = phase_function.is_isotropic(), smooth = is_smooth(phase_function);
+    for (const std::vector<PhaseFunction>& together : mixed_phase_functions(scene, spans)) {
+        const Estimates estimates(scene, together, matter);
+        const bool isotropic = std::ranges::all_of(together, &PhaseFunction::is_isotropic),
+                   smooth = std::ranges::all_of(together, is_smooth);
         OrderEstimates one = estimates.find(1, 1, true);
         const bool needed =
             one.multiple.found > enough && (one.azimuth.found > enough || isotropic || !smooth);
@@ -293,6 +316,19 @@ OrderEstimates estimate_orders(const Scene& scene, double enough) {
         join(all.multiple, one.multiple);
         join(all.azimuth, one.azimuth);
         if (needed && all.azimuth.change > enough) break;
+    }
+    return all;
+}
+
+}  // namespace
+
+OrderEstimates estimate_orders(const Scene& scene, double enough) {
+    OrderEstimates all;
+    for (const Scene& channel : channel_scenes(scene)) {
+        const OrderEstimates one = estimate_channel(channel, enough);
+        join(all.multiple, one.multiple);
+        join(all.azimuth, one.azimuth);
+        if (all.multiple.change > enough && all.azimuth.change > enough) break;
     }
     return all;
 }
@@ -314,7 +350,7 @@ std::vector<double> order_shares(const PhaseFunction& phase_function, double alb
                     .total;
         return sum;
     };
-    SolverOptions options = quick_solver(phase_function);
+    SolverOptions options = quick_solver({phase_function});
     options.nodes = std::max(8, options.nodes / 2);
 
     const double all =

@@ -3,22 +3,6 @@
 #include <algorithm>
 
 namespace stratus {
-namespace {
-
-/// Joins the estimates of all channels of a scene; ends at the first that needs both.
-OrderEstimates channel_estimates(const Scene& scene, double enough) {
-    OrderEstimates all;
-    for (const Scene& channel : channel_scenes(scene)) {
-        const OrderEstimates one = estimate_orders(channel, enough);
-        join(all.multiple, one.multiple);
-        join(all.azimuth, one.azimuth);
-        if (all.multiple.change > enough && all.azimuth.change > enough) break;
-    }
-    return all;
-}
-
-}  // namespace
-
 Plan plan_scene(const Scene& scene) {
     Plan plan{scene.tolerance, scene.effects, {}};
     const bool needs_table = std::ranges::any_of(
@@ -31,7 +15,7 @@ Plan plan_scene(const Scene& scene) {
                azimuth = may_go(&SceneEffects::azimuth);
     if (!multiple && !azimuth) return plan;
     const double enough = share_left_out * scene.tolerance;
-    const OrderEstimates estimates = channel_estimates(scene, enough);
+    const OrderEstimates estimates = estimate_orders(scene, enough);
     if (multiple && estimates.multiple.change <= enough) {
         plan.effects.multiple = false;
         plan.left_out.push_back({"multiple", estimates.multiple});

@@ -31,6 +31,13 @@ double packing_solves(double layers) {
 }
 constexpr double packing_seconds_per_byte = 5.5e-9;
 
+/// Whether a piece of one recipe's table tells the times of another: of colours as a rule.
+bool take_alike(const Recipe& one, const Recipe& other) {
+    return one.discretisation.nodes == other.discretisation.nodes &&
+           one.layers.size() == other.layers.size() && one.family.size() == other.family.size() &&
+           one.reflection == other.reflection && one.transmission == other.transmission;
+}
+
 /// Whether a scene's light serves another: lights of uniform layers take long to bind.
 bool serves(const Scene& known, const Scene& scene) {
     return uniform_matter(known) && uniform_matter(scene) && known.effects == scene.effects &&
@@ -50,7 +57,8 @@ RenderForecast::RenderForecast(const std::vector<Scene>& planned, const BakeOpti
 }
 
 RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
-                                                   const BakeOptions& options, TableCache* cache) {
+                                                   const BakeOptions& options,
+                                                   TableCache* cache) const {
     SharedTable table{shared, shared.recipe, {}};
     if (cache && cache->find(shared.recipe)) return table;
     BakeOptions choosing = options;
@@ -65,7 +73,14 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     const Resolution resolution = resolve_as_first(shared.recipe, choosing);
     table.resolved = resolution.recipe;
     TableCost& cost = table.cost;
-    cost.choose_seconds = processor_seconds() - started;
+    const double chosen = processor_seconds() - started;
+    const auto timed = std::ranges::find_if(tables_, [&](const SharedTable& known) {
+        return known.cost.bytes > 0 && known.shared.path == shared.path &&
+               take_alike(known.resolved, table.resolved);
+    });
+    if (timed != tables_.end()) cost = scaled_cost(*timed, table.resolved);
+    cost.choose_seconds = chosen;
+    if (timed != tables_.end()) return table;
     const Forecast ahead = forecast(resolution, table_options(options));
     const auto& units = ahead.unit_seconds;
     cost.solve_seconds = packing_solves(table_size(table.resolved).layers) *
@@ -76,19 +91,23 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     return table;
 }
 
-/// Cost of a recipe that is sampled like a table's, by its layers, modes and bytes.
-TableCost RenderForecast::cost_like(const SharedTable& table, const Recipe& recipe) {
-    TableCost cost;
-    if (table.cost.bytes == 0) return cost;  // the table is kept already
-    Recipe resolved = recipe;
-    Discretisation& d = resolved.discretisation = table.resolved.discretisation;
-    if (recipe.discretisation.modes == 1) d.modes = d.azimuth_samples = 1;
+TableCost RenderForecast::scaled_cost(const SharedTable& timed, const Recipe& resolved) {
     const auto work = [](const Recipe& of) {
         return table_size(of).layers * of.discretisation.modes;
     };
-    cost.add(work(resolved) / work(table.resolved), table.cost);
+    TableCost cost;
+    cost.add(work(resolved) / work(timed.resolved), timed.cost);
     cost.bytes = table_size(resolved).bytes;
     return cost;
+}
+
+/// Cost of a recipe that is sampled like a table's, by its layers, modes and bytes.
+TableCost RenderForecast::cost_like(const SharedTable& table, const Recipe& recipe) {
+    if (table.cost.bytes == 0) return {};  // the table is kept already
+    Recipe resolved = recipe;
+    Discretisation& d = resolved.discretisation = table.resolved.discretisation;
+    if (recipe.discretisation.modes == 1) d.modes = d.azimuth_samples = 1;
+    return scaled_cost(table, resolved);
 }
 
 /// Cost of the next scene's tables that are sampled like those for all.

@@ -52,8 +52,11 @@ class RenderForecast {
         double seconds = 0;  // that a render takes to prepare it
     };
 
-    static SharedTable choose(const SharedRecipe& shared, const BakeOptions& options,
-                              TableCache* cache);
+    /// Times a piece of the table, unless one that takes times alike was timed before.
+    SharedTable choose(const SharedRecipe& shared, const BakeOptions& options,
+                       TableCache* cache) const;
+    /// Cost of a table whose times are in proportion to another's, which were timed.
+    static TableCost scaled_cost(const SharedTable& timed, const Recipe& resolved);
     static TableCost cost_like(const SharedTable& table, const Recipe& recipe);
     TableCost cost_like(const Scene& scene) const;
     const TimedLight& prepare(const Scene& scene, const LayerTables* tables);

@@ -309,6 +309,14 @@ surface = {surface}
         self.assertIn("multiple", [effect.name for effect in dark.left_out])
         self.assertLessEqual(dark.left_out[0].change, dark.tolerance / 2)
 
+    def test_of_films_keep_what_any_frame_needs(self):
+        keys = "".join(f"[[animation.keys]]\nframe = {k}\nlayer.albedo = {albedo}\n" for k, albedo in ((0, 2**-11), (2, 0.75)))
+        film = self.SCENE.format(albedo=2**-11, surface=0.0) + "[animation]\nframes = 3\n" + keys
+        for measure in (False, True):
+            plan = stratus.plan(film, measure=measure).scenes[0]
+            self.assertIn("multiple", plan.effects)
+            self.assertIn("albedo = { min = 0.00048828125, max = 0.75 }", plan.recipes[0])
+
 
 class Pictures(unittest.TestCase):
     """A planet without a layer: Lambert's law. Under one: what the program's functions make of its recipe's table."""

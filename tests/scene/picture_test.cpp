@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 namespace stratus {
@@ -14,8 +15,7 @@ namespace {
 
 class RandomPicture : public testing::TestWithParam<unsigned> {};
 
-TEST_P(RandomPicture, KeepsTheTolerance) {
-    const Scene scene = RandomScene(GetParam()).scene();
+void expect_tolerance_kept(const Scene& scene) {
     Scene planned = scene;
     planned.effects = plan_scene(scene).effects;
     const auto tables = bake_for({planned}), finer = bake_finer(scene, 10);
@@ -25,9 +25,24 @@ TEST_P(RandomPicture, KeepsTheTolerance) {
     EXPECT_LE(difference.most, scene.tolerance)
         << "at (" << difference.x << ", " << difference.y << "), " << difference.exceeding << " of "
         << difference.lit << " lit pixels";
+    for (const float light : found.rgb) EXPECT_TRUE(std::isfinite(light));
 }
 
+TEST_P(RandomPicture, KeepsTheTolerance) { expect_tolerance_kept(RandomScene(GetParam()).scene()); }
+
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomPicture, testing::Range(1001u, 1021u),
+                         [](const auto& seed) { return std::to_string(seed.param); });
+
+class PictureOfAnyKind : public testing::TestWithParam<unsigned> {};
+
+TEST_P(PictureOfAnyKind, KeepsTheTolerance) {
+    expect_tolerance_kept(RandomScene(GetParam()).of_any_kind());
+}
+
+// Three colours over an ocean, a stack, a stack and then colours within rings, a stack of a planet under
+// a large sun, a shell over an ocean.
+INSTANTIATE_TEST_SUITE_P(Seeds, PictureOfAnyKind,
+                         testing::Values(2002u, 2006u, 2009u, 2011u, 2018u, 2026u),
                          [](const auto& seed) { return std::to_string(seed.param); });
 
 }  // namespace

@@ -75,6 +75,26 @@ class RandomScenes : private RandomParts {
         return scene;
     }
 
+    /// A stack as the layer of a planet, or of a slab that is seen from its lit side; in colours of one phase
+    /// function.
+    Scene stack() {
+        Scene scene = next();
+        while (std::holds_alternative<Rings>(scene.subject)) scene = next();
+        scene.to_sun.z = std::abs(scene.to_sun.z);
+        scene.sun_diameter = scene.layer.density = 0;
+        scene.layer.opposition = {};
+        std::vector<std::vector<StackLayer>> stacks(happens(0.5) ? 3 : 1);
+        const double white = power(-2.5, 0);
+        for (int k = happens(0.5) ? 3 : 2; k > 0; --k) {
+            const double depth = power(-3, 1);
+            const PhaseFunction scattering = phase_function(0.7);
+            for (auto& each : stacks)
+                each.push_back({scattering, white * between(0.01, 1), depth * between(0.7, 1)});
+        }
+        scene.layer = layer_of_stacks(stacks);
+        return scene;
+    }
+
     /// A scene that grids of directions and samples of pixels may misjudge: a thin ringlet in a faint
     /// ring, a grazing sun, a narrow forward peak, or a sun behind the camera.
     Scene adversarial() {

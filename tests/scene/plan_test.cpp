@@ -144,9 +144,11 @@ TEST(OrderEstimates, AreNotExceededByRays) {
 /// A few of those that bench/plan_bench.cpp keeps the record of.
 TEST(OrderEstimates, AreNotExceededByPicturesOfRandomScenes) {
     int judged = 0;
-    for (unsigned seed = 1; seed <= 12; ++seed) {
+    for (unsigned seed = 1; seed <= 18; ++seed) {
         RandomScenes scenes(seed);
-        Scene scene = seed % 2 == 0 ? scenes.next() : scenes.adversarial();
+        Scene scene = seed % 3 == 0   ? scenes.next()
+                      : seed % 3 == 1 ? scenes.adversarial()
+                                      : scenes.stack();
         scene.tolerance = 0.03;
         scene.effects.ringshine = scene.effects.planetshine = false;
         for (const auto& [effect, estimate, found, where] : changes_of(scene)) {
@@ -176,10 +178,24 @@ TEST(OrderEstimates, EndWhereBothEffectsAreNeeded) {
     EXPECT_LE(first.azimuth.found, all.azimuth.found);
 }
 
-TEST(OrderEstimates, TakeTheOrdersOfAStackToMatter) {
-    Scene scene = wide_slab(1, 0.01);
-    scene.layer.stacks = {{{PhaseFunction::rayleigh(), 0.01, 1}}};
-    EXPECT_EQ(estimate_orders(scene, 1e-3).multiple.change, 1);
+// Two halves of a layer, hardly unlike, are a stack of the same light.
+TEST(OrderEstimates, AreTheLayersOwnOfItsHalvesAsAStack) {
+    for (const float background : {0.0f, 1.0f}) {
+        Scene scene = wide_slab(1, 0.01);
+        scene.background.colour = {background, background, background};
+        scene.layer.components = {PhaseFunction::rayleigh()};
+        const OrderEstimates layer = estimate_orders(scene, infinity);
+        scene.layer = layer_of_stacks(
+            {{{PhaseFunction::rayleigh(), 0.01, 0.5}, {PhaseFunction::rayleigh(), 0.010001, 0.5}}});
+        const OrderEstimates stack = estimate_orders(scene, infinity);
+        EXPECT_GT(layer.multiple.found, 1e-3);
+        EXPECT_NEAR(stack.azimuth.found, layer.azimuth.found, 1e-5);
+        // A stack counts all that is diffuse in the light of the background.
+        if (background == 0)
+            EXPECT_NEAR(stack.multiple.found, layer.multiple.found, 1e-5);
+        else
+            EXPECT_GE(stack.multiple.found, layer.multiple.found);
+    }
 }
 
 TEST(OrderShares, SumToAllOrders) {

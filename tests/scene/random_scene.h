@@ -10,6 +10,9 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
+#include <variant>
+#include <vector>
 
 namespace stratus {
 
@@ -91,7 +94,59 @@ class RandomScene : private RandomParts {
         return scene;
     }
 
+    /// The same, and with them layers in three colours, stacks, shells, oceans, suns that are disks, and
+    /// clouds within rings.
+    Scene of_any_kind() {
+        Scene scene = this->scene();
+        if (happens(0.1)) scene.sun_diameter = radians(between(0.5, 10));
+        if (Rings* const rings = std::get_if<Rings>(&scene.subject)) {
+            rings->planet_layer = layer(happens(0.4));
+            return scene;
+        }
+        const DepthMap usual = scene.layer.optical_depth;
+        Slab* const slab = std::get_if<Slab>(&scene.subject);
+        const bool is_stack = happens(0.4);
+        scene.layer = layer(is_stack);
+        if (is_stack && slab) {  // lit from above and seen from there
+            scene.to_sun.z = std::abs(scene.to_sun.z);
+            scene.sun_diameter = 0;
+            scene.camera.position.z = std::abs(scene.camera.position.z);
+        }
+        if (!is_stack) scene.layer.optical_depth = usual;
+        Planet* const planet = std::get_if<Planet>(&scene.subject);
+        if (planet && !is_stack && happens(0.4))
+            planet->shell = std::min(between(1e-3, 0.02), 0.05 / usual.max);
+        Texture* const ground = planet          ? &planet->surface
+                                : slab->surface ? &*slab->surface
+                                                : nullptr;
+        if (ground && happens(0.3)) *ground = ocean(between(1, 25));
+        return scene;
+    }
+
   private:
+    /// Grey or in three colours.
+    SceneLayer layer(bool is_stack) {
+        const int colours = happens(0.5) ? 3 : 1;
+        std::vector<std::vector<StackLayer>> stacks;
+        for (int c = 0; c < colours; ++c) stacks.emplace_back();
+        for (int k = is_stack && happens(0.5) ? 3 : is_stack ? 2 : 1; k > 0; --k) {
+            const double depth = power(-1.5, 1);
+            for (auto& stack : stacks)
+                stack.push_back({phase_function(), between(0.5, 1), depth * between(0.7, 1)});
+        }
+        SceneLayer layer = layer_of_stacks(stacks);
+        if (!is_stack) layer.stacks.clear();
+        return layer;
+    }
+    static Texture ocean(double wind) {
+        const SceneFile file = parse_scene(
+            "camera = { distance = 5, orthographic_width = 2 }\nsun = { elevation_deg = 0 }\n"
+            "layer = { phase_function = \"isotropic\", albedo = 1, optical_depth = 1 }\n"
+            "planet = { surface = { wind = " +
+            std::to_string(wind) + " } }\n");
+        return std::get<Planet>(file.panels[0].subject).surface;
+    }
+
     void look_from(Scene& scene, double distance, double degrees) {
         scene.camera.position =
             distance * direction_at(std::asin(between(-1, 1)), between(0, 2 * pi));

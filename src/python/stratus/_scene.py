@@ -40,13 +40,13 @@ class EffectShare:
 
 @dataclass(frozen=True)
 class ScenePlan:
-    """The plan of one picture of a scene file."""
+    """The plan of one picture of a scene file, or of a panel of a film in all its frames."""
 
     title: str
     tolerance: float
     effects: list[str]  # that remain
     left_out: list[LeftOut]
-    recipes: list[str]  # TOML of the tables that it needs; three where colours have their own
+    recipes: list[str]  # TOML of the tables that it needs; of colours that are not alike one each
     shares: list[EffectShare] = field(default_factory=list)  # where measured
     orders: dict[str, list[float]] = field(default_factory=dict)  # by side, "lit" or "unlit": order n's share, [n - 1]
 
@@ -54,7 +54,8 @@ class ScenePlan:
 @dataclass(frozen=True)
 class Plan:
     scenes: list[ScenePlan]
-    seconds: float  # of one processor, that rendering all of them takes, where measured; else not-a-number
+    # Of one processor, that rendering all of them takes, of a film the first frame; not-a-number unless measured.
+    seconds: float
 
 
 def plan(
@@ -67,6 +68,9 @@ def plan(
     progress: Callable[[float, str], object] | None = None,
 ) -> Plan:
     """Which effects a scene needs, and the recipes of its tables.
+
+    Of a film ([animation]) the plan leaves out what the plans of all frames do, and the recipes serve every
+    frame; what is measured is the first frame's.
 
     scene      TOML text, a dict in its place, or the path of a scene file: an os.PathLike, or a str that
                ends in .toml

@@ -34,10 +34,8 @@ struct OrderEstimates {
 };
 
 /// Ends as soon as both effects are found to change more than `enough`, which what is found then
-/// says. The change is taken to be 1 of both effects of a stack, and of azimuth where few nodes do
+/// says. The change is taken to be 1 of both effects of a shell, and of azimuth where few nodes do
 /// not resolve the phase function.
-///
-/// Range    scenes of one phase function, or of two that mix (channel_scenes of others).
 OrderEstimates estimate_orders(const Scene& scene, double enough);
 
 /// Directions of scattering, and how much they count.

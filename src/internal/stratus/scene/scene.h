@@ -218,6 +218,11 @@ std::vector<Scene> channel_scenes(const Scene& scene);
 /// The channel scenes of several scenes, one after the other.
 std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
 
+/// The layer that a stack makes, or one each for red, green and blue.
+///
+/// Errors   std::invalid_argument for layers that are no stack (recipe_of_stack).
+SceneLayer layer_of_stacks(std::vector<std::vector<StackLayer>> stacks);
+
 /// Whether two layers are of the same matter, depths and albedos: they scatter alike.
 bool are_alike(const SceneLayer& one, const SceneLayer& other);
 

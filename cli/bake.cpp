@@ -31,8 +31,6 @@
 #include <new>
 #include <optional>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -7,7 +7,6 @@
 #include "signals.h"
 #include "table_option.h"
 
-#include <iostream>
 #include <memory>
 #include <string>
 

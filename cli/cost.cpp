@@ -10,14 +10,10 @@
 #include "query.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -31,16 +27,6 @@ struct CostCommand {
     bool quiet = false;
 };
 
-std::string tolerance_text(double tolerance) {
-    const int exponent = static_cast<int>(std::floor(std::log10(tolerance) + 1e-9));
-    return shortest_text(std::round(100 * tolerance / std::pow(10, exponent)) / 100) + "e" +
-           std::to_string(exponent);
-}
-
-std::string lookup_text(const CostPoint& point) {
-    return point.lookup_ns == 0 ? "" : short_number(point.lookup_ns * 1e-3) + " \u00b5s";
-}
-
 /// Draws errors below double precision at it.
 PlotPoint plotted(const CostPoint& point, std::string label = "") {
     return {point.cost(), std::max(point.error_99_9, 1e-16), std::move(label)};
@@ -48,59 +34,56 @@ PlotPoint plotted(const CostPoint& point, std::string label = "") {
 
 /// Adds every tolerance's choice; equal choices share a mark.
 void add_choice(PlotSeries& series, const CostPoint& point) {
-    PlotPoint mark = plotted(point, tolerance_text(point.tolerance));
+    PlotPoint mark = plotted(point, short_number(point.tolerance));
     for (PlotPoint& other : series.points)
         if (other.x == mark.x && other.y == mark.y) {
             other.label += ", " + mark.label;
             return;
         }
-    if (point.kind == Kind::table) mark.label += " (" + lookup_text(point) + ")";
+    if (point.kind == Kind::table)
+        mark.label += " (" + short_number(point.lookup_ns * 1e-3) + " \u00b5s)";
     series.points.push_back(std::move(mark));
 }
 
-/// Returns the points of a kind: those that no tolerance chose in a series for each axis that was
-/// varied, then the frontier and what tolerances chose.
-PlotPanel make_panel(const CostStudy& study, Kind kind) {
-    PlotPanel panel;
+/// Adds the points of a kind to a panel: those that no tolerance chose in a series for each axis that
+/// was varied, then the frontier and what tolerances chose.
+void add_points(PlotPanel& panel, const CostStudy& study, Kind kind) {
     PlotSeries frontier{"frontier", Role::frontier, {}};
     PlotSeries chosen{"chosen by this tolerance", Role::chosen, {}};
     std::vector<CostPoint> points;
     std::ranges::copy_if(study.points, std::back_inserter(points),
                          [&](const CostPoint& point) { return point.kind == kind; });
     std::ranges::stable_sort(points, {}, &CostPoint::cost);
-    double labelled = 0;  // bytes; the next label is where they have doubled
     for (const CostPoint& point : points) {
-        const std::string name = point.varied.substr(0, point.varied.find("_samples"));
-        auto series = std::ranges::find(panel.series, name, &PlotSeries::name);
+        if (point.on_frontier) frontier.points.push_back(plotted(point));
         if (point.tolerance > 0) {
             add_choice(chosen, point);
-        } else {
-            if (series == panel.series.end())
-                series = panel.series.insert(series, {name, Role::measured, {}});
-            series->points.push_back(plotted(point));
+            continue;
         }
-        if (!point.on_frontier) continue;
-        const bool is_due = point.tolerance == 0 && point.cost() >= 2 * labelled;
-        if (is_due) labelled = point.cost();
-        frontier.points.push_back(plotted(point, is_due ? lookup_text(point) : ""));
+        const std::string name = point.varied.substr(0, point.varied.find("_samples"));
+        auto series = std::ranges::find(panel.series, name, &PlotSeries::name);
+        if (series == panel.series.end())
+            series = panel.series.insert(series, {name, Role::measured, {}});
+        series->points.push_back(plotted(point));
     }
     panel.series.push_back(frontier);
     panel.series.push_back(chosen);
-    return panel;
 }
 
 void draw_study(const CostStudy& study, const std::filesystem::path& svg) {
-    PlotPanel solvers = make_panel(study, Kind::solver);
-    solvers.title = "Solver";
-    solvers.x_title = "time of one solve, one thread (s)";
-    solvers.y_title = "relative error of R and T, 99.9 % within";
-    PlotPanel tables = make_panel(study, Kind::table);
-    tables.title = "Table: samples along its axes; time of a lookup beside some";
-    tables.x_title = "samples of the table in memory, or packed file (bytes)";
-    tables.y_title = "relative error of lookups, 99.9 % within";
+    PlotPanel solvers{"Solver",
+                      "time of one solve, one thread (s)",
+                      "relative error of R and T, 99.9 % within",
+                      {}};
+    PlotPanel tables{"Table: samples along its axes; time of a lookup",
+                     "samples of the table in memory, or packed file (bytes)",
+                     "relative error of lookups, 99.9 % within",
+                     {}};
+    add_points(solvers, study, Kind::solver);
+    add_points(tables, study, Kind::table);
     PlotSeries packed{"packed, by tolerance", Role::measured, {}};
     for (const CostPoint& point : study.points)
-        if (point.kind == Kind::packed) packed.points.push_back(plotted(point, lookup_text(point)));
+        if (point.kind == Kind::packed) packed.points.push_back(plotted(point));
     tables.series.push_back(packed);
     draw_cost_plot({solvers, tables}, svg);
 }

@@ -3,6 +3,7 @@
 // Rows between the table's samples and without density or opposition are looked up directly
 // (lookup.h), in double precision, or in a packed table as it is mapped. All others, and backgrounds, go through slices (slice.h), one
 // for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
+#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/bsdf/slice.h>
@@ -18,7 +19,6 @@
 #include "table_option.h"
 
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -46,24 +46,18 @@ constexpr const char* effect_names = "single, multiple, reflection, transmission
 
 /// Sides and orders are separate: where none of a kind is named, all of that kind are meant.
 Effects parse_effects(const std::vector<std::string>& names) {
+    const std::map<std::string, bool Effects::*> known{{"single", &Effects::single},
+                                                       {"multiple", &Effects::multiple},
+                                                       {"reflection", &Effects::reflection},
+                                                       {"transmission", &Effects::transmission},
+                                                       {"background", &Effects::background}};
     Effects named;
-    named.single = named.multiple = named.reflection = named.transmission = false;
-    named.background = false;
+    for (const auto& [name, effect] : known) named.*effect = false;
     for (const std::string& name : names) {
-        if (name == "single") {
-            named.single = true;
-        } else if (name == "multiple") {
-            named.multiple = true;
-        } else if (name == "reflection") {
-            named.reflection = true;
-        } else if (name == "transmission") {
-            named.transmission = true;
-        } else if (name == "background") {
-            named.background = true;
-        } else {
-            throw std::invalid_argument(std::string("eval: --effects must be out of ") +
-                                        effect_names + ", got " + name);
-        }
+        const auto effect = known.find(name);
+        require(effect != known.end(), "eval", "--effects", std::string("out of ") + effect_names,
+                name);
+        named.*effect->second = true;
     }
     if (!named.single && !named.multiple) named.single = named.multiple = true;
     if (!named.reflection && !named.transmission) named.reflection = named.transmission = true;

@@ -4,6 +4,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/material/material.h>
+#include <stratus/table/ground.h>
 #include <stratus/table/table.h>
 
 #include "commands.h"
@@ -25,8 +26,8 @@ namespace stratus {
 namespace {
 
 struct ExportCommand {
-    std::vector<std::string> inputs, at;
-    std::vector<double> optical_depth, albedo, over;
+    std::vector<std::string> inputs, at, over;
+    std::vector<double> optical_depth, albedo;
     std::string format, output, title;
     MaterialOptions options;
     ReadOptions reading;
@@ -67,12 +68,23 @@ const Value& of_colour(const std::vector<Value>& values, std::size_t colour) {
     return values.size() == 1 ? values[0] : values[colour];
 }
 
-void put_on_ground(Stack& stack, double albedo) {
+/// The grounds of all light or of three colours. Albedos of three may stand in one text.
+std::vector<LowerBoundary> read_grounds(const std::vector<std::string>& over) {
+    double albedo = 0;
+    const bool are_albedos = over.size() == 1 && read_number(over[0], albedo) > 0;
+    const std::vector<std::string> texts = are_albedos ? split(over[0]) : over;
+    require_count("--over", texts.size());
+    std::vector<LowerBoundary> grounds;
+    for (const std::string& text : texts) grounds.push_back(read_ground(text));
+    return grounds;
+}
+
+void put_on_ground(Stack& stack, const LowerBoundary& ground, const std::string& over) {
     require(!stack.lower_boundary.is_present(), "export", "--over",
-            "left out for a layer that lies on something already", albedo);
+            "left out for a layer that lies on something already", over);
     require(!std::isinf(stack.layers.back().optical_depth), "export", "--over",
-            "left out for a layer of infinite depth, which hides the ground", albedo);
-    stack.lower_boundary = LowerBoundary::surface(albedo);
+            "left out for a layer of infinite depth, which hides the ground", over);
+    stack.lower_boundary = ground;
 }
 
 std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::string>& notes) {
@@ -104,13 +116,13 @@ Material read_material(const ExportCommand& command, std::vector<std::string>& n
     require_count("TABLE|STACK.toml", command.inputs.size());
     require_count("--optical-depth", command.optical_depth.size());
     require_count("--albedo", command.albedo.size());
-    require_count("--over", command.over.size());
     require_count("--at", command.at.size());
+    const std::vector<LowerBoundary> grounds = read_grounds(command.over);
     const std::vector<Stack> read = read_inputs(command, notes);
     Material material;
     material.title = command.title;
     const std::size_t colours = std::max(
-        {read.size(), command.optical_depth.size(), command.albedo.size(), command.over.size()});
+        {read.size(), command.optical_depth.size(), command.albedo.size(), grounds.size()});
     for (std::size_t c = 0; c < colours; ++c) {
         Stack& stack = material.colours.emplace_back(of_colour(read, c));
         if (!command.albedo.empty()) {
@@ -121,7 +133,7 @@ Material read_material(const ExportCommand& command, std::vector<std::string>& n
             !stack.lower_boundary.is_present() || !std::isinf(stack.layers.back().optical_depth),
             "export", "--optical-depth", "finite for a layer that lies on something",
             stack.layers.back().optical_depth);
-        if (!command.over.empty()) put_on_ground(stack, of_colour(command.over, c));
+        if (!grounds.empty()) put_on_ground(stack, of_colour(grounds, c), joined(command.over));
     }
     return material;
 }
@@ -177,9 +189,11 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
     app.add_option("--at", command.at, at_help(". Given three times, it is of red, green and blue"))
         ->allow_extra_args(false);  // or it would take TABLE too
     app.add_option("--over", command.over,
-                   "Put it on a Lambert ground of this albedo, [0, 1]; one, or three with commas")
-        ->delimiter(',')
-        ->check(number_in_0_1());
+                   "The ground to put it on: albedo of a Lambert surface, [0, 1], one, or three "
+                   "with commas, or\n" +
+                       ground_help() + "\nGiven three times, it is of red, green and blue")
+        ->type_name("GROUND")
+        ->allow_extra_args(false);
 }
 
 }  // namespace
@@ -220,6 +234,8 @@ void add_export(CLI::App& app) {
         "    --format fourier -o rings.bsdf\n"
         "  stratus export baked/stratus_cloud.stratus --optical-depth 8 --albedo 1 --over 0.3 \\\n"
         "    --format tensor -o cloud_over_ground.bsdf\n"
+        "  stratus export baked/rayleigh_haze.stratus --optical-depth 0.1 --albedo 1 \\\n"
+        "    --over ocean:wind=5 --format exr-atlas -o sea.exr\n"
         "  stratus export stratus_clouds.h5 --at radius=8,wavelength=0.65 \\\n"
         "    --at radius=8,wavelength=0.55 --at radius=8,wavelength=0.45 --optical-depth 8 \\\n"
         "    --albedo 1 --format fourier -o cloud.bsdf\n"

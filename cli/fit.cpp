@@ -5,7 +5,6 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/fit/layer_model.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/residual_plot.h>
 
@@ -16,18 +15,12 @@
 #include "query.h"
 #include "table_option.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <ostream>
 #include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

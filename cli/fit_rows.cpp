@@ -7,7 +7,6 @@
 #include <cmath>
 #include <ostream>
 #include <set>
-#include <string>
 #include <utility>
 
 namespace stratus {
@@ -16,9 +15,7 @@ namespace {
 /// Beams come from behind: their phase angle is 180 degrees.
 double phase_angle_deg(const RowDirection& at) {
     if (!at.side) return 180;
-    const bool is_lit = at.side == Side::reflection;
-    return 180 - degrees(std::acos(is_lit ? cos_scattering_angle_reflected(at.geometry)
-                                          : cos_scattering_angle_transmitted(at.geometry)));
+    return 180 - degrees(std::acos(cos_scattering_angle(*at.side, at.geometry)));
 }
 
 /// The angle is beyond 90 degrees on the unlit side.

@@ -11,10 +11,8 @@
 #include <stratus/transfer/stack.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
-#include <utility>
 
 namespace stratus {
 
@@ -79,19 +77,15 @@ Options flux_only(Options options) {
     return options;
 }
 
-/// Rows of anything that is solved at a list of cosines and asked by their places in it.
-template <class Solve>
-std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows_by(Solve solve) {
-    return [solve](const std::vector<Geometry>& geometries) {
+/// Rows of what solve(cosines) finds: row(solution, geometry, in, out), with the places of the cosines.
+template <class Solve, class Row>
+std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows_by(Solve solve, Row row) {
+    return [=](const std::vector<Geometry>& geometries) {
         const Cosines cosines(geometries);
         const auto solution = solve(cosines.values);
         std::vector<MethodRow> rows;
-        for (const Geometry& at : geometries) {
-            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
-            rows.push_back({solution.reflection(in, out, at.azimuth),
-                            solution.transmission(in, out, at.azimuth),
-                            {}});
-        }
+        for (const Geometry& at : geometries)
+            rows.push_back(row(solution, at, cosines[at.mu_in], cosines[at.mu_out]));
         return rows;
     };
 }
@@ -119,7 +113,13 @@ Method by_classic(const LayerQuestion& question) {
                            with);
     };
     Method method;
-    method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); });
+    method.rows = rows_by(
+        [=](const std::vector<double>& mu) { return solve(mu, options); },
+        [](const LayerSolution& solution, const Geometry& at, int in, int out) -> MethodRow {
+            return {solution.reflection(in, out, at.azimuth),
+                    solution.transmission(in, out, at.azimuth),
+                    {}};
+        });
     method.fluxes = [=](const std::vector<double>& mu) {
         const LayerSolution solution = solve(mu, flux_only(options));
         auto absorptance = labelled_absorptance(solution, 0);
@@ -207,21 +207,18 @@ Method by_h_function(const LayerQuestion& question) {
                               : solve_isotropic(question.albedo, question.optical_depth, cosines);
     };
     Method method;
-    method.rows = [=](const std::vector<Geometry>& geometries) {
-        const Cosines cosines(geometries);
-        const IsotropicSolution solution = solve(cosines.values);
-        std::vector<MethodRow> rows;
-        for (const Geometry& at : geometries) {
-            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
-            const double R = solution.reflection(in, out), T = solution.transmission(in, out);
-            const double R1 =
-                single_reflection(1, question.albedo, question.optical_depth, at.mu_in, at.mu_out);
-            const double T1 = single_transmission(1, question.albedo, question.optical_depth,
+    const auto row = [=](const IsotropicSolution& solution, const Geometry& at, int in,
+                         int out) -> MethodRow {
+        const auto part = [&](Side side, double all) {
+            const double once = single_scattering(side, 1, question.albedo, question.optical_depth,
                                                   at.mu_in, at.mu_out);
-            rows.push_back({{R, R1, R - R1}, {T, T1, T - T1}, {}});
-        }
-        return rows;
+            return SolvedValue{all, once, all - once};
+        };
+        return {part(Side::reflection, solution.reflection(in, out)),
+                part(Side::transmission, solution.transmission(in, out)),
+                {}};
     };
+    method.rows = rows_by(solve, row);
     method.fluxes = [=](const std::vector<double>& mu) {
         const IsotropicSolution solution = solve(mu);
         auto absorptance = labelled_absorptance(solution, 0);
@@ -244,23 +241,17 @@ Method by_markov(const LayerQuestion& question) {
     method.more_columns = error_columns();
     for (const std::string& column : order_columns(question.orders))
         method.more_columns.push_back(column);
-    method.rows = [=](const std::vector<Geometry>& geometries) {
-        const Cosines cosines(geometries);
-        const MarkovSolution solution = solve(cosines.values, options);
-        std::vector<MethodRow> rows;
-        for (const Geometry& at : geometries) {
-            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
-            const MarkovValue R = solution.reflection(in, out, at.azimuth);
-            const MarkovValue T = solution.transmission(in, out, at.azimuth);
-            MethodRow row{R.value, T.value, {R.error, T.error}};
-            for (int n = 1; n <= question.orders; ++n)
-                row.more.push_back(solution.reflection_of_order(n, in, out, at.azimuth));
-            for (int n = 1; n <= question.orders; ++n)
-                row.more.push_back(solution.transmission_of_order(n, in, out, at.azimuth));
-            rows.push_back(row);
-        }
-        return rows;
+    const auto row = [=](const MarkovSolution& solution, const Geometry& at, int in, int out) {
+        const MarkovValue R = solution.reflection(in, out, at.azimuth);
+        const MarkovValue T = solution.transmission(in, out, at.azimuth);
+        MethodRow row{R.value, T.value, {R.error, T.error}};
+        for (int n = 1; n <= question.orders; ++n)
+            row.more.push_back(solution.reflection_of_order(n, in, out, at.azimuth));
+        for (int n = 1; n <= question.orders; ++n)
+            row.more.push_back(solution.transmission_of_order(n, in, out, at.azimuth));
+        return row;
     };
+    method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); }, row);
     method.fluxes = [=](const std::vector<double>& mu) {
         const MarkovSolution solution = solve(mu, flux_only(options));
         MethodFluxes fluxes = list_fluxes(solution.layer, mu, question.optical_depth,

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdio>
+#include <sstream>
 #include <stdexcept>
 
 namespace stratus {
@@ -53,6 +54,13 @@ CLI::Validator file_name() {
         return text.empty() ? refusal("the name of a file", text) : std::string();
     };
     return {check, ""};
+}
+
+std::vector<std::string> split(const std::string& list) {
+    std::vector<std::string> parts;
+    std::istringstream text(list);
+    for (std::string part; std::getline(text, part, ',');) parts.push_back(part);
+    return parts;
 }
 
 void add_threads(CLI::App& command, int& threads, const std::string& more) {

@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -25,6 +26,9 @@ CLI::Validator whole_number(long long min, long long max);
 
 /// Anything but the empty text that a script passes when its variable is unset.
 CLI::Validator file_name();
+
+/// The parts of a comma-separated list.
+std::vector<std::string> split(const std::string& list);
 
 /// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");

@@ -8,8 +8,6 @@
 #include "signals.h"
 #include "table_option.h"
 
-#include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <stdexcept>

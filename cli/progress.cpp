@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
-#include <string>
 #include <unistd.h>
 
 namespace stratus {

@@ -7,16 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 
 namespace stratus {
-
-std::vector<std::string> split(const std::string& list) {
-    std::vector<std::string> names;
-    std::istringstream text(list);
-    for (std::string name; std::getline(text, name, ',');) names.push_back(name);
-    return names;
-}
 
 void add_drop(CLI::App& command, std::string& names) {
     command

@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace stratus {
 
@@ -18,9 +17,6 @@ struct CacheOptions {
     bool off = false;
     std::uintmax_t limit = default_cache_limit;
 };
-
-/// Names in a comma-separated list.
-std::vector<std::string> split(const std::string& list);
 
 void add_drop(CLI::App& command, std::string& names);
 void add_width(CLI::App& command, int& width);

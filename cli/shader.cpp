@@ -34,8 +34,6 @@ struct ShaderOptions {
     bool filtered = false, quiet = false;
 };
 
-constexpr const char* light_name = "stratus_light";
-
 struct OutputFile {
     std::string name;
     std::function<void(const std::filesystem::path& path)> write;
@@ -58,8 +56,7 @@ OutputFile texture_file(const ShaderTexture& texture, bool as_exr) {
             }};
 }
 
-std::string textures_json(const PackedTable& table, const std::vector<ShaderTexture>& textures,
-                          const std::optional<FilteredLight>& filtered) {
+std::string textures_json(const PackedTable& table, const std::vector<ShaderTexture>& textures) {
     const TableView view = table.view();
     std::ostringstream json;
     json << "{\n  \"format\": \"stratus-shader\",\n  \"version\": 1,\n  \"optical_depth\": ["
@@ -79,12 +76,9 @@ std::string textures_json(const PackedTable& table, const std::vector<ShaderText
         json << (&texture == &textures.front() ? "\n" : ",\n") << "    {\"name\": \""
              << texture.name << "\", \"file\": \"" << texture.name
              << ".bin\", \"width\": " << texture.width << ", \"height\": " << texture.height
+             << (texture.depth > 0 ? ", \"depth\": " + std::to_string(texture.depth) : "")
              << ", \"channels\": 4, \"type\": \"" << (texture.halves ? "float16" : "float32")
              << "\"}";
-    if (filtered)
-        json << ",\n    {\"name\": \"" << light_name << "\", \"file\": \"" << light_name
-             << ".bin\", \"width\": " << filtered->width << ", \"height\": " << filtered->height
-             << ", \"depth\": " << filtered->depth << ", \"channels\": 4, \"type\": \"float16\"}";
     json << "\n  ]\n}\n";
     return json.str();
 }
@@ -158,12 +152,8 @@ void run_shader(const ShaderOptions& options) {
                   shader_text(language, filtered ? &*filtered : nullptr)),
         cpp   ? text_file("table.stratus", {table.data(), table.bytes()})
         : osl ? text_file("stratus_textures.h", textures_header(textures))
-              : text_file("stratus_textures.json", textures_json(table, textures, filtered))};
+              : text_file("stratus_textures.json", textures_json(table, textures))};
     for (const ShaderTexture& texture : textures) files.push_back(texture_file(texture, osl));
-    if (filtered)
-        files.push_back({std::string(light_name) + ".bin", [&](const std::filesystem::path& path) {
-                             write_content(path, {filtered->bytes.data(), filtered->bytes.size()});
-                         }});
     std::filesystem::create_directories(options.folder);
     double bytes = 0;
     for (const OutputFile& file : files) {
@@ -172,15 +162,14 @@ void run_shader(const ShaderOptions& options) {
         bytes += static_cast<double>(std::filesystem::file_size(path));
     }
     if (options.quiet) return;
-    if (osl) std::cerr << "stratus: note: this text was compiled by oslc 1.12, but never run\n";
     std::cerr << "stratus: " << options.folder << ": " << files.size() << " files, "
               << short_number(bytes / 1e6, 3) << " MB\n";
     if (filtered)
-        std::cerr << "stratus: " << light_name << ": " << filtered->width << " x "
-                  << filtered->height << " x " << filtered->depth << " texels; R and T are off by "
-                  << short_number(filtered->median_error, 2) << " of them in the median, "
-                  << short_number(filtered->usual_error, 2) << " for all but one in a thousand, "
-                  << short_number(filtered->worst_error, 2)
+        std::cerr << "stratus: " << filtered->light().name << ": " << filtered->light().width
+                  << " x " << filtered->light().height << " x " << filtered->light().depth
+                  << " texels; R and T are off by " << short_number(filtered->median_error, 2)
+                  << " of them in the median, " << short_number(filtered->usual_error, 2)
+                  << " for all but one in a thousand, " << short_number(filtered->worst_error, 2)
                   << " at most, at 2000 random directions\n";
 }
 

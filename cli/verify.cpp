@@ -52,7 +52,7 @@ void print_row(const std::vector<ErrorSample>& all, Side side, const Region& reg
 }
 
 void print_errors(const Verification& verification) {
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         for (const Region& region : regions) print_row(verification.samples, side, region);
         print_row(verification.forward, side, {"drawn within 10 degrees", 0, 181});
         print_row(verification.grazing, side, {"drawn at cosines below 0.15", 0, 181});

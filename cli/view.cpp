@@ -9,10 +9,8 @@
 #include "signals.h"
 #include "table_option.h"
 
-#include <filesystem>
 #include <iostream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 namespace stratus {

@@ -22,7 +22,8 @@ namespace {
 /// Errors are not relative to less: fainter light shows in no picture and no measurement.
 constexpr double min_value = 1e-8;
 
-/// Returns the ranges of a view of the table.
+}  // namespace
+
 PointRange point_range(const Table& table, const TableView& view) {
     return {view.albedo,
             view.optical_depth,
@@ -38,8 +39,6 @@ PointRange point_range(const Table& table, const TableView& view) {
             view.azimuth,
             table.layers};
 }
-
-}  // namespace
 
 const std::vector<double>& floor_cosines() {
     static const std::vector<double> cosines{0.1, 0.3, 0.6, 1.0};
@@ -213,8 +212,8 @@ void compare(std::span<ErrorSample> samples, const Found& found) {
 void look_up(const TableView& table, std::span<ErrorSample> samples) {
     ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
-        const auto side = at.side == Side::reflection ? reflection : transmission;
-        return side(chosen.at(at.member), at.albedo, at.optical_depth, at.geometry).total();
+        return scattering(chosen.at(at.member), at.side, at.albedo, at.optical_depth, at.geometry)
+            .total();
     });
 }
 

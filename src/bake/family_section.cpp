@@ -1,4 +1,4 @@
-#include "family_section.h"
+#include "recipe_sections.h"
 
 #include <stratus/base/number_text.h>
 

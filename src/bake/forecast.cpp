@@ -6,7 +6,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
 
-#include "family_section.h"
+#include "recipe_sections.h"
 #include "table_units.h"
 
 #include <algorithm>
@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <numeric>
 #include <set>
-#include <utility>
 
 namespace stratus {
 
@@ -51,23 +50,12 @@ Shortfall make_shortfall(const AxisAtCap& axis, const Resolution& resolution) {
 }
 
 /// Seconds that one thread takes for the bake's own check of so many points, from one of its ladders.
-double predicted_check(const Recipe& resolved, int points) {
-    const Discretisation& d = resolved.discretisation;
-    const Axis albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
-    const Axis depth = depth_axis(resolved);
-    const DirectionAxes directions = direction_axes(resolved);
-    PointRange range{albedo.view(),           depth.view(),
-                     directions.mu_in.view(), directions.mu_out.view(),
-                     resolved.reflection,     resolved.transmission,
-                     resolved.lower_boundary};
-    range.azimuth = directions.azimuth.view();
-    range.family = family_axes(resolved);
-    range.second_phase_function = resolved.second_phase_function;
-    range.has_path_law = recipe_path_law(resolved) != nullptr;
-    range.all_kinds = true;
-    range.layers = resolved.layers;
+double predicted_check(const Recipe& resolved, const Table& header, int points) {
+    PointRange range = point_range(header, header.view());
+    range.reflection = resolved.reflection;
+    range.transmission = resolved.transmission;
     SolverOptions solver = solver_options(resolved);
-    solver.nodes = reference_nodes(d.nodes);
+    solver.nodes = reference_nodes(resolved.discretisation.nodes);
     solver.modes = 0;
     solver.exact_fluxes = false;
     VerifyOptions few;
@@ -129,12 +117,14 @@ Forecast forecast(const Resolution& resolution, const BakeOptions& options) {
     if (options.log.ranks != nullptr) return forecast;
     const auto started = Clock::now();
     const int threads = thread_count(options.threads);
-    forecast.unit_seconds = TableUnits(resolution.recipe).predicted_seconds();
+    const TableUnits units(resolution.recipe);
+    forecast.unit_seconds = units.predicted_seconds();
     // The last units leave threads idle.
     forecast.bake_seconds = std::max(
         forecast.unit_seconds.front(),
         std::accumulate(forecast.unit_seconds.begin(), forecast.unit_seconds.end(), 0.0) / threads);
-    forecast.check_seconds = predicted_check(resolution.recipe, options.checked_points) / threads;
+    forecast.check_seconds =
+        predicted_check(resolution.recipe, units.header(), options.checked_points) / threads;
     forecast.timed_seconds = seconds_since(started);
     return forecast;
 }

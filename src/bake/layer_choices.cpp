@@ -4,7 +4,7 @@
 #include <stratus/layer/diffusion.h>
 
 #include "choices.h"
-#include "family_section.h"
+#include "recipe_sections.h"
 
 #include <algorithm>
 #include <utility>

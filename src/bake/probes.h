@@ -13,7 +13,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <memory>
 #include <vector>
 

@@ -299,9 +299,8 @@ class LadderPoints {
             for (const RandomPoint& point : layers_[k]) {
                 const double phi = point.at.azimuth;
                 for (const Side side : point.sides)
-                    solved.push_back(side == Side::reflection
-                                         ? solution.reflection(at->mu_in, at->mu_out, phi).total
-                                         : solution.transmission(at->mu_in, at->mu_out, phi).total);
+                    solved.push_back(
+                        solution.values(side, at->mu_in, at->mu_out, {phi}).front().total);
                 ++at;
             }
         }
@@ -315,17 +314,14 @@ class LadderPoints {
             const double depth = ladder_.depths.to_infinity
                                      ? infinity
                                      : std::ldexp(ladder_.depths.first, static_cast<int>(k));
-            const double reflection_floor = next[0], transmission_floor = next[sides_.size() - 1];
+            const PerSide<double> floors{next[0], next[sides_.size() - 1]};
             next += sides_.size();
             for (const RandomPoint& point : layers_[k])
                 for (const Side side : point.sides) {
-                    const bool reflected = side == Side::reflection;
-                    const double cosine = reflected ? cos_scattering_angle_reflected(point.at)
-                                                    : cos_scattering_angle_transmitted(point.at);
+                    const double cosine = cos_scattering_angle(side, point.at);
                     samples.push_back({side, ladder_.albedo, depth, point.at,
                                        std::acos(std::clamp(cosine, -1.0, 1.0)), *next++, 0, 0,
-                                       reflected ? reflection_floor : transmission_floor,
-                                       ladder_.member, point.kind});
+                                       floors[side], ladder_.member, point.kind});
                 }
         }
         return samples;

@@ -17,11 +17,9 @@
 #include <deque>
 #include <mutex>
 #include <numeric>
-#include <optional>
 #include <semaphore>
 #include <set>
 #include <signal.h>
-#include <stdexcept>
 #include <thread>
 #include <unistd.h>
 #include <utility>

@@ -4,13 +4,10 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "family_section.h"
-#include "layers_section.h"
-#include "make_recipe.h"
+#include "recipe_sections.h"
 
 #include <cmath>
 #include <sstream>
-#include <stdexcept>
 #include <utility>
 
 namespace stratus {

@@ -7,7 +7,7 @@
 #include <stratus/base/number_text.h>
 
 #include "choices.h"
-#include "family_section.h"
+#include "recipe_sections.h"
 #include "piece_of_work.h"
 
 #include <algorithm>

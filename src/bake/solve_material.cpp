@@ -2,8 +2,6 @@
 
 #include <stratus/transfer/stack.h>
 
-#include <utility>
-
 namespace stratus {
 
 std::vector<std::vector<LayerSolution>> solve_material(

@@ -2,12 +2,15 @@
 
 #include <stratus/bake/axes.h>
 #include <stratus/base/argument.h>
+#include <stratus/io/sample_files.h>
 #include <stratus/transfer/stack.h>
 
 #include "piece_of_work.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <numeric>
 #include <string>
@@ -15,8 +18,6 @@
 
 namespace stratus {
 namespace {
-
-constexpr std::array<Side, 2> both_sides{Side::reflection, Side::transmission};
 
 template <class Number>
 std::vector<char> as_chars(const std::vector<Number>& numbers) {
@@ -48,13 +49,13 @@ void SolvedSamples::make_room() {
     const std::size_t layers =
         table_.member_count() * table_.albedo.values.size() * table_.optical_depth.values.size();
     const std::size_t mus = table_.mu_in.values.size();
-    table_.reflection_multiple.resize(sides_[0] ? 1 : 0);
-    table_.transmission_multiple.resize(sides_[1] ? 1 : 0);
+    table_.reflection_multiple.resize(sides_.reflection ? 1 : 0);
+    table_.transmission_multiple.resize(sides_.transmission ? 1 : 0);
     table_.spherical_albedo.resize(layers);
     // Who asks for fluxes asks for those along the direction of view, too.
     if (is_narrow(units_.recipe().mu_in, all_cosines)) return;
     table_.plane_albedo.resize(layers * mus);
-    if (sides_[1]) table_.diffuse_transmittance.resize(layers * mus);
+    if (sides_.transmission) table_.diffuse_transmittance.resize(layers * mus);
 }
 
 bool SolvedSamples::is_first_rank() const { return stratus::is_first_rank(options_.log); }
@@ -71,20 +72,20 @@ int SolvedSamples::in_full(std::vector<int> layers, const Use& use) {
     return static_cast<int>(layers.size());
 }
 
-void SolvedSamples::at(const std::array<DirectionList, 2>& directions, const Use& use) {
-    std::array<DirectionList, 2> same;
-    for (std::size_t n = 0; n < 2; ++n)
-        same[n] = as_numbers<std::size_t>(shared(options_.log, as_chars(directions[n])));
-    if (same[0].empty() && same[1].empty()) return;
+void SolvedSamples::at(const PerSide<DirectionList>& directions, const Use& use) {
+    PerSide<DirectionList> same;
+    for (const Side side : both_sides)
+        same[side] = as_numbers<std::size_t>(shared(options_.log, as_chars(directions[side])));
+    if (same.reflection.empty() && same.transmission.empty()) return;
     solve(
         "baking", units_.all(), [](int) { return true; }, same, use);
 }
 
 void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& units,
-                          const Choice& is_asked_for,
-                          const std::array<DirectionList, 2>& directions, const Use& use) {
-    const std::array<std::vector<std::size_t>, 2> positions{numbers_.positions(directions[0]),
-                                                            numbers_.positions(directions[1])};
+                          const Choice& is_asked_for, const PerSide<DirectionList>& directions,
+                          const Use& use) {
+    const PerSide<std::vector<std::size_t>> positions{numbers_.positions(directions.reflection),
+                                                      numbers_.positions(directions.transmission)};
     const auto unit = [&](int piece) -> const Unit& {
         return units[static_cast<std::size_t>(piece)];
     };
@@ -117,25 +118,29 @@ std::vector<float> SolvedSamples::flux_values(const LayerSolution& solution) con
 /// Layer by layer: the samples of either side, then its fluxes.
 std::vector<char> SolvedSamples::solve_unit(
     const Unit& unit, const Choice& is_asked_for,
-    const std::array<std::vector<std::size_t>, 2>& positions) const {
+    const PerSide<std::vector<std::size_t>>& positions) const {
+    std::vector<SolvedLayer> layers = units_.solve(unit);
+    std::erase_if(layers, [&](const SolvedLayer& layer) { return !is_asked_for(layer.number); });
+    std::vector<const LayerSolution*> solutions;
+    for (const SolvedLayer& layer : layers) solutions.push_back(&layer.solution);
+    const DirectionGrid& grid = units_.grid(unit.member);
+    PerSide<std::vector<std::vector<double>>> samples;  // of each layer
+    for (const Side side : both_sides)
+        if (sides_[side] && positions[side].size() < numbers_.count())
+            samples[side] = evaluate_tabulated(solutions, side, grid, positions[side]);
     std::vector<float> numbers;
-    for (const SolvedLayer& layer : units_.solve(unit)) {
-        if (!is_asked_for(layer.number)) continue;
-        for (std::size_t n = 0; n < 2; ++n) {
-            if (!sides_[n]) continue;
-            const DirectionGrid& grid = units_.grid(unit.member);
-            if (positions[n].size() == numbers_.count()) {
-                const std::vector<double> all =
-                    evaluate_tabulated(layer.solution, both_sides[n], grid);
-                for (const std::size_t at : positions[n])
-                    numbers.push_back(static_cast<float>(all[at]));
-            } else {
-                for (const double sample :
-                     evaluate_tabulated(layer.solution, both_sides[n], grid, positions[n]))
-                    numbers.push_back(static_cast<float>(sample));
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+        for (const Side side : both_sides) {
+            if (!sides_[side]) continue;
+            if (!samples[side].empty()) {
+                numbers.insert(numbers.end(), samples[side][l].begin(), samples[side][l].end());
+                continue;
             }
+            const std::vector<double> all = evaluate_tabulated(*solutions[l], side, grid);
+            for (const std::size_t at : positions[side])
+                numbers.push_back(static_cast<float>(all[at]));
         }
-        const std::vector<float> fluxes = flux_values(layer.solution);
+        const std::vector<float> fluxes = flux_values(layers[l].solution);
         numbers.insert(numbers.end(), fluxes.begin(), fluxes.end());
     }
     return as_chars(numbers);
@@ -150,23 +155,23 @@ void SolvedSamples::for_each_flux(int layer, const Visit& visit) {
 }
 
 void SolvedSamples::take(const Unit& unit, const Choice& is_asked_for,
-                         const std::array<DirectionList, 2>& directions,
-                         std::span<const char> result, const Use& use) {
+                         const PerSide<DirectionList>& directions, std::span<const char> result,
+                         const Use& use) {
     std::vector<int> layers = units_.unit_layers(unit);
     std::erase_if(layers, [&](int layer) { return !is_asked_for(layer); });
     std::size_t of_layer = table_.is_stack() ? 1 : 0;
-    for (std::size_t n = 0; n < 2; ++n) of_layer += sides_[n] ? directions[n].size() : 0;
+    for (const Side side : both_sides) of_layer += sides_[side] ? directions[side].size() : 0;
     for_each_flux(0, [&](std::span<float> flux) { of_layer += flux.size(); });
     const std::vector<float> numbers =
         numbers_in<float>(result, units_.unit_name(unit), of_layer * layers.size());
     auto next = numbers.begin();
     for (const int layer : layers) {
-        for (std::size_t n = 0; n < 2; ++n) {
-            if (!sides_[n]) continue;
-            const auto end = next + static_cast<std::ptrdiff_t>(directions[n].size());
+        for (const Side side : both_sides) {
+            if (!sides_[side]) continue;
+            const auto end = next + static_cast<std::ptrdiff_t>(directions[side].size());
             require(std::all_of(next, end, [](float sample) { return std::isfinite(sample); }),
                     "bake", "samples", "finite", "others");
-            use(layer, both_sides[n], {next, end});
+            use(layer, side, {next, end});
             next = end;
         }
         for_each_flux(layer, [&](std::span<float> flux) {
@@ -175,6 +180,70 @@ void SolvedSamples::take(const Unit& unit, const Choice& is_asked_for,
         });
         if (table_.is_stack()) table_.spherical_albedo_below = double{*next++};
     }
+}
+
+namespace {
+
+/// Drops the last bits of samples, which the tolerance does not need, so that files compress well;
+/// costs a thousandth of the tolerance.
+class Rounding {
+  public:
+    explicit Rounding(double tolerance) {
+        constexpr int mantissa_bits = 23;
+        const int needed = static_cast<int>(std::ceil(-std::log2(tolerance / 500)));
+        drop_ = std::max(0, mantissa_bits - needed);
+    }
+
+    float operator()(float sample) const {
+        if (drop_ == 0) return sample;
+        auto bits = std::bit_cast<std::uint32_t>(sample);
+        bits = (bits + (1u << (drop_ - 1))) & ~((1u << drop_) - 1);
+        return std::bit_cast<float>(bits);
+    }
+
+  private:
+    int drop_ = 0;
+};
+
+}  // namespace
+
+Table solve_table(const Recipe& resolved, const BakeOptions& options) {
+    Table table;
+    SolvedSamples samples(resolved, options, table);
+    const bool is_first = samples.is_first_rank();
+    const std::size_t in_layer = table.sample_count() / table.spherical_albedo.size(),
+                      outs = table.mu_out.values.size(), azimuths = table.azimuth.values.size();
+    const PerSide<std::vector<float>*> multiple{&table.reflection_multiple,
+                                                &table.transmission_multiple};
+    PerSide<std::size_t> counts;
+    for (const Side side : both_sides)
+        counts[side] = multiple[side]->empty() ? 0 : table.sample_count();
+    const bool is_filed = is_first && options.samples && options.samples->make_room(counts);
+    for (const Side side : both_sides)
+        if (is_first && !is_filed) multiple[side]->resize(counts[side]);
+
+    const DirectionNumbers numbers(table.view());
+    DirectionList all(numbers.count());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    const std::vector<std::size_t> positions = numbers.positions(all);
+    const Rounding rounded(resolved.tolerance);
+    samples.at({all, all}, [&](int layer, Side side, const std::vector<float>& found) {
+        std::vector<float> whole(in_layer);
+        for (std::size_t n = 0; n < found.size(); ++n) {
+            const std::size_t at = positions[n], pair = at / azimuths;
+            const float sample = rounded(found[n]);
+            whole[at] = sample;
+            if (numbers.is_symmetric())
+                whole[(pair % outs * outs + pair / outs) * azimuths + at % azimuths] = sample;
+        }
+        const std::size_t first = static_cast<std::size_t>(layer) * in_layer;
+        if (is_filed)
+            options.samples->write(side, first, whole);
+        else
+            std::ranges::copy(whole, multiple[side]->begin() + static_cast<std::ptrdiff_t>(first));
+    });
+    if (is_first && !is_filed) prepare(table);
+    return table;
 }
 
 }  // namespace stratus

@@ -7,7 +7,6 @@
 
 #include "table_units.h"
 
-#include <array>
 #include <functional>
 #include <span>
 #include <vector>
@@ -24,7 +23,7 @@ class SolvedSamples : public LayerSamples {
 
     bool is_first_rank() const override;
     int in_full(std::vector<int> layers, const Use& use) override;
-    void at(const std::array<DirectionList, 2>& directions, const Use& use) override;
+    void at(const PerSide<DirectionList>& directions, const Use& use) override;
 
   private:
     /// Whether a layer of the units that are solved is asked for.
@@ -32,11 +31,11 @@ class SolvedSamples : public LayerSamples {
 
     void make_room();
     void solve(const std::string& stage, const std::vector<Unit>& units, const Choice& is_asked_for,
-               const std::array<DirectionList, 2>& directions, const Use& use);
+               const PerSide<DirectionList>& directions, const Use& use);
     std::vector<char> solve_unit(const Unit& unit, const Choice& is_asked_for,
-                                 const std::array<std::vector<std::size_t>, 2>& positions) const;
+                                 const PerSide<std::vector<std::size_t>>& positions) const;
     void take(const Unit& unit, const Choice& is_asked_for,
-              const std::array<DirectionList, 2>& directions, std::span<const char> result,
+              const PerSide<DirectionList>& directions, std::span<const char> result,
               const Use& use);
     /// Calls visit(numbers) for the fluxes of a layer.
     template <class Visit>
@@ -47,7 +46,7 @@ class SolvedSamples : public LayerSamples {
     const BakeOptions& options_;
     Table& table_;
     const DirectionNumbers numbers_;
-    const std::array<bool, 2> sides_;
+    const PerSide<bool> sides_;
     int requests_ = 0;
 };
 

@@ -2,15 +2,13 @@
 
 #include <stratus/base/constants.h>
 
-#include "layers_section.h"
+#include "recipe_sections.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

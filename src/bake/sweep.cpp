@@ -6,7 +6,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>
 
-#include "make_recipe.h"
+#include "recipe_sections.h"
 
 #include <algorithm>
 #include <charconv>

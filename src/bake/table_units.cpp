@@ -5,11 +5,10 @@
 #include <stratus/bake/clock.h>
 #include <stratus/base/argument.h>
 
-#include "family_section.h"
+#include "recipe_sections.h"
 #include "solve_material.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
@@ -111,7 +110,7 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
     const int depths = tau.size(), albedos = static_cast<int>(header_.albedo.values.size());
     struct Run {
         std::set<std::size_t> albedos;
-        int octaves = 0;
+        std::set<int> octaves;
         bool to_infinity = false;
     };
     std::map<std::pair<std::size_t, int>, Run> runs_by_member;  // by member and run
@@ -122,29 +121,33 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
         Run& run =
             runs_by_member[{static_cast<std::size_t>(layer / depths / albedos), deepest % runs()}];
         run.albedos.insert(static_cast<std::size_t>(layer / depths % albedos));
-        if (tau.count > 0) run.octaves = std::max(run.octaves, deepest / runs() + 1);
-        run.to_infinity = run.to_infinity || is_infinite;
+        if (is_infinite)
+            run.to_infinity = true;
+        else
+            run.octaves.insert(depth / runs());
     }
     const std::size_t at_once = albedos_at_once(recipe_.discretisation.modes);
     std::vector<Unit> units;
     for (const auto& [key, run] : runs_by_member) {
         const std::vector<std::size_t> of_run(run.albedos.begin(), run.albedos.end());
+        DepthLadder ladder{1, 0, run.to_infinity};
+        if (tau.count > 0) {
+            ladder.first = header_.optical_depth.values[static_cast<std::size_t>(key.second)];
+            ladder.octaves =
+                run.to_infinity ? (tau.count - 1) / runs() + 1 : *run.octaves.rbegin() + 1;
+            ladder.asked.assign(static_cast<std::size_t>(ladder.count()), run.to_infinity);
+            for (int octave = 0; octave < ladder.octaves; ++octave)
+                ladder.asked[static_cast<std::size_t>(octave)] = run.octaves.count(octave) > 0;
+        }
         for (std::size_t first = 0; first < of_run.size(); first += at_once)
             units.push_back({key.first,
                              key.second,
                              {of_run.begin() + static_cast<std::ptrdiff_t>(first),
                               of_run.begin() + static_cast<std::ptrdiff_t>(
                                                    std::min(first + at_once, of_run.size()))},
-                             run.octaves,
-                             run.to_infinity});
+                             ladder});
     }
     return units;
-}
-
-DepthLadder TableUnits::depth_ladder(const Unit& unit) const {
-    if (unit.octaves == 0) return {1, 0, unit.to_infinity};
-    return {header_.optical_depth.values[static_cast<std::size_t>(unit.run)], unit.octaves,
-            unit.to_infinity};
 }
 
 std::vector<int> TableUnits::unit_layers(const Unit& unit) const {
@@ -153,8 +156,10 @@ std::vector<int> TableUnits::unit_layers(const Unit& unit) const {
     std::vector<int> layers;
     for (const std::size_t albedo : unit.albedos) {
         const auto first = static_cast<int>((unit.member * albedos + albedo) * depths);
-        for (int d = 0; d < unit.octaves; ++d) layers.push_back(first + unit.run + d * runs());
-        if (unit.to_infinity) layers.push_back(first + static_cast<int>(depths) - 1);
+        for (int d = 0; d < unit.ladder.count(); ++d)
+            if (unit.ladder.asks_for(d))
+                layers.push_back(first + (d < unit.ladder.octaves ? unit.run + d * runs()
+                                                                  : static_cast<int>(depths) - 1));
     }
     return layers;
 }
@@ -165,8 +170,8 @@ std::vector<SolvedLayer> TableUnits::solve(const Unit& unit) const {
     const std::vector<int> numbers = unit_layers(unit);
     std::vector<SolvedLayer> solved;
     for (auto& of_albedo :
-         solve_material(recipe_.layers, members_[unit.member].phase_function, albedos,
-                        depth_ladder(unit), mu_, solver_options(recipe_), recipe_.lower_boundary))
+         solve_material(recipe_.layers, members_[unit.member].phase_function, albedos, unit.ladder,
+                        mu_, solver_options(recipe_), recipe_.lower_boundary))
         for (LayerSolution& solution : of_albedo)
             solved.push_back({numbers[solved.size()], std::move(solution)});
     return solved;
@@ -174,14 +179,14 @@ std::vector<SolvedLayer> TableUnits::solve(const Unit& unit) const {
 
 std::string TableUnits::unit_name(const Unit& unit) const {
     std::string name = "depths from " + std::to_string(unit.run) + ", " +
-                       std::to_string(unit.octaves) + " octaves" +
-                       (unit.to_infinity ? " and infinity" : "") + ", albedos";
+                       std::to_string(unit.ladder.octaves) + " octaves" +
+                       (unit.ladder.to_infinity ? " and infinity" : "") + ", albedos";
     for (const std::size_t albedo : unit.albedos) name += ' ' + std::to_string(albedo);
     return header_.has_family() ? "member " + std::to_string(unit.member) + ", " + name : name;
 }
 
 double TableUnits::unit_weight(const Unit& unit) const {
-    return std::max(1.0, static_cast<double>(unit.albedos.size()) * unit.octaves);
+    return std::max(1.0, static_cast<double>(unit.albedos.size()) * unit.ladder.octaves);
 }
 
 /// Seconds that one thread takes for a layer of a unit, timed.
@@ -195,7 +200,7 @@ double TableUnits::layer_seconds(const Unit& unit) const {
                                                                                    : 8));
     const double started = processor_seconds();
     for (const SolvedLayer& layer : solve(timed))
-        for (const Side side : {Side::reflection, Side::transmission})
+        for (const Side side : both_sides)
             if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
                 evaluate_tabulated(layer.solution, side, grids_[timed.member]);
     return (processor_seconds() - started) / unit_weight(timed);

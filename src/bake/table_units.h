@@ -10,7 +10,6 @@
 
 #include <cstddef>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -20,8 +19,7 @@ struct Unit {
     std::size_t member;
     int run;  // samples run, run + runs, run + 2 runs, ... of optical depth
     std::vector<std::size_t> albedos;
-    int octaves;       // of the run
-    bool to_infinity;  // and the last sample
+    DepthLadder ladder;  // of the run, and the last sample
 };
 
 /// A layer of a unit and its number (layer_samples.h).
@@ -61,7 +59,6 @@ class TableUnits {
     void place_axes();
     void place_cosines();
     int runs() const;
-    DepthLadder depth_ladder(const Unit& unit) const;
     double unit_weight(const Unit& unit) const;
     double layer_seconds(const Unit& unit) const;
 

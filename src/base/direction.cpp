@@ -30,6 +30,11 @@ double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept {
     return std::clamp(horizontal_part(geometry) + geometry.mu_in * geometry.mu_out, -1.0, 1.0);
 }
 
+double cos_scattering_angle(Side side, const Geometry& geometry) noexcept {
+    return side == Side::reflection ? cos_scattering_angle_reflected(geometry)
+                                    : cos_scattering_angle_transmitted(geometry);
+}
+
 // i, e and the phase g are the sides of a spherical triangle whose corners are the normal, the light
 // and the eye. With s half their sum, the half of its angle at the normal has the tangent
 // sqrt(sin(s - i) sin(s - e) / (sin s sin(s - g))); the azimuth, between directions of propagation, is

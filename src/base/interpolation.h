@@ -7,7 +7,7 @@
 namespace stratus {
 namespace {
 
-/// v = sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples of cosines lie evenly (mu_places.h).
+/// v = sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples of cosines lie evenly (slice_refinement.cpp).
 ///
 /// Range    [0, 1].
 template <class F>

@@ -8,9 +8,7 @@
 #include <array>
 #include <cstring>
 #include <limits>
-#include <stdexcept>
 #include <type_traits>
-#include <utility>
 
 namespace stratus {
 namespace {

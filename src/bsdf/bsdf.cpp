@@ -88,7 +88,7 @@ void BsdfOf<channels>::integrate_albedo() {
     std::vector<float> value, weight;
     for (int row = 0; row < albedo_rows; ++row) {
         const Cosine in = cosine_at(as_float(row) / (albedo_rows - 1));
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             const DirectionDensity::Peaks& peaks = density_.peaks(side);
             DirectionPairs pairs;
             weight.clear();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 
 namespace stratus {
 namespace {
@@ -297,8 +296,7 @@ DirectionDensity::DirectionDensity(int channels, const Light& light) {
             for (std::size_t c = 1; c < size(channels); ++c) value[i] += all[c * count + i];
         }
     };
-    for (const Side side : {Side::reflection, Side::transmission})
-        peaks_[static_cast<int>(side)] = make_peaks(sum, side);
+    for (const Side side : both_sides) peaks_[static_cast<int>(side)] = make_peaks(sum, side);
     constexpr double bearable = 0.2;  // met by Henyey-Greenstein's g = 0.95
     const double of_lobes = fill<LobeGrid>(channels, light);
     if (of_lobes <= bearable) return;

@@ -9,16 +9,13 @@
 #include "layer/reflected_curve.h"
 #include "slice_background.h"
 #include "slice_batches.h"
-#include "slice_orders.h"
 #include "slice_refinement.h"
 #include "table/layer_coverage.h"
 #include "table/lookup_arguments.h"
 
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -27,12 +24,10 @@ constexpr const char* bind_caller = "bind";
 
 template <int channels>
 const SideKernel<channels>& find_kernel(Side which, PhaseForm form, Orders orders) {
-    const Kernels& all = kernels();
-    const bool reflected = which == Side::reflection;
     if constexpr (channels == 1)
-        return (reflected ? all.reflected : all.transmitted).of(form, orders);
+        return kernels().grey[which].of(form, orders);
     else
-        return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
+        return kernels().rgb[which].of(form, orders);
 }
 
 /// Particles of a stack's layers may differ in all that these effects ask about.

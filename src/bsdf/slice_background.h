@@ -6,7 +6,7 @@
 #include <stratus/layer/stack_layers.h>
 #include <stratus/table/table.h>
 
-#include "table/flux_lookup.h"
+#include "table/layer_blend.h"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "slice_orders.h"
+#include "slice_refinement.h"
 
 #include <stratus/layer/diffusion.h>
 #include <stratus/table/packed_table.h>
@@ -55,12 +55,11 @@ ChannelOrders packed_orders(const TableView& table, Side which, double albedo,
 
 ChannelOrders find_orders(const TableView& table, Side which, double albedo, double optical_depth) {
     if (table.packed != nullptr) return packed_orders(table, which, albedo, optical_depth);
-    const auto blend = which == Side::reflection ? reflection_blend : transmission_blend;
     const bool is_deep = optical_depth > table.optical_depth.highest;
     const BeyondDeepest beyond = is_deep && is_depth_known(table, which, albedo, optical_depth)
                                      ? BeyondDeepest::follows_diffusion
                                      : BeyondDeepest::is_clamped;
-    LayerBlend found = blend(table, albedo, optical_depth, beyond);
+    LayerBlend found = layer_blend(table, which, albedo, optical_depth, beyond);
     if (is_scattered_once(table, albedo, optical_depth)) found.count = 0;
     return {found, {}};
 }

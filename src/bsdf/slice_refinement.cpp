@@ -4,8 +4,7 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "base/size.h"
-#include "mu_places.h"
-#include "table/kept_tolerance.h"
+#include "table/layer_coverage.h"
 
 #include <algorithm>
 #include <array>
@@ -21,6 +20,25 @@ constexpr double share_of_tolerance = 0.2, share_with_path_law = 0.1;
 // Intervals along an axis: while errors are measured, and of the slice.
 constexpr int probed = 32, fewest_along_mu = 16, max_along_mu = 176, fewest_along_azimuth = 4,
               max_along_azimuth = 128;
+
+/// The coordinate along which fast lookups sample cosines evenly (base/interpolation.h): it falls from 1
+/// at grazing to 0 at the normal.
+double v_at(double mu) { return std::sqrt(1 - mu) * (1 - std::sqrt(std::sqrt(mu)) / 2); }
+
+/// The inverse of `v_at`.
+double mu_at(double v) {
+    // v = s g(q) of s = sqrt(1 - q), q = mu^(1/4), nearly s itself: Newton's method doubles the
+    // digits of each step, two to begin with.
+    double s = v;
+    for (int i = 0; i < 5; ++i) {
+        const double q = 1 - s * s, p = (1 + q) * (1 + q * q), root = std::sqrt(p);
+        const double g = root * (1 - q / 2);
+        const double slope = (1 + 2 * q + 3 * q * q) / (2 * root) * (1 - q / 2) - root / 2;
+        s -= (s * g - v) / (g - 2 * s * s * slope);
+    }
+    const double root = 1 - s * s;
+    return root * root * root * root;
+}
 
 /// Values over three axes, the last contiguous.
 struct Sheet {

@@ -23,8 +23,12 @@ struct ChannelOrders {
     std::vector<float> sheet;
 };
 
+/// Finds the orders n >= 2 of one side, from a table's samples or a packed table; beyond the deepest
+/// sample they are extrapolated by diffusion (lookup.h).
+ChannelOrders find_orders(const TableView& table, Side which, double albedo, double optical_depth);
+
 /// Orders n >= 2 over (mu_in, mu_out, azimuth, channel) as a slice reads them, mu_in >= mu_out
-/// where the table is symmetric; cosines evenly spaced over the coordinate of mu_places.h.
+/// where the table is symmetric; cosines evenly spaced over sqrt(1 - mu) (1 - mu^(1/4) / 2).
 struct RefinedSamples {
     std::vector<float> sample;
     bool symmetric;

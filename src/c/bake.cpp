@@ -10,9 +10,6 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus::c {
 namespace {

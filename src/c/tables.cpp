@@ -6,8 +6,6 @@
 #include "errors.h"
 #include "handles.h"
 
-#include <cmath>
-#include <filesystem>
 #include <utility>
 
 namespace stratus::c {

@@ -9,9 +9,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <algorithm>
 #include <cmath>
-#include <string>
 
 namespace stratus {
 namespace {

@@ -10,7 +10,6 @@
 #include <map>
 #include <mutex>
 #include <set>
-#include <utility>
 
 namespace stratus {
 namespace {
@@ -18,9 +17,9 @@ namespace {
 constexpr ParameterRanges all_layers{{1e-4, 64}, {0, 1}, {0, 1}, {-0.95, 0.95}};
 
 double cos_scattering_angle(const Observation& observed) {
-    return observed.light == Light::transmitted
-               ? cos_scattering_angle_transmitted(observed.geometry)
-               : cos_scattering_angle_reflected(observed.geometry);
+    return stratus::cos_scattering_angle(
+        observed.light == Light::transmitted ? Side::transmission : Side::reflection,
+        observed.geometry);
 }
 
 /// Whether it takes long to see a table at another point of its family.

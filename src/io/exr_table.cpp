@@ -1,7 +1,18 @@
-// Each dataset of samples is one part of a multi-part file, with one channel Y. Everything else is
-// text in attributes:
+// TABLE.exr: the same table as float images, for renderers and GPUs that already read OpenEXR.
 //
-//     stratus:NAME            on the first part, an entry of the metadata, checksum included
+// One part for each dataset, with the same name, one channel Y of 32-bit floats and a data window
+// that begins at 0, 0:
+//
+//     reflection_multiple,     one row of tiles per albedo, one column of tiles per optical depth;
+//     transmission_multiple    in a tile row = mu_in, column = mu_out * azimuth_count + azimuth
+//     plane_albedo,            row = albedo * optical_depth_count + optical_depth, column = mu_in
+//     diffuse_transmittance
+//     spherical_albedo         row = albedo, column = optical_depth
+//
+// Everything else is text in attributes; equal tables make equal files:
+//
+//     stratus:NAME            on the first part, an attribute NAME of the root of TABLE.h5, checksum
+//                             included
 //     dataset:NAME            on the first part, the numbers of an axis or of the diffusion
 //                             exponent, separated by spaces
 //     dataset:NAME.scale, dataset:NAME.units      on the first part
@@ -10,7 +21,6 @@
 // The metadata's checksum covers `stratus:` and `dataset:`. Headers are checked before OpenEXR
 // reads them, because it allocates memory for any size that they give.
 #include "memory_stream.h"
-#include "table_axes.h"
 #include "table_content.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -28,7 +38,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 namespace stratus::io {
 namespace {

@@ -5,15 +5,13 @@
 
 #include "hdf5_attributes.h"
 #include "hdf5_library.h"
-#include "hdf5_memory_file.h"
+#include "hdf5_file.h"
 
 #include <hdf5.h>
 #include <hdf5_hl.h>
 
 #include <cstddef>
 #include <span>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -12,10 +12,11 @@ namespace stratus {
 
 struct SampleFiles::File {
     /// Errors   std::system_error where the system refuses.
-    File(const std::filesystem::path& folder, const std::array<std::size_t, 2>& of_sides)
+    File(const std::filesystem::path& folder, const PerSide<std::size_t>& of_sides)
         : descriptor(io::Descriptor::unnamed_in(folder)),
-          size(std::max<std::size_t>(1, of_sides[0] + of_sides[1]) * sizeof(float)),
-          first{0, of_sides[0]},
+          size(std::max<std::size_t>(1, of_sides.reflection + of_sides.transmission) *
+               sizeof(float)),
+          first{0, of_sides.reflection},
           counts(of_sides) {
         const int number = descriptor.number();
         if (::fallocate(number, 0, 0, static_cast<off_t>(size)) == 0)
@@ -27,15 +28,15 @@ struct SampleFiles::File {
     File& operator=(const File&) = delete;
 
     const io::Descriptor descriptor;
-    const std::size_t size;                          // bytes
-    const std::array<std::size_t, 2> first, counts;  // samples of each side
+    const std::size_t size;                    // bytes
+    const PerSide<std::size_t> first, counts;  // samples of each side
     void* mapped = MAP_FAILED;
 };
 
 SampleFiles::SampleFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 SampleFiles::~SampleFiles() = default;
 
-bool SampleFiles::make_room(const std::array<std::size_t, 2>& counts) {
+bool SampleFiles::make_room(const PerSide<std::size_t>& counts) {
     file_.reset();
     try {
         file_ = std::make_unique<File>(folder_.empty() ? "." : folder_, counts);
@@ -46,14 +47,13 @@ bool SampleFiles::make_room(const std::array<std::size_t, 2>& counts) {
 }
 
 void SampleFiles::write(Side side, std::size_t first, std::span<const float> samples) {
-    const std::size_t at = file_->first[side == Side::transmission] + first;
+    const std::size_t at = file_->first[side] + first;
     file_->descriptor.write_at(
         at * sizeof(float), {reinterpret_cast<const char*>(samples.data()), samples.size_bytes()});
 }
 
 std::span<const float> SampleFiles::samples(Side side) const noexcept {
-    const std::size_t of = side == Side::transmission;
-    return {static_cast<const float*>(file_->mapped) + file_->first[of], file_->counts[of]};
+    return {static_cast<const float*>(file_->mapped) + file_->first[side], file_->counts[side]};
 }
 
 void SampleFiles::release() const noexcept { ::madvise(file_->mapped, file_->size, MADV_DONTNEED); }

@@ -5,8 +5,6 @@
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/write_options.h>
 
-#include "exr_table.h"
-#include "hdf5_table.h"
 #include "table_content.h"
 
 namespace stratus {
@@ -34,11 +32,6 @@ const Format& find_format(const std::filesystem::path& path, const char* functio
     return extension == ".h5" ? hdf5 : exr;
 }
 
-void write_directly(const Table& table, const std::filesystem::path& path, const Format& format) {
-    io::check_table(table);
-    io::naming(path, [&] { format.write(table, io::make_metadata(table), path, {}); });
-}
-
 /// Reads a table, and names the path in errors.
 Table read(const std::filesystem::path& path, const ReadOptions& options, const Format& format) {
     return io::naming(path, [&] {
@@ -54,22 +47,6 @@ Table read(const std::filesystem::path& path, const ReadOptions& options, const 
 }
 
 }  // namespace
-
-Table read_hdf5_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return read(path, options, hdf5);
-}
-
-Table read_exr_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return read(path, options, exr);
-}
-
-void write_hdf5_table(const Table& table, const std::filesystem::path& path) {
-    write_directly(table, path, hdf5);
-}
-
-void write_exr_table(const Table& table, const std::filesystem::path& path) {
-    write_directly(table, path, exr);
-}
 
 Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
     return read(path, options, find_format(path, "read_table"));

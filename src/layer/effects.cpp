@@ -4,7 +4,6 @@
 #include <stratus/base/constants.h>
 
 #include <cmath>
-#include <string>
 
 namespace stratus {
 

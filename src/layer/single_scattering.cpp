@@ -31,6 +31,12 @@ double single_transmission(double phase_value, double albedo, double optical_dep
            (steep * shallow);
 }
 
+double single_scattering(Side side, double phase_value, double albedo, double optical_depth,
+                         double mu_in, double mu_out) noexcept {
+    return (side == Side::reflection ? single_reflection : single_transmission)(
+        phase_value, albedo, optical_depth, mu_in, mu_out);
+}
+
 double direct_transmittance(double optical_depth, double mu) noexcept {
     return std::exp(-optical_depth / mu);
 }

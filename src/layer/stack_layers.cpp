@@ -60,32 +60,31 @@ double single_transmission_through(const Surroundings& around, double phase_valu
            single_transmission(phase_value, albedo, optical_depth, mu_in, mu_out);
 }
 
-double stack_single_reflection(const std::vector<StackLayer>& layers,
+double stack_single_scattering(Side side, const std::vector<StackLayer>& layers,
                                const Geometry& geometry) noexcept {
-    const double cosine = cos_scattering_angle_reflected(geometry);
-    Surroundings around;
+    const auto through =
+        side == Side::reflection ? single_reflection_through : single_transmission_through;
+    const double cosine = cos_scattering_angle(side, geometry);
+    Surroundings around{0, total_depth(layers)};
+    if (side == Side::transmission && around.below == infinity) return 0;
     double sum = 0;
     for (const StackLayer& layer : layers) {
-        sum += single_reflection_through(around, layer.phase_function(cosine), layer.albedo,
-                                         layer.optical_depth, geometry.mu_in, geometry.mu_out);
+        around.below = std::max(0.0, around.below - layer.optical_depth);
+        sum += through(around, layer.phase_function(cosine), layer.albedo, layer.optical_depth,
+                       geometry.mu_in, geometry.mu_out);
         around.above += layer.optical_depth;
     }
     return sum;
 }
 
+double stack_single_reflection(const std::vector<StackLayer>& layers,
+                               const Geometry& geometry) noexcept {
+    return stack_single_scattering(Side::reflection, layers, geometry);
+}
+
 double stack_single_transmission(const std::vector<StackLayer>& layers,
                                  const Geometry& geometry) noexcept {
-    const double cosine = cos_scattering_angle_transmitted(geometry);
-    Surroundings around{0, total_depth(layers)};
-    if (around.below == infinity) return 0;
-    double sum = 0;
-    for (const StackLayer& layer : layers) {
-        around.below = std::max(0.0, around.below - layer.optical_depth);
-        sum += single_transmission_through(around, layer.phase_function(cosine), layer.albedo,
-                                           layer.optical_depth, geometry.mu_in, geometry.mu_out);
-        around.above += layer.optical_depth;
-    }
-    return sum;
+    return stack_single_scattering(Side::transmission, layers, geometry);
 }
 
 }  // namespace stratus

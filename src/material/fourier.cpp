@@ -291,8 +291,9 @@ MaterialFile make_fourier(const Material& material, const MaterialOptions& optio
     const FourierTable table(material, options);
     const std::string error = table.error_beyond(options.tolerance);
     if (!error.empty())
-        file.notes.push_back("between the file's cosines readers are off by up to " + error +
-                             ", most of it straight on or back, where the phase function peaks");
+        file.notes.push_back(
+            "between the file's cosines readers are off by up to " + error +
+            ", most of it straight on or back, where the phase function or the ground peaks");
     const auto bytes = std::make_shared<const Encoder>(
         table.encode(describe(material) + ". Without the beam straight through, exp(-tau/mu)."));
     file.write = [bytes](const std::filesystem::path& path) { bytes->write(path); };

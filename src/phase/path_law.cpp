@@ -4,16 +4,40 @@
 #include <stratus/base/constants.h>
 
 #include "kernels/path_sums.h"
-#include "octaves.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace stratus {
 namespace {
 
 constexpr int max_count = PathWeights::max_count;
+
+// Samples evenly spaced within each octave of a number, 2^bits to an octave: the leading bits of a
+// float are its place among them, with no logarithm. base/lanes.h finds places.
+
+constexpr int mantissa_bits = 23;
+
+std::int32_t to_bits(float x) {
+    std::int32_t bits;
+    std::memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/// The sample at an index; that at 0 is `lowest`, a power of 2.
+double octave_sample(float lowest, int bits, int index) {
+    const std::int32_t moved = to_bits(lowest) + index * (1 << (mantissa_bits - bits));
+    float sample;
+    std::memcpy(&sample, &moved, sizeof sample);
+    return double{sample};
+}
+
+/// Index of the sample at or below x >= lowest.
+int octave_index(float lowest, int bits, float x) {
+    return (to_bits(x) - to_bits(lowest)) >> (mantissa_bits - bits);
+}
 
 struct Inverses {
     double of[max_count + 1];
@@ -277,8 +301,7 @@ double PathOrders::operator()(Side side, double albedo, double optical_depth,
     PathWeights weights = path_weights(side, count, optical_depth, geometry.mu_in, geometry.mu_out);
     double power = albedo;
     for (int n = 1; n < weights.count; ++n, power *= albedo) weights.of_order[n] *= power;
-    const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(geometry)
-                                                   : cos_scattering_angle_transmitted(geometry);
+    const double cosine = cos_scattering_angle(side, geometry);
     return (*this)(weights, 1 - cosine, 1 + cosine);
 }
 

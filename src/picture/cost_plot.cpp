@@ -22,7 +22,7 @@ constexpr double margin = 6, left = 50, right = 14;
 constexpr double title_height = 17, legend_row = 12, plot_height = 196, axis_height = 34;
 constexpr double panel_gap = 10;
 constexpr double title_size = 9.5;
-constexpr double mark_radius = 2.3, chosen_radius = 3.6;
+constexpr double label_size = 7, mark_radius = 2.3, chosen_radius = 3.6;
 constexpr double key_width = 16;  // of the legend
 
 struct Style {
@@ -115,111 +115,21 @@ void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
             if (series.role != role) continue;
             if (role == Role::frontier) draw_steps(page, frame, series);
             for (const PlotPoint& point : series.points) {
-                if (role == Role::chosen) draw_chosen_mark(page, frame.at(point.x, point.y));
+                const Point at = frame.at(point.x, point.y);
+                if (role == Role::chosen) draw_chosen_mark(page, at);
                 if (role == Role::measured)
-                    draw_measured_mark(page, frame.at(point.x, point.y),
-                                       series_style(panel, series));
+                    draw_measured_mark(page, at, series_style(panel, series));
             }
         }
-}
-
-// ---- Labels: each is placed near its point where it covers least
-
-struct PointLabel {
-    Point point;
-    std::string text;
-    bool is_required;  // drawn where it covers other things too, if need be
-};
-
-/// Areas that labels should not cover.
-struct Obstacles {
-    std::vector<Box> marks, lines;
-};
-
-constexpr double label_size = 7, padding = 0.8, descent = 1.2, ascent = 5.4;
-constexpr double near = 8, far = 32;  // from the point
-
-bool overlap(const Box& a, const Box& b) {
-    return a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1;
-}
-
-bool contains(const Box& outer, const Box& inner) {
-    return outer.x0 <= inner.x0 && inner.x1 <= outer.x1 && outer.y0 <= inner.y0 &&
-           inner.y1 <= outer.y1;
-}
-
-double penalty(const Box& label, const Box& plot, const Obstacles& obstacles,
-               const std::vector<Box>& placed) {
-    constexpr double mark = 2, line = 1, other_label = 100, outside = 1000;
-    double sum = contains(plot, label) ? 0 : outside;
-    const auto add = [&](const std::vector<Box>& boxes, double each) {
-        for (const Box& box : boxes) sum += overlap(label, box) ? each : 0;
-    };
-    add(obstacles.marks, mark);
-    add(obstacles.lines, line);
-    add(placed, other_label);
-    return sum;
-}
-
-/// Places labels in their order; those without room are left out unless required.
-void draw_labels(const Page& page, const Box& plot, const Obstacles& obstacles,
-                 const std::vector<PointLabel>& labels) {
-    constexpr double max_optional_penalty = 2;  // from here on a label is left out
-    std::vector<Box> placed;
-    for (const PointLabel& label : labels) {
-        const double width = page.text_width(label.text, label_size) + 2 * padding;
-        const double height = ascent + descent + 2 * padding;
-        Box best{};
-        double best_penalty = infinity;
-        for (int distance = 5; distance <= (label.is_required ? far : near); distance += 3)
-            for (const double angle : {-0.25, 0.0, 0.25, 0.75, 1.0, -0.75, 0.5, -0.5}) {
-                const double across = std::cos(pi * angle), down = -std::sin(pi * angle);
-                const double x = label.point.x + distance * across + across * width / 2;
-                const double y = label.point.y + distance * down + down * height / 2;
-                const Box box{x - width / 2, y - height / 2, x + width / 2, y + height / 2};
-                const double met = penalty(box, plot, obstacles, placed) + 0.02 * distance;
-                if (met >= best_penalty) continue;
-                best_penalty = met;
-                best = box;
-            }
-        if (!label.is_required && penalty(best, plot, obstacles, placed) >= max_optional_penalty)
-            continue;
-        placed.push_back(best);
-        page.fill(best, white);
-        page.text({best.x0 + padding, best.y1 - padding - descent}, label.text, label_size,
-                  label.is_required ? black : grey);
-    }
-}
-
-Obstacles series_obstacles(const Frame& frame, const PlotPanel& panel) {
-    Obstacles obstacles;
-    for (const PlotSeries& series : panel.series) {
-        const double r = series.role == Role::chosen ? 1.25 * chosen_radius : mark_radius;
-        for (std::size_t n = 0; n < series.points.size(); ++n) {
-            const auto [x, y] = frame.at(series.points[n].x, series.points[n].y);
-            if (series.role != Role::frontier) {
-                obstacles.marks.push_back({x - r, y - r, x + r, y + r});
-            } else if (n > 0) {
-                const auto [from_x, from_y] =
-                    frame.at(series.points[n - 1].x, series.points[n - 1].y);
-                obstacles.lines.push_back({from_x, from_y - 0.5, x, from_y + 0.5});
-                obstacles.lines.push_back({x - 0.5, from_y, x + 0.5, y});
-            }
+    // Errors fall as costs rise: above and to the right of a chosen point there are few others.
+    for (const PlotSeries& series : panel.series)
+        for (const PlotPoint& point : series.points) {
+            const Point at = frame.at(point.x, point.y);
+            const bool has_room =
+                at.x + 5 + page.text_width(point.label, label_size) < frame.box.x1;
+            page.haloed_text({at.x + (has_room ? 5 : -5), at.y - 3}, point.label, label_size, black,
+                             {2, white}, has_room ? Align::left : Align::right);
         }
-    }
-    return obstacles;
-}
-
-std::vector<PointLabel> point_labels(const Frame& frame, const PlotPanel& panel) {
-    std::vector<PointLabel> labels;
-    for (const Role role : {Role::chosen, Role::frontier, Role::measured})
-        for (const PlotSeries& series : panel.series)
-            if (series.role == role)
-                for (const PlotPoint& point : series.points)
-                    if (!point.label.empty())
-                        labels.push_back(
-                            {frame.at(point.x, point.y), point.label, role == Role::chosen});
-    return labels;
 }
 
 // ---- Legend
@@ -286,7 +196,6 @@ void draw_panel(const Page& page, const PlotPanel& panel, double top) {
     draw_legend(page, panel, top + title_height);
     draw_axes(page, frame, panel);
     draw_series(page, frame, panel);
-    draw_labels(page, frame.box, series_obstacles(frame, panel), point_labels(frame, panel));
 }
 
 }  // namespace

@@ -5,13 +5,9 @@
 #include <cairo-svg.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <stdexcept>
 
 namespace stratus {
 namespace {

@@ -29,10 +29,11 @@ OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side
                               double optical_depth);
 
 /// Texels of a filtered text's `stratus_numbers` that tell of its other textures (multiple.shader).
-constexpr int first_filter_texel = 32, filter_texels = 12;
+constexpr int first_filter_texel = 32, most_filtered_blocks = 24,
+              filter_texels = 4 + 2 * most_filtered_blocks;
 
 /// `stratus_numbers` of filtered light: records of both sides, texels of the filter, still empty, samples of
-/// phase functions, and the path law of a bound layer's colours, each a step, or of all albedos.
+/// phase functions, and the path law of a bound layer's colours, each a step.
 struct FilteredNumbers {
     ShaderTexture texture;
     int constants;

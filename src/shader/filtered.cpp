@@ -2,12 +2,12 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
-#include <stratus/base/half.h>
 #include <stratus/table/packed_block.h>
 
 #include "bound_layer.h"
 #include "filtered_as_cxx.h"
 #include "filtered_blocks.h"
+#include "filtered_path.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ constexpr int colours = 3;
 /// How much finer than the table's samples a texture is, along cosines and along the azimuth: as little
 /// as keeps all but one in a thousand of R and T within a target.
 constexpr int finer[][2] = {{1, 1}, {2, 1}, {2, 2}, {3, 2}, {3, 3}};
-constexpr double least_target = 2e-3;
+constexpr double most_error = 2e-3;
 
 /// Values of the three colours over a grid, the first axis innermost.
 struct Grid {
@@ -128,7 +128,7 @@ std::vector<Light> random_light(Text& text, const TableView& table, bool bound) 
     const AxisView &albedos = table.albedo, &depths = table.optical_depth;
     const double deepest = depths.highest * (depths.ends_at_infinity ? 4 : 1);
     std::vector<Light> all;
-    for (int n = 0; n < 2000; ++n) {
+    for (int n = 0; n < 5000; ++n) {
         const float mu_in = cosine(random), mu_out = cosine(random), turn = azimuth(random);
         if (!bound) {
             const float albedo = between(albedos.lowest, albedos.highest),
@@ -173,25 +173,16 @@ void set_texel(ShaderTexture& texture, int texel, const vec4& to) {
                 sizeof value);
 }
 
-std::vector<char> as_halves(const std::vector<vec4>& texels) {
-    std::vector<Half> halves;
-    for (const vec4& at : texels)
-        for (const float value : {at.x, at.y, at.z, at.w}) halves.push_back(to_half(value));
-    std::vector<char> bytes(halves.size() * sizeof(Half));
-    std::memcpy(bytes.data(), halves.data(), bytes.size());
-    return bytes;
-}
-
 /// A block of the light: the first texel of its rows in the layer.
 struct LightBlock {
     int side, first;
 };
 
-/// Fills in the texture, the words of a block `rows` texels apart. Returns its texels.
+/// Texels of `light`, whose shape is filled in, the words of a block `rows` texels apart.
 std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlock>& blocks,
                                 int words, std::size_t rows, int finer_cosines, int finer_azimuths,
-                                FilteredLight& made) {
-    std::vector<vec4> light;
+                                ShaderTexture& light) {
+    std::vector<vec4> texels;
     for (const LightBlock& block : blocks) {
         std::vector<Grid> of_word;
         for (int word = 0; word < words; ++word) {
@@ -204,19 +195,22 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
         const auto plane = static_cast<std::ptrdiff_t>(first.stride(2));
         for (int k = 0; k < first.count[2]; ++k)
             for (const Grid& grid : of_word)
-                light.insert(light.end(), grid.value.begin() + k * plane,
-                             grid.value.begin() + (k + 1) * plane);
-        made.width = first.count[0];
-        made.height = words * first.count[1];
-        made.depth = static_cast<int>(blocks.size()) * first.count[2];
+                texels.insert(texels.end(), grid.value.begin() + k * plane,
+                              grid.value.begin() + (k + 1) * plane);
+        light = {"stratus_light",
+                 words * first.count[1],
+                 true,
+                 {},
+                 first.count[0],
+                 static_cast<int>(blocks.size()) * first.count[2]};
     }
-    return light;
+    return texels;
 }
 
 /// Tries finer and finer textures: fill(finer_cosines, finer_azimuths) makes one.
 template <class Fill>
-void refine(const TableView& table, const std::vector<Light>& exact, double target,
-            FilteredLight& made, const Fill& fill) {
+void refine(const TableView& table, const std::vector<Light>& exact, FilteredLight& made,
+            const Fill& fill) {
     // A spline goes through at least four values.
     const auto least = [](int samples) { return samples > 1 && samples < 4 ? 3 : 1; };
     const int cosines = least(std::min(table.mu_in.count, table.mu_out.count)),
@@ -224,23 +218,24 @@ void refine(const TableView& table, const std::vector<Light>& exact, double targ
     for (const auto& [along_cosines, along_azimuth] : finer) {
         fill(cosines * along_cosines, azimuths * along_azimuth);
         measure(exact, table, made);
-        if (made.usual_error <= target) break;
+        if (made.usual_error <= most_error) break;
     }
 }
 
 /// `stratus_weights`: reflection above transmission.
-ShaderTexture weights_texture(const SideBlocks (&sides)[2], int words) {
-    const int albedos = std::max(sides[0].albedos, sides[1].albedos),
-              width = std::max(sides[0].columns, sides[1].columns);
-    std::vector<vec4> texels(static_cast<std::size_t>(2 * words * albedos * width));
-    for (int side = 0; side < 2; ++side)
+ShaderTexture weights_texture(const SideBlocks (&sides)[2]) {
+    const std::size_t rows = filtered_words *
+                             std::max(sides[0].albedos.size(), sides[1].albedos.size()),
+                      width =
+                          static_cast<std::size_t>(std::max(sides[0].columns, sides[1].columns));
+    std::vector<vec4> texels(2 * rows * width);
+    for (std::size_t side = 0; side < 2; ++side)
         for (std::size_t n = 0; n < sides[side].weights.size(); ++n) {
-            const int row = static_cast<int>(n) / sides[side].columns,
-                      column = static_cast<int>(n) % sides[side].columns;
-            texels[static_cast<std::size_t>((side * words * albedos + row) * width + column)] =
-                sides[side].weights[n];
+            const auto columns = static_cast<std::size_t>(sides[side].columns);
+            texels[(side * rows + n / columns) * width + n % columns] = sides[side].weights[n];
         }
-    return {"stratus_weights", 2 * words * albedos, true, as_halves(texels), width};
+    return {"stratus_weights", static_cast<int>(2 * rows), true, as_halves(texels),
+            static_cast<int>(width)};
 }
 
 }  // namespace
@@ -259,11 +254,12 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
     FilteredNumbers numbers = filtered_numbers(table, &path);
     made.constant_numbers = numbers.constants;
     const vec4 first = layer.stratus_layer_texel(3);
-    refine(view, exact, least_target, made, [&](int cosines, int azimuths) {
+    refine(view, exact, made, [&](int cosines, int azimuths) {
+        ShaderTexture spline;
         std::vector<vec4> light = spline_texels(layer,
                                                 {{STRATUS_REFLECTION, static_cast<int>(first.x)},
                                                  {STRATUS_TRANSMISSION, static_cast<int>(first.y)}},
-                                                1, 0, cosines, azimuths, made);
+                                                1, 0, cosines, azimuths, spline);
         float largest[colours] = {};
         constexpr float most = 1024;  // far from both ends of halves
         for (const vec4& at : light)
@@ -272,7 +268,7 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
                     std::max({largest[c], std::abs(layer.stratus_component(at, c)), 1e-30f});
         for (vec4& at : light)
             at = {at.x / largest[0] * most, at.y / largest[1] * most, at.z / largest[2] * most, 0};
-        made.bytes = as_halves(light);
+        spline.bytes = as_halves(light);
         for (int c = 0; c < colours; ++c) {
             vec4 colour = layer.stratus_layer_texel(c);
             colour.w = largest[c] / most;
@@ -280,7 +276,7 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
         }
         set_texel(numbers.texture, first_filter_texel,
                   {static_cast<float>(cosines), static_cast<float>(azimuths), 1, 1});
-        made.textures = {numbers.texture, texture};
+        made.textures = {numbers.texture, texture, spline};
     });
     return made;
 }
@@ -296,39 +292,44 @@ FilteredLight filtered_layers(const PackedTable& table) {
     made.constant_numbers = numbers.constants;
     shader::AsCxx factors({numbers.texture, {}});
     const std::size_t rows = FunctionLayout(view).rows();
-    const SideBlocks sides[2] = {side_blocks(exact, factors, rows, STRATUS_REFLECTION),
-                                 side_blocks(exact, factors, rows, STRATUS_TRANSMISSION)};
+    const bool may_jump = view.tolerance > most_error;
+    const SideBlocks sides[2] = {side_blocks(exact, factors, rows, STRATUS_REFLECTION, may_jump),
+                                 side_blocks(exact, factors, rows, STRATUS_TRANSMISSION, may_jump)};
     std::vector<LightBlock> blocks;
     for (int side = 0; side < 2; ++side) {
         const SideBlocks& of = sides[side];
-        for (int block = 0; block < of.blocks; ++block)
+        for (std::size_t block = 0; block < of.blocks.size(); ++block) {
             blocks.push_back(
-                {side, static_cast<int>(exact.layer.size() +
-                                        static_cast<std::size_t>(block * filtered_words) * rows)});
-        exact.layer.insert(exact.layer.end(), of.rows.begin(), of.rows.end());
-        set_texel(numbers.texture, first_filter_texel + 2 + side,
-                  {of.first, of.steps_per_unit, of.unit, filtered_depth_steps});
-        for (int block = 0; block + 1 < of.blocks; block += 4) {
-            vec4 last;
-            for (int k = block; k < std::min(block + 4, of.blocks - 1); ++k)
-                component(last, k - block) = of.last_step[static_cast<std::size_t>(k)];
-            set_texel(numbers.texture, first_filter_texel + 4 * (side + 1) + block / 4, last);
+                {side, static_cast<int>(exact.layer.size() + block * filtered_words * rows)});
+            set_texel(
+                numbers.texture,
+                first_filter_texel + 4 + side * most_filtered_blocks + static_cast<int>(block),
+                of.blocks[block]);
         }
+        exact.layer.insert(exact.layer.end(), of.rows.begin(), of.rows.end());
     }
-    const ShaderTexture weights = weights_texture(sides, filtered_words);
-    const SideBlocks& any = sides[sides[0].blocks > 0 ? 0 : 1];
+    const SideBlocks& any = sides[sides[0].blocks.empty() ? 1 : 0];
+    const ShaderTexture weights = weights_texture(sides);
     set_texel(numbers.texture, first_filter_texel + 1,
               {any.offset, any.finer_albedos, static_cast<float>(weights.width),
                static_cast<float>(weights.height)});
-    // From one of its own blocks to the next the table may jump by as much as its tolerance allows.
-    const double target = std::max(least_target, view.tolerance / 4);
-    refine(view, expected, target, made, [&](int cosines, int azimuths) {
-        made.bytes =
-            as_halves(spline_texels(exact, blocks, filtered_words, rows, cosines, azimuths, made));
+    FilteredPath path{};
+    if (view.path_law != nullptr) path = filtered_path(view, any.albedos);
+    set_texel(numbers.texture, first_filter_texel + 2,
+              {sides[0].unit, sides[1].unit, path.lost_at_albedo_one, path.deepest});
+    set_texel(numbers.texture, first_filter_texel + 3, path.grid);
+    refine(view, expected, made, [&](int cosines, int azimuths) {
+        ShaderTexture spline;
+        const std::vector<vec4> light =
+            spline_texels(exact, blocks, filtered_words, rows, cosines, azimuths, spline);
+        spline.bytes = as_halves(light);
         set_texel(numbers.texture, first_filter_texel,
                   {static_cast<float>(cosines), static_cast<float>(azimuths),
-                   static_cast<float>(sides[0].blocks), static_cast<float>(sides[1].blocks)});
-        made.textures = {numbers.texture, weights};
+                   static_cast<float>(sides[0].blocks.size()),
+                   static_cast<float>(sides[1].blocks.size())});
+        made.textures = {numbers.texture, weights, spline};
+        if (view.path_law != nullptr)
+            made.textures.insert(made.textures.end(), {path.functions, path.weights});
     });
     return made;
 }

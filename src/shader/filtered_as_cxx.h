@@ -3,23 +3,24 @@
 
 #include "as_cxx.h"
 
-#include <array>
+#include <cstddef>
 #include <utility>
 
 namespace stratus::shader {
 
 #define STRATUS_FILTERED
+#define STRATUS_FILTERED_PATH
 
 struct FilteredAsCxx : Language {
     FilteredLight filtered;
-    std::vector<vec4> light, weights;
-    int fetches = 0;  // since it was made
+    std::vector<std::vector<vec4>> texels;  // of its textures
+    int fetches = 0;                        // since it was made
 
     explicit FilteredAsCxx(FilteredLight filtered_)
         : Language({filtered_.textures[0], {}, filtered_.textures[1]}),
-          filtered(std::move(filtered_)),
-          light(to_texels(filtered.bytes, true)) {
-        if (!filtered.bound) weights.swap(layer);
+          filtered(std::move(filtered_)) {
+        for (const ShaderTexture& of : filtered.textures)
+            texels.push_back(to_texels(of.bytes, of.halves));
     }
 
     vec4 stratus_number(int texel) {
@@ -30,18 +31,16 @@ struct FilteredAsCxx : Language {
         fetches += texel >= filtered_layer_constants;
         return Language::stratus_layer_texel(texel);
     }
-    vec4 stratus_light_at(vec3 place) {
-        return filtered_at(light, {filtered.width, filtered.height, filtered.depth},
-                           {place.x, place.y, place.z});
-    }
-    vec4 stratus_weights_at(float x, float y) {
-        const ShaderTexture& of = filtered.textures[1];
-        return filtered_at(weights, {of.width, of.height, 1}, {x, y, 0.5f});
-    }
+    vec4 stratus_light_at(vec3 place) { return filtered_at(2, place); }
+    vec4 stratus_weights_at(float x, float y) { return filtered_at(1, {x, y, 0.5f}); }
+    vec4 stratus_path_functions_at(float x, float y) { return filtered_at(3, {x, y, 0.5f}); }
+    vec4 stratus_path_weights_at(vec3 place) { return filtered_at(4, place); }
 
     /// Filters with weights of 8 bits, as GPUs do.
-    vec4 filtered_at(const std::vector<vec4>& texels, const std::array<int, 3>& count,
-                     const std::array<float, 3>& share) {
+    vec4 filtered_at(std::size_t texture, vec3 place) {
+        const ShaderTexture& of = filtered.textures[texture];
+        const int count[] = {of.width, of.height, std::max(of.depth, 1)};
+        const float share[] = {place.x, place.y, place.z};
         ++fetches;
         int low[3], high[3];
         float weight[3];
@@ -60,7 +59,7 @@ struct FilteredAsCxx : Language {
                 texel = texel * count[a] + (upper ? high[a] : low[a]);
                 product *= upper ? weight[a] : 1 - weight[a];
             }
-            sum = sum + texels[static_cast<std::size_t>(texel)] * product;
+            sum = sum + texels[texture][static_cast<std::size_t>(texel)] * product;
         }
         return sum;
     }
@@ -73,5 +72,6 @@ struct FilteredAsCxx : Language {
 };
 
 #undef STRATUS_FILTERED
+#undef STRATUS_FILTERED_PATH
 
 }  // namespace stratus::shader

@@ -1,6 +1,7 @@
 #include "filtered_blocks.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/base/half.h>
 #include <stratus/table/packed_block.h>
 
 #include "bound_layer.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <map>
 #include <random>
 #include <utility>
@@ -19,39 +21,77 @@ namespace {
 using shader::vec4;
 using Text = shader::AsCxx;
 
-constexpr int depth_steps = filtered_depth_steps, albedo_steps = 64, sketch_directions = 600;
-constexpr int least_steps = depth_steps / most_filtered_blocks;
+constexpr int depth_units = 16, unit_steps = 12;  // of the depths; a block is a unit at least
+constexpr int albedo_steps = 32, sketch_directions = 600;
 constexpr double most_left = 1e-3;
-constexpr float full_scale = 2048;  // of weights and functions: small ones keep their digits
 
 std::size_t index(int n) { return static_cast<std::size_t>(n); }
 
 /// Layers evenly in the coordinates that their weights are read by.
 struct LayerGrid {
-    vec4 albedo_axis;
-    int finer = 0, albedos;     // finer than the table's albedos, of which there may be one
-    float offset, first, last;  // of log2(tau / (tau + offset))
+    int finer = 0;  // than the table's albedos, of which there may be one
+    float offset;   // of the coordinate of the depth, log2(tau / (tau + offset))
+    std::vector<float> albedo, depth;
+    std::vector<int> range;  // where the depths that no block spans begin; and their number
 
-    LayerGrid(Text& exact, int side) : albedo_axis(exact.stratus_field(side, 3)) {
-        const vec4 range = exact.stratus_field(side, 9);
+    LayerGrid(Text& exact, int side, bool may_jump) {
+        const vec4 albedo_axis = exact.stratus_field(side, 3), ends = exact.stratus_field(side, 9);
         if (albedo_axis.y > 0) finer = static_cast<int>(std::ceil(albedo_steps / albedo_axis.z));
-        albedos = static_cast<int>(albedo_axis.z) * finer + 1;
-        offset = range.w > 0 ? range.w : 1;
-        first = coordinate(std::max(range.z, 1e-30f));
-        last = coordinate(exact.stratus_field(side, 10).x);
+        const float step = finer > 0 ? 1 / (albedo_axis.y * static_cast<float>(finer)) : 0;
+        for (int a = 0; a <= static_cast<int>(albedo_axis.z) * finer; ++a) {
+            const float root = albedo_axis.x + static_cast<float>(a) * step, square = root * root;
+            albedo.push_back(
+                std::clamp(1 - (albedo_axis.w > 0 ? square * square : square), 0.0f, 1.0f));
+        }
+        offset = ends.w > 0 ? ends.w : 1;
+        std::vector<float> part{coordinate(std::max(ends.z, 1e-30f)),
+                                coordinate(exact.stratus_field(side, 10).x)};
+        if (may_jump) {
+            const std::vector<float> jumps = table_jumps(exact, side);
+            part.insert(part.begin() + 1, jumps.begin(), jumps.end());
+        }
+        const float units = depth_units / std::max(part.back() - part.front(), 1e-6f);
+        for (std::size_t p = 0; p + 1 < part.size(); ++p) {
+            constexpr float inside = 1e-6f;  // of the range, so that it is the range's own block
+            const float first = part[p] + (p > 0 ? inside : 0),
+                        last = part[p + 1] - (p + 2 < part.size() ? inside : 0);
+            const int steps =
+                unit_steps * std::max(1, static_cast<int>((last - first) * units + 0.01f));
+            range.push_back(static_cast<int>(depth.size()));
+            for (int d = 0; d <= steps; ++d)
+                depth.push_back(depth_at(first + (last - first) * static_cast<float>(d) /
+                                                     static_cast<float>(steps)));
+        }
+        range.push_back(static_cast<int>(depth.size()));
     }
-    float coordinate(float depth) const { return std::log2(depth / (depth + offset)); }
-    float albedo(int a) const {
-        const float step = finer > 0 ? 1 / (albedo_axis.y * static_cast<float>(finer)) : 0,
-                    root = albedo_axis.x + static_cast<float>(a) * step, square = root * root;
-        return std::clamp(1 - (albedo_axis.w > 0 ? square * square : square), 0.0f, 1.0f);
-    }
-    float depth(int d) const {
-        const float share =
-            std::exp2(first + (last - first) * static_cast<float>(d) / float{depth_steps});
+    float coordinate(float at) const { return std::log2(at / (at + offset)); }
+    std::size_t number(std::size_t a, int d) const { return a * depth.size() + index(d); }
+
+  private:
+    float depth_at(float coordinate) const {
+        const float share = std::exp2(coordinate);
         return share < 1 ? std::min(offset * share / (1 - share), 1e30f) : 1e30f;
     }
-    std::size_t number(int a, int d) const { return index(a * (depth_steps + 1) + d); }
+
+    /// Coordinates of the depths at which one of the table's blocks ends and the next begins.
+    std::vector<float> table_jumps(Text& exact, int side) const {
+        constexpr std::size_t most = 8;
+        const vec4 axis = exact.stratus_field(side, 4);
+        const int cells = static_cast<int>(exact.stratus_field(side, 13).y),
+                  depths = static_cast<int>(axis.z) + 1,
+                  albedos = static_cast<int>(exact.stratus_field(side, 3).z) + 1;
+        std::vector<float> jumps;
+        for (int d = 1; d < depths && jumps.size() < most; ++d) {
+            bool jump = false;
+            for (int a = 0; a < albedos; ++a) {
+                const int cell = cells + a * depths + d;
+                jump |= exact.stratus_number(cell).x != exact.stratus_number(cell - 1).x;
+            }
+            if (jump)
+                jumps.push_back(coordinate(std::exp2(axis.x + static_cast<float>(d) / axis.y)));
+        }
+        return jumps;
+    }
 };
 
 /// A side's layers in random directions.
@@ -69,9 +109,8 @@ class Sketch {
             paths_.push_back(exact.stratus_path(side, mu_in, mu_out, azimuth(random)));
             phases_.push_back(exact.stratus_phases(side, paths_.back()));
         }
-        for (int a = 0; a < grid.albedos; ++a)
-            for (int d = 0; d <= depth_steps; ++d)
-                add_layer(exact, numbers, side, grid.albedo(a), grid.depth(d));
+        for (const float albedo : grid.albedo)
+            for (const float depth : grid.depth) add_layer(exact, numbers, side, albedo, depth);
     }
 
   private:
@@ -108,7 +147,7 @@ class Sketch {
             const float of_light = factor(numbers, k),
                         once = numbers.stratus_single_scattering(side, phases_[k], albedo, depth,
                                                                  paths_[k]),
-                        along = numbers.stratus_along_path(side, albedo, depth, paths_[k]);
+                        along = exact.stratus_along_path(side, albedo, depth, paths_[k]);
             weight.push_back(of_light / std::max(std::abs(once) + std::abs(along) +
                                                      std::abs(value.back()) * of_light,
                                                  least_filtered_light));
@@ -116,7 +155,7 @@ class Sketch {
     }
 };
 
-/// Between two steps of the depth.
+/// Between two of the grid's depths.
 struct Block {
     int first, last;
     LayerBasis basis;
@@ -124,25 +163,25 @@ struct Block {
 
 Block block_between(const Sketch& sketch, const LayerGrid& grid, int first, int last) {
     BlockLayers layers{};
-    for (int a = 0; a < grid.albedos; ++a)
+    for (std::size_t a = 0; a < grid.albedo.size(); ++a)
         for (int d = first; d <= last; ++d) {
             layers.values.push_back(&sketch.values[grid.number(a, d)]);
             layers.importance.push_back(&sketch.importance[grid.number(a, d)]);
         }
     const LayerBasis basis = greedy_basis(layers, most_left / 10);
-    return {first, last, basis.first(std::min(basis.pivot.size(), index(4 * filtered_words)))};
+    return {first, last, basis.first(std::min(basis.pivot.size(), 4 * filtered_words))};
 }
 
-/// Blocks from the thinnest on, each as deep as twelve functions suffice for.
-std::vector<Block> find_blocks(const Sketch& sketch, const LayerGrid& grid) {
-    std::vector<Block> blocks;
-    for (int first = 0; first < depth_steps; first = blocks.back().last) {
-        Block found = block_between(sketch, grid, first, first + least_steps);
-        // The last that is known to do, in units of the least, and the first that is not.
-        int low = 1, high = (depth_steps - first) / least_steps + 1;
+/// Adds the blocks of a range from the thinnest on, each as deep as twelve functions suffice for.
+void add_blocks(const Sketch& sketch, const LayerGrid& grid, int first, int end,
+                std::vector<Block>& blocks) {
+    for (; first < end; first = blocks.back().last) {
+        Block found = block_between(sketch, grid, first, first + unit_steps);
+        // The last that is known to do, in units, and the first that is not.
+        int low = 1, high = (end - first) / unit_steps + 1;
         while (high - low > 1) {
             const int middle = (low + high) / 2;
-            Block tried = block_between(sketch, grid, first, first + middle * least_steps);
+            Block tried = block_between(sketch, grid, first, first + middle * unit_steps);
             if (tried.basis.error.back() <= most_left) {
                 low = middle;
                 found = std::move(tried);
@@ -152,38 +191,63 @@ std::vector<Block> find_blocks(const Sketch& sketch, const LayerGrid& grid) {
         }
         blocks.push_back(std::move(found));
     }
-    return blocks;
 }
 
 }  // namespace
 
-SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side) {
+float scale_to_halves(std::vector<vec4>& texels) {
+    float largest = 1e-30f;
+    for (vec4& texel : texels)
+        for (int slot = 0; slot < 4; ++slot)
+            largest = std::max(largest, std::abs(component(texel, slot)));
+    for (vec4& texel : texels) texel = texel * (full_scale / largest);
+    return largest / full_scale;
+}
+
+std::vector<char> as_halves(const std::vector<vec4>& texels) {
+    std::vector<Half> halves;
+    for (const vec4& at : texels)
+        for (const float value : {at.x, at.y, at.z, at.w}) halves.push_back(to_half(value));
+    std::vector<char> bytes(halves.size() * sizeof(Half));
+    std::memcpy(bytes.data(), halves.data(), bytes.size());
+    return bytes;
+}
+
+SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side, bool may_jump) {
     if (!(exact.stratus_field(side, 14).x > 0)) return {};
-    const LayerGrid grid(exact, side);
+    const LayerGrid grid(exact, side, may_jump);
     const Sketch sketch(exact, numbers, side, grid);
-    const std::vector<Block> blocks = find_blocks(sketch, grid);
+    std::vector<Block> blocks;
+    for (std::size_t r = 0; r + 1 < grid.range.size(); ++r)
+        add_blocks(sketch, grid, grid.range[r], grid.range[r + 1] - 1, blocks);
 
     SideBlocks made;
-    made.blocks = static_cast<int>(blocks.size());
-    made.albedos = grid.albedos;
-    made.columns = depth_steps + made.blocks;
+    made.albedos = grid.albedo;
     made.offset = grid.offset;
     made.finer_albedos = static_cast<float>(grid.finer);
-    made.first = grid.first;
-    made.steps_per_unit =
-        grid.last > grid.first ? float{depth_steps} / (grid.last - grid.first) : 0;
-    made.rows.resize(index(made.blocks * filtered_words) * rows);
-    made.weights.resize(index(filtered_words * made.albedos * made.columns));
-    for (int b = 0; b < made.blocks; ++b) {
-        const auto& [first, last, basis] = blocks[index(b)];
-        made.last_step.push_back(static_cast<float>(last));
+    for (const Block& block : blocks) {
+        const float first = grid.coordinate(grid.depth[index(block.first)]),
+                    last = grid.coordinate(grid.depth[index(block.last)]);
+        const int depths = block.last - block.first + 1;
+        const float per_unit = last > first ? static_cast<float>(depths - 1) / (last - first) : 0;
+        made.blocks.emplace_back(last, static_cast<float>(made.columns) + 0.5f - first * per_unit,
+                                 per_unit, 0.0f);
+        made.columns += depths;
+    }
+    const std::size_t columns = index(made.columns), words = filtered_words;
+    made.rows.resize(blocks.size() * words * rows);
+    made.weights.resize(words * grid.albedo.size() * columns);
+    std::size_t column = 0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        const auto& [first, last, basis] = blocks[b];
         const int depths = last - first + 1;
         std::vector<std::vector<float>> functions;
         for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
-            const int pivot = basis.pivot[f], a = pivot / depths, d = first + pivot % depths;
+            const int pivot = basis.pivot[f], d = first + pivot % depths;
+            const std::size_t a = index(pivot / depths);
             std::vector<float> function =
-                orders_of_layer(exact, rows, static_cast<Side>(side), double{grid.albedo(a)},
-                                double{grid.depth(d)})
+                orders_of_layer(exact, rows, static_cast<Side>(side), double{grid.albedo[a]},
+                                double{grid.depth[index(d)]})
                     .sum;
             for (float& value : function) value *= sketch.scale[grid.number(a, d)];
             for (std::size_t g = 0; g < f; ++g)
@@ -194,25 +258,20 @@ SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side) {
                 value /= static_cast<float>(basis.norm[f]);
                 largest = std::max(largest, std::abs(value));
             }
-            const int word = static_cast<int>(f) / 4, slot = static_cast<int>(f) % 4;
-            vec4* const to = &made.rows[index(b * filtered_words + word) * rows];
+            const int slot = static_cast<int>(f % 4);
+            vec4* const to = &made.rows[(b * words + f / 4) * rows];
             for (std::size_t row = 0; row < rows; ++row)
                 component(to[row], slot) = function[row] / largest * full_scale;
-            for (int layer = 0; layer < depths * grid.albedos; ++layer) {
-                const int column = first + b + layer % depths,
-                          row = word * made.albedos + layer / depths;
-                component(made.weights[index(row * made.columns + column)], slot) =
-                    basis.coefficient[index(layer)][f] * largest;
+            for (std::size_t layer = 0; layer < basis.coefficient.size(); ++layer) {
+                const std::size_t row = f / 4 * grid.albedo.size() + layer / index(depths);
+                component(made.weights[row * columns + column + layer % index(depths)], slot) =
+                    basis.coefficient[layer][f] * largest;
             }
             functions.push_back(std::move(function));
         }
+        column += index(depths);
     }
-    float largest = 1e-30f;
-    for (vec4& texel : made.weights)
-        for (int slot = 0; slot < 4; ++slot)
-            largest = std::max(largest, std::abs(component(texel, slot)));
-    for (vec4& texel : made.weights) texel = texel * (full_scale / largest);
-    made.unit = largest / (full_scale * full_scale);
+    made.unit = scale_to_halves(made.weights) / full_scale;
     return made;
 }
 

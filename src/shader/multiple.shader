@@ -67,35 +67,6 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
     return slope * angle.z * least * shallow * 0.25f;
 }
 
-// Orders n >= 2 of the path law: cubic in v = (w + w^2) / 2, with which transmission grows about as
-// exp(growth s^2 / (s + 8) v), s the slant depth: the cubic is of what is left.
-float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
-    float steps = stratus_z(stratus_field(side, 11));
-    if (steps == 0.0f) return 0.0f;
-    float v = 0.5f * (albedo + albedo * albedo);
-    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), v * steps);
-    vec4 angle = stratus_path_angle(side, path);
-    int channel = int(stratus_w(stratus_field(side, 12)));
-    int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
-    float sum = 0.0f;
-    if (side == STRATUS_REFLECTION) {
-        for (int k = 0; k < 4; ++k)
-            sum = sum + stratus_component(at.weight, k) *
-                            stratus_path_reflection(first + k * channel, depth, angle, path);
-    } else {
-        float growth = stratus_z(stratus_field(side, 14));
-        float slant = depth / max(path.mu_in, path.mu_out);
-        float rate = min(slant * (slant / (slant + 8.0f)) * (growth / steps), 8.0f);  // over a step
-        float shrunk = stratus_transmitted(rate);
-        for (int k = 3; k >= 0; --k)
-            sum = sum * shrunk + stratus_component(at.weight, k) *
-                                     stratus_path_transmission(first + k * channel, depth, angle,
-                                                               path);
-        sum = sum / stratus_transmitted(rate * (v * steps - at.first));
-    }
-    return sum * albedo * albedo;
-}
-
 // ---- orders n >= 2 that a table holds
 
 // How the orders n >= 2 of layers thinner than all samples outgrow tau^2.
@@ -292,14 +263,81 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
     return found;
 }
 
+// ---- the path law of layers that are not bound
+
+#ifdef STRATUS_FILTERED_PATH
+// Orders n >= 2 of the path law: functions of the scattering angle, four of reflection and eight of
+// transmission, times their weights at an albedo, the slant depth and what the longer way adds to it.
+float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
+    vec4 weights = stratus_filter(1);
+    vec4 kind = stratus_filter(2);
+    vec4 grid = stratus_filter(3);
+    if (grid.x == 0.0f) return 0.0f;
+    float steep = max(path.mu_in, path.mu_out);
+    float slant = depth / steep;
+    float longer = depth / min(path.mu_in, path.mu_out);
+    float excess = max(longer - slant, 0.0f);
+    float slice = grid.z - 0.5f;  // of reflection the last one
+    float scale = 1.0f / (path.mu_in + path.mu_out);
+    if (side == STRATUS_REFLECTION) {
+        slant = min(slant + longer, kind.w);
+        longer = slant;
+        excess = 0.0f;
+    } else {
+        slice = (grid.z - 2.0f) * excess / (excess + 4.0f) + 0.5f;
+        scale = stratus_transmitted(slant * (albedo * kind.z - albedo + 1.0f)) / steep;
+    }
+    float between = slant + 0.5f * excess;
+    scale = scale * (longer / (longer + 1.0f)) * (between / (between + 1.0f));
+    vec4 angle = stratus_path_angle(side, path);
+    float at_angle = (angle.x + angle.y + 0.5f) / (2.0f * stratus_z(stratus_field(side, 12)));
+    // Octaves of 2 + slant depth have functions, and the ends of their rows of weights, to themselves.
+    float octaves = stratus_log2(slant + 2.0f) - 1.0f;
+    float octave = min(floor(octaves), grid.y - 1.0f);
+    float row = octave * grid.x + min(octaves - octave, 1.0f) * (grid.x - 1.0f) + 0.5f;
+    float column = (stratus_along_albedo(side, albedo) * weights.y + 0.5f) * 6.0f / weights.w;
+    float sum = 0.0f;
+    for (int word = 0; word < (side == STRATUS_REFLECTION ? 1 : 2); ++word) {
+        vec3 place = vec3(column, (row / (grid.x * grid.y) + float(word)) * 0.5f, slice / grid.z);
+        float line = 4.0f * octave + float(2 * side + word) + 0.5f;
+        sum = sum + dot(stratus_path_functions_at(at_angle, line / (4.0f * grid.y)),
+                        stratus_path_weights_at(place));
+    }
+    return sum * grid.w * angle.z * scale * albedo * albedo;
+}
+#else
+// Orders n >= 2 of the path law: cubic in v = (w + w^2) / 2, with which transmission grows about as
+// exp(growth s^2 / (s + 8) v), s the slant depth: the cubic is of what is left.
+float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
+    float steps = stratus_z(stratus_field(side, 11));
+    if (steps == 0.0f) return 0.0f;
+    float v = 0.5f * (albedo + albedo * albedo);
+    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), v * steps);
+    vec4 angle = stratus_path_angle(side, path);
+    int channel = int(stratus_w(stratus_field(side, 12)));
+    int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
+    float sum = 0.0f;
+    if (side == STRATUS_REFLECTION) {
+        for (int k = 0; k < 4; ++k)
+            sum = sum + stratus_component(at.weight, k) *
+                            stratus_path_reflection(first + k * channel, depth, angle, path);
+    } else {
+        float growth = stratus_z(stratus_field(side, 14));
+        float slant = depth / max(path.mu_in, path.mu_out);
+        float rate = min(slant * (slant / (slant + 8.0f)) * (growth / steps), 8.0f);  // over a step
+        float shrunk = stratus_transmitted(rate);
+        for (int k = 3; k >= 0; --k)
+            sum = sum * shrunk + stratus_component(at.weight, k) *
+                                     stratus_path_transmission(first + k * channel, depth, angle,
+                                                               path);
+        sum = sum / stratus_transmitted(rate * (v * steps - at.first));
+    }
+    return sum * albedo * albedo;
+}
+#endif
+
 #ifdef STRATUS_FILTERED
 // ---- filtered textures (docs/shaders.md)
-
-// Returns, k = 0: how much finer than the table the light is along cosines and along the azimuth; blocks
-// of depths of reflection and of transmission. 1: a depth, rows of weights from one albedo to the next,
-// width and height of the weights. 2 + side: first coordinate of the depth, steps per unit of it, the
-// factor of sums, all steps. From 4 (1 + side) on: the last steps of all blocks but one.
-vec4 stratus_filter(int k) { return stratus_number(32 + k); }
 
 // A cubic spline at a place among samples, from 0 on, by two filtered fetches: where they lie among
 // the texels, the first of which is the spline's own, and the share of the second.
@@ -347,19 +385,16 @@ vec4 stratus_light_sum(int side, float block, float blocks, float word, float wo
 vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) {
     vec4 blocks = stratus_filter(0);
     vec4 weights = stratus_filter(1);
-    vec4 along_depth = stratus_filter(2 + side);
+    vec4 units = stratus_filter(2);
     float within = stratus_clamp(depth, stratus_z(stratus_field(side, 9)),
                                  stratus_x(stratus_field(side, 10)));
-    float place = stratus_clamp(
-        (stratus_log2(within / (within + weights.x)) - along_depth.x) * along_depth.y, 0.0f,
-        along_depth.w);
-    int later = int(side == STRATUS_REFLECTION ? blocks.z : blocks.w) - 1;
-    float block = 0.0f;
-    for (int k = 0; k < later; ++k) {
-        vec4 last = stratus_filter(4 * (1 + side) + k / 4);
-        if (place > stratus_component(last, k - k / 4 * 4)) block = block + 1.0f;
-    }
-    float column = place + block + 0.5f;  // blocks have their ends to themselves
+    float place = stratus_log2(within / (within + weights.x));
+    int last = int(side == STRATUS_REFLECTION ? blocks.z : blocks.w) - 1;
+    int block = 0;
+    for (int k = 0; k < last; ++k)
+        if (place > stratus_x(stratus_filter(4 + 24 * side + k))) block = k + 1;
+    vec4 columns = stratus_filter(4 + 24 * side + block);  // blocks have their ends to themselves
+    float column = columns.y + place * columns.z;
     float along_albedo = stratus_along_albedo(side, albedo);
     float row = along_albedo * weights.y + 0.5f;
     float sum = 0.0f;
@@ -367,11 +402,13 @@ vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) 
         vec4 weight = stratus_weights_at(
             column / weights.z, row / weights.w + float(3 * side + word) * 0.166666667f);
         sum = sum + dot(weight, stratus_light_sum(
-                                    side, side == STRATUS_REFLECTION ? block : block + blocks.z,
+                                    side,
+                                    float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
                                     blocks.z + blocks.w, float(word), 3.0f, path));
     }
     StratusPlace in_albedo = stratus_place(stratus_field(side, 3), along_albedo);
-    return vec4(sum * along_depth.z, stratus_diffusion_exponent(side, in_albedo), 0.0f, 0.0f);
+    return vec4(sum * (side == STRATUS_REFLECTION ? units.x : units.y),
+                stratus_diffusion_exponent(side, in_albedo), 0.0f, 0.0f);
 }
 #else
 // Orders n >= 2 before the factor, and the exponent of diffusion.

@@ -38,6 +38,8 @@ layout(set = STRATUS_SET, binding = STRATUS_BINDING + 2) uniform sampler2D strat
 #ifdef STRATUS_FILTERED
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 3) uniform sampler3D stratus_light;
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 4) uniform sampler2D stratus_weights;
+layout(set = STRATUS_SET, binding = STRATUS_BINDING + 5) uniform sampler2D stratus_path_functions;
+layout(set = STRATUS_SET, binding = STRATUS_BINDING + 6) uniform sampler3D stratus_path_weights;
 #endif
 #else
 uniform sampler2D stratus_numbers;
@@ -46,14 +48,21 @@ uniform sampler2D stratus_functions;
 uniform sampler2D stratus_layer;
 #endif
 #ifdef STRATUS_FILTERED
-uniform highp sampler3D stratus_light;  // filtered linearly, clamped to its edges
-uniform sampler2D stratus_weights;      // likewise
+// Filtered linearly, clamped to their edges.
+uniform highp sampler3D stratus_light, stratus_path_weights;
+uniform sampler2D stratus_weights, stratus_path_functions;
 #endif
 #endif
 
 #ifdef STRATUS_FILTERED
 vec4 stratus_light_at(vec3 place) { return textureLod(stratus_light, place, 0.0); }
 vec4 stratus_weights_at(float x, float y) { return textureLod(stratus_weights, vec2(x, y), 0.0); }
+#endif
+#ifdef STRATUS_FILTERED_PATH
+vec4 stratus_path_functions_at(float x, float y) {
+    return textureLod(stratus_path_functions, vec2(x, y), 0.0);
+}
+vec4 stratus_path_weights_at(vec3 place) { return textureLod(stratus_path_weights, place, 0.0); }
 #endif
 vec4 stratus_number(int texel) {
 #ifdef STRATUS_FILTERED
@@ -88,8 +97,8 @@ Texture2D<float4> stratus_functions;
 Texture2D<float4> stratus_layer;
 #endif
 #ifdef STRATUS_FILTERED
-Texture3D<float4> stratus_light;
-Texture2D<float4> stratus_weights;
+Texture3D<float4> stratus_light, stratus_path_weights;
+Texture2D<float4> stratus_weights, stratus_path_functions;
 SamplerState stratus_linear;  // filters linearly, clamped to the edges
 #endif
 #endif
@@ -100,6 +109,14 @@ float4 stratus_light_at(float3 place) {
 }
 float4 stratus_weights_at(float x, float y) {
     return stratus_weights.SampleLevel(stratus_linear, float2(x, y), 0);
+}
+#endif
+#ifdef STRATUS_FILTERED_PATH
+float4 stratus_path_functions_at(float x, float y) {
+    return stratus_path_functions.SampleLevel(stratus_linear, float2(x, y), 0);
+}
+float4 stratus_path_weights_at(float3 place) {
+    return stratus_path_weights.SampleLevel(stratus_linear, place, 0);
 }
 #endif
 float4 stratus_number(int texel) {
@@ -296,6 +313,7 @@ std::string shader_text(ShaderLanguage language, const FilteredLight* filtered) 
                 own_text = with_width(own[static_cast<std::size_t>(language)]);
     if (filtered != nullptr) {
         if (filtered->bound) before += "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n";
+        if (filtered->textures.size() > 3) before += "#define STRATUS_FILTERED_PATH\n";
         before += "#define STRATUS_FILTERED\n#define STRATUS_CONSTANT_NUMBERS " +
                   std::to_string(filtered->constant_numbers) + "\n\n";
         std::string constants = constant_texels(language, "stratus_constant_numbers",

@@ -155,8 +155,10 @@ struct SharedTexels {
     float path_steps;
 };
 
-/// With the path law of a bound layer, `bound`, rather than all that layers not bound read.
-SharedTexels append_shared(const PackedTable& table, const PathSheet* bound, Texels& to) {
+/// With the path law of a bound layer, `bound`, rather than all that layers not bound read: where
+/// `filtered` these have textures of their own.
+SharedTexels append_shared(const PackedTable& table, bool filtered, const PathSheet* bound,
+                           Texels& to) {
     const PackedSide& side = table.side(Side::reflection);
     const Texel stack = append_layers(table.view(), to.numbers);
     const std::size_t of_albedo = to.numbers.size();
@@ -164,7 +166,7 @@ SharedTexels append_shared(const PackedTable& table, const PathSheet* bound, Tex
         to.numbers.push_back(
             {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
     SharedTexels shared{stack, of_albedo, to.numbers.size(), side.path, 0};
-    if (side.path.sample == nullptr) return shared;
+    if (side.path.sample == nullptr || (filtered && !bound)) return shared;
     if (bound) shared.path = bound->view();
     shared.path_steps = bound ? 2 : side.path_steps;  // one less than colours
     append_path(shared.path, static_cast<int>(shared.path_steps), to.numbers);
@@ -230,7 +232,7 @@ ShaderTexture numbers_texture(const Texels& texels) {
 FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* bound) {
     Texels texels;
     texels.numbers.resize(texels.numbers.size() + filter_texels);
-    const SharedTexels shared = append_shared(table, bound, texels);
+    const SharedTexels shared = append_shared(table, true, bound, texels);
     const auto layers = static_cast<std::size_t>(shared.stack[1]);
     const std::size_t constants =
         bound ? 2 * record_texels + filter_texels + 4 * layers : shared.first_of_path;
@@ -249,7 +251,7 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     for (const Side side : {Side::reflection, Side::transmission})
         if (side == Side::reflection ? view.has_reflection() : view.has_transmission())
             texels.halves = texels.halves && table.side(side).halves;
-    const SharedTexels shared = append_shared(table, nullptr, texels);
+    const SharedTexels shared = append_shared(table, false, nullptr, texels);
     for (const Side side : {Side::reflection, Side::transmission})
         append_side(table, side, shared, false, table.side(side).max_finite_depth, texels);
     constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds

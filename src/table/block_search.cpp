@@ -4,9 +4,8 @@
 #include <stratus/table/packed_block.h>
 
 #include "base/size.h"
-#include "kept_tolerance.h"
+#include "layer_coverage.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <set>
 #include <utility>

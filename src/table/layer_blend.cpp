@@ -1,13 +1,15 @@
-#include "layer_blend.h"
-
+#include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
 
+#include "layer_blend.h"
+#include "lookup_arguments.h"
+
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 namespace stratus {
+
 namespace {
 
 /// The layer at which the multiply scattered part is asked for.
@@ -175,41 +177,39 @@ FamilyStencil transmitted_members(const TableView& table, FamilyStencil members,
     return members;
 }
 
-LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
-                            BeyondDeepest beyond) noexcept {
+LayerBlend layer_blend(const TableView& table, Side side, double albedo, double optical_depth,
+                       BeyondDeepest beyond) noexcept {
     const AxisView& depth = table.optical_depth;
+    const bool is_lit = side == Side::reflection;
     LayerBlend blend;
-    BlendBuilder side(table, table.reflection_multiple, table.reflection_weight, blend);
-    side.add_members(table.members, albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+    BlendBuilder terms(table, is_lit ? table.reflection_multiple : table.transmission_multiple,
+                       is_lit ? table.reflection_weight : table.transmission_weight, blend);
+    const auto add_reflection = [&](const LayerQuery& query) {
         if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
-            side.add_between_last_and_infinity(query);
+            terms.add_between_last_and_infinity(query);
         else if (table.has_lower_boundary())
-            side.add_depths(query, 1);
+            terms.add_depths(query, 1);
         else
-            side.add_depths(query, query.albedo * reflection_scale(query.optical_depth,
-                                                                   query.diffusion_exponent,
-                                                                   query.extrapolation_length));
-    });
-    return blend;
-}
-
-LayerBlend transmission_blend(const TableView& table, double albedo, double optical_depth,
-                              BeyondDeepest beyond) noexcept {
-    const AxisView& depth = table.optical_depth;
-    LayerBlend blend;
-    BlendBuilder side(table, table.transmission_multiple, table.transmission_weight, blend);
-    const FamilyStencil members =
-        transmitted_members(table, table.members, albedo, depth_in(table, optical_depth, beyond));
-    side.add_members(members, albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+            terms.add_depths(query, query.albedo * reflection_scale(query.optical_depth,
+                                                                    query.diffusion_exponent,
+                                                                    query.extrapolation_length));
+    };
+    const auto add_transmission = [&](const LayerQuery& query) {
         if (depth.count == 0) return;  // a semi-infinite layer transmits nothing
         const double scale =
             query.albedo * transmission_scale(query.optical_depth, query.diffusion_exponent,
                                               query.extrapolation_length);
         if (query.optical_depth > depth.highest)
-            side.add_depth(query, depth.count - 1, scale);
+            terms.add_depth(query, depth.count - 1, scale);
         else
-            side.add_depths(query, scale);
-    });
+            terms.add_depths(query, scale);
+    };
+    if (is_lit)
+        terms.add_members(table.members, albedo, optical_depth, beyond, add_reflection);
+    else
+        terms.add_members(transmitted_members(table, table.members, albedo,
+                                              depth_in(table, optical_depth, beyond)),
+                          albedo, optical_depth, beyond, add_transmission);
     return blend;
 }
 
@@ -233,6 +233,39 @@ double directional_factor(const TableView& table, const LayerBlend& blend, doubl
         return intercepted_share(depth, in) + intercepted_share(depth, out);
     };
     return extinguished(blend.optical_depth) / extinguished(table.optical_depth.lowest);
+}
+
+std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
+                                          double optical_depth) {
+    if (table.diffuse_transmittance == nullptr) return {};
+    albedo = in_range("albedo", 0.0, 1.0, albedo);
+    optical_depth = in_range("optical_depth", 0.0, infinity, optical_depth);
+    const int cosines = table.mu_in.count;
+    if (is_unknown(albedo, optical_depth))
+        return std::vector<double>(static_cast<std::size_t>(cosines), double{not_a_number});
+    std::vector<double> sum(static_cast<std::size_t>(cosines));
+    const double clamped_albedo = std::clamp(albedo, table.albedo.lowest, table.albedo.highest);
+    if (clamped_albedo == 0) return sum;
+    const LayerBlend blend = layer_blend(table, Side::transmission, albedo, optical_depth,
+                                         BeyondDeepest::follows_diffusion);
+    const std::ptrdiff_t term_size =
+        std::ptrdiff_t{cosines} * table.mu_out.count * table.azimuth.count;
+    for (int n = 0; n < blend.count; ++n) {
+        const BlendTerm& term = blend.term[n];
+        const std::ptrdiff_t layer = term.first / term_size;
+        // A blend is of samples divided by the albedo, which order 1 does not allow at albedo 0.
+        const auto sampled_albedo = table.albedo.value(
+            static_cast<int>(layer / table.optical_depth.size() % table.albedo.count));
+        const double share = double{term.share} * sampled_albedo / clamped_albedo;
+        for (int i = 0; i < cosines; ++i)
+            sum[static_cast<std::size_t>(i)] +=
+                share * double{table.mu_in_weight[term.depth * cosines + i]} *
+                double{table.diffuse_transmittance[layer * cosines + i]};
+    }
+    for (int i = 0; i < cosines; ++i)
+        sum[static_cast<std::size_t>(i)] *=
+            intercepted_share(blend.optical_depth, table.mu_in.value(i));
+    return sum;
 }
 
 }  // namespace stratus

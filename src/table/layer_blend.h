@@ -1,12 +1,13 @@
 // A layer of any member of a family, optical depth and albedo as a weighted sum of those that a table holds:
 // cubic along these axes, by the laws of diffusion between the deepest sample and infinity, around
-// samples that float cannot hold.
+// samples that float cannot hold. The fluxes that a table holds are summed up likewise.
 #pragma once
 
 #include <stratus/table/table.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <vector>
 
 namespace stratus {
 
@@ -58,10 +59,8 @@ FamilyStencil transmitted_members(const TableView& table, FamilyStencil members,
                                   double optical_depth) noexcept;
 
 /// Needs a table that has this side.
-LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
-                            BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
-LayerBlend transmission_blend(const TableView& table, double albedo, double optical_depth,
-                              BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
+LayerBlend layer_blend(const TableView& table, Side side, double albedo, double optical_depth,
+                       BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
 
 /// Factor of the sum along both directions: the divisor of the samples.
 double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
@@ -69,5 +68,12 @@ double directional_factor(const TableView& table, const LayerBlend& blend, doubl
 
 /// How far reflection at the deepest finite sample still is from its limit (diffusion.h).
 double deficit_of_deepest(const TableView& table, double albedo) noexcept;
+
+/// t of all orders that a table holds, at each of its samples of mu_in; empty where the table has
+/// no diffuse_transmittance.
+///
+/// Range    as lookups (lookup.h), but deeper than the deepest sample t follows diffusion.
+std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
+                                          double optical_depth);
 
 }  // namespace stratus

@@ -3,7 +3,6 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "kept_tolerance.h"
 #include "layer_blend.h"
 
 #include <sstream>

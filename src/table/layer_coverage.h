@@ -1,4 +1,5 @@
-// Which layers a table knows: those between its samples, and by law some beyond them (slice.h).
+// Which layers a table knows: those between its samples, and by law some beyond them (slice.h); and how
+// closely faster lookups follow it.
 #pragma once
 
 #include <stratus/layer/single_scattering.h>
@@ -22,5 +23,14 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
 // Ranges covered by the table and by the laws that extend it, for messages.
 std::string allowed_albedo(const TableView& table);
 std::string allowed_depth(const TableView& table);
+
+/// Errors count relative to R or T, but not to less than this share of the largest of a layer.
+constexpr double darkest_share = 0.01;
+
+/// The tolerance that a table was baked for; the usual one of a table that does not say.
+inline double kept_tolerance(const TableView& table) {
+    constexpr double usual = 1e-3;
+    return table.tolerance > 0 ? table.tolerance : usual;
+}
 
 }  // namespace stratus

@@ -3,12 +3,10 @@
 #include <stratus/base/constants.h>
 
 #include "base/size.h"
-#include "kept_tolerance.h"
 #include "layer_coverage.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 
 namespace stratus {
 namespace {
@@ -32,8 +30,7 @@ LayerShapes::LayerShapes(const Table& table, Side side, int member)
             pairs_.push_back({i, j});
             for (int k = 0; k < numbers_.azimuths(); ++k) {
                 const Geometry at{view.mu_in.value(i), view.mu_out.value(j), view.azimuth.value(k)};
-                cosine_.push_back(side == Side::reflection ? cos_scattering_angle_reflected(at)
-                                                           : cos_scattering_angle_transmitted(at));
+                cosine_.push_back(cos_scattering_angle(side, at));
                 phase_.push_back(phase_function(cosine_.back()));
             }
         }
@@ -95,15 +92,12 @@ void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
             mu = table_.mu_in.values[size(pair.in)];
             other = table_.mu_out.values[size(pair.out)];
             factor = 1 / weight(albedo, depth, pair);
-            order = side_ == Side::reflection ? single_reflection(1, w, tau, mu, other)
-                                              : single_transmission(1, w, tau, mu, other);
+            order = single_scattering(side_, 1, w, tau, mu, other);
             has_weights = false;
         }
         const Geometry here{mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]};
         double single = order * phase_[at[n]];
-        if (table_.is_stack())
-            single = side_ == Side::reflection ? stack_single_reflection(table_.layers, here)
-                                               : stack_single_transmission(table_.layers, here);
+        if (table_.is_stack()) single = stack_single_scattering(side_, table_.layers, here);
         if (below.has_closed_form()) single += single_reflection_of_boundary(below, tau, here);
         if (path_law_ && shape[n] < 0) {  // the path law is larger than what the samples take back
             if (!has_weights) along_path = weights_along_path(w, tau, mu, other);

@@ -2,12 +2,10 @@
 
 #include "base/size.h"
 #include "kernels/vectors.h"
-#include "sketch_fit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <mutex>
 #include <numeric>
 #include <random>
@@ -58,6 +56,73 @@ std::vector<float> picked(const std::vector<float>& values, const DirectionList&
     some.reserve(at.size());
     for (const std::size_t n : at) some.push_back(values[n]);
     return some;
+}
+
+double norm(const std::vector<double>& values) {
+    return std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0));
+}
+
+/// Back substitution of all columns of Q^T W.
+std::vector<std::vector<float>> inverted(std::vector<std::vector<double>>& q,
+                                         const std::vector<std::vector<double>>& r,
+                                         const std::vector<float>& weight) {
+    for (std::size_t k = q.size(); k-- > 0;) {
+        for (std::size_t later = k + 1; later < q.size(); ++later)
+            for (std::size_t s = 0; s < weight.size(); ++s) q[k][s] -= r[later][k] * q[later][s];
+        for (double& value : q[k]) value /= r[k][k];
+    }
+    std::vector<std::vector<float>> rows;
+    for (const std::vector<double>& row : q) {
+        rows.emplace_back();
+        for (std::size_t s = 0; s < weight.size(); ++s)
+            rows.back().push_back(static_cast<float>(row[s] * double{weight[s]}));
+    }
+    return rows;
+}
+
+/// Coefficients of functions by weighted least squares at the directions of a sketch: P v are those of
+/// values v, with P = R^-1 Q^T W of W F = Q R: F the functions, W the weights of the directions, Q by
+/// Gram-Schmidt, twice for the sake of rounding.
+class SketchFit {
+  public:
+    SketchFit() = default;
+
+    /// `function`: at the directions; `weight`: of each direction.
+    SketchFit(const std::vector<std::vector<float>>& function, const std::vector<float>& weight);
+
+    std::vector<float> coefficients(const std::vector<float>& values) const {
+        std::vector<float> found;
+        for (const std::vector<float>& row : rows_) found.push_back(dot(row, values));
+        return found;
+    }
+
+  private:
+    std::vector<std::vector<float>> rows_;  // P
+};
+
+SketchFit::SketchFit(const std::vector<std::vector<float>>& function,
+                     const std::vector<float>& weight) {
+    std::vector<std::vector<double>> q, r;
+    for (const std::vector<float>& column : function) {
+        std::vector<double> left(weight.size()), shares(q.size(), 0.0);
+        for (std::size_t s = 0; s < left.size(); ++s)
+            left[s] = double{weight[s]} * double{column[s]};
+        const double before = norm(left);
+        for (int twice = 0; twice < 2; ++twice)
+            for (std::size_t k = 0; k < q.size(); ++k) {
+                const double share =
+                    std::inner_product(left.begin(), left.end(), q[k].begin(), 0.0);
+                shares[k] += share;
+                for (std::size_t s = 0; s < left.size(); ++s) left[s] -= share * q[k][s];
+            }
+        const double after = norm(left);
+        const bool depends = after <= 1e-9 * before;  // on those before: it gets no share
+        for (double& value : left) value = depends ? 0 : value / after;
+        shares.push_back(depends ? 1 : after);
+        q.push_back(std::move(left));
+        r.push_back(std::move(shares));
+    }
+    rows_ = inverted(q, r, weight);
 }
 
 /// The search on one side.
@@ -333,18 +398,16 @@ std::vector<float> LayerSums::in_full(int layer) const {
     return is_spanned() ? weighted_sum(function, coefficient[size(layer)]) : full.at(layer);
 }
 
-std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bool, 2>& sides,
-                                         double allowed, LayerSamples& samples) {
-    SideSearch lit(table, Side::reflection, allowed), far(table, Side::transmission, allowed);
-    const auto search = [&](Side side) -> SideSearch& {
-        return side == Side::reflection ? lit : far;
-    };
+PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& sides, double allowed,
+                                   LayerSamples& samples) {
+    PerSide<SideSearch> search{{table, Side::reflection, allowed},
+                               {table, Side::transmission, allowed}};
     const auto see_in_full = [&](int layer, Side side, std::vector<float> values) {
-        search(side).see_in_full(layer, std::move(values));
+        search[side].see_in_full(layer, std::move(values));
     };
     const auto for_each_side = [&](const auto& use) {
-        for (const Side side : {Side::reflection, Side::transmission})
-            if (sides[side == Side::reflection ? 0 : 1]) use(search(side));
+        for (const Side side : both_sides)
+            if (sides[side]) use(search[side]);
     };
     const auto search_both = [&](bool grows) {
         for_each_side([&](SideSearch& side) { side.search(grows); });
@@ -353,9 +416,9 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
     search_both(true);
     for_each_side([](SideSearch& side) { side.settle(); });
     const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {
-        if (!values.empty()) search(side).see_in_sketch(layer, std::move(values));
+        if (!values.empty()) search[side].see_in_sketch(layer, std::move(values));
     };
-    samples.at({lit.sketch(), far.sketch()}, see_in_sketch);
+    samples.at({search.reflection.sketch(), search.transmission.sketch()}, see_in_sketch);
     for (int round = 0;; ++round) {
         std::set<int> missed;
         for_each_side([&](SideSearch& side) {
@@ -364,41 +427,39 @@ std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bo
         if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
         search_both(false);
     }
-    std::array<DirectionList, 2> again;
-    for (const Side side : {Side::reflection, Side::transmission}) {
-        const std::size_t n = side == Side::reflection ? 0 : 1;
-        if (sides[n] && search(side).settle()) again[n] = search(side).sketch();
-    }
+    PerSide<DirectionList> again;
+    for (const Side side : both_sides)
+        if (sides[side] && search[side].settle()) again[side] = search[side].sketch();
     samples.at(again, see_in_sketch);
-    std::array<LayerSums, 2> sums;
-    if (sides[0]) sums[0] = lit.take();
-    if (sides[1]) sums[1] = far.take();
+    PerSide<LayerSums> sums;
+    for (const Side side : both_sides)
+        if (sides[side]) sums[side] = search[side].take();
     return sums;
 }
 
-void see_in_full(const std::array<std::vector<int>, 2>& layers, std::array<LayerSums, 2>& sums,
+void see_in_full(const PerSide<std::vector<int>>& layers, PerSide<LayerSums>& sums,
                  LayerSamples& samples) {
     std::set<int> asked_for;
-    for (std::size_t n = 0; n < 2; ++n) {
-        if (layers[n].empty() || sums[n].is_spanned()) continue;
-        for (const int layer : layers[n]) sums[n].full[layer];
-        asked_for.insert(layers[n].begin(), layers[n].end());
+    for (const Side side : both_sides) {
+        if (layers[side].empty() || sums[side].is_spanned()) continue;
+        for (const int layer : layers[side]) sums[side].full[layer];
+        asked_for.insert(layers[side].begin(), layers[side].end());
     }
     samples.in_full({asked_for.begin(), asked_for.end()},
                     [&](int layer, Side side, std::vector<float> values) {
-                        auto& full = sums[side == Side::reflection ? 0 : 1].full;
+                        auto& full = sums[side].full;
                         const auto place = full.find(layer);
                         if (place != full.end()) place->second = std::move(values);
                     });
-    for (LayerSums& side : sums) {
-        if (side.full.empty()) continue;
-        DirectionList everywhere(side.numbers().count());
+    for (LayerSums* const side : {&sums.reflection, &sums.transmission}) {
+        if (side->full.empty()) continue;
+        DirectionList everywhere(side->numbers().count());
         std::iota(everywhere.begin(), everywhere.end(), std::size_t{0});
-        const auto depths = static_cast<int>(side.table().optical_depth.values.size()),
-                   albedos = static_cast<int>(side.table().albedo.values.size());
-        for (auto& [layer, values] : side.full)
-            side.shapes[size(layer / depths / albedos)].divide(layer / depths % albedos,
-                                                               layer % depths, everywhere, values);
+        const auto depths = static_cast<int>(side->table().optical_depth.values.size()),
+                   albedos = static_cast<int>(side->table().albedo.values.size());
+        for (auto& [layer, values] : side->full)
+            side->shapes[size(layer / depths / albedos)].divide(layer / depths % albedos,
+                                                                layer % depths, everywhere, values);
     }
 }
 

@@ -15,8 +15,6 @@
 
 #include "layer_shapes.h"
 
-#include <array>
-#include <cstddef>
 #include <map>
 #include <vector>
 
@@ -46,12 +44,12 @@ struct LayerSums {
 ///
 /// Accuracy  sums miss no layer by more than `allowed`, relative to R or T, where it was looked at.
 /// Threads   the same bits however many hand over samples.
-std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bool, 2>& sides,
-                                         double allowed, LayerSamples& samples);
+PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& sides, double allowed,
+                                   LayerSamples& samples);
 
 /// Asks for some layers of each side at all directions, where layers are no sums; on ranks all call
 /// it, once.
-void see_in_full(const std::array<std::vector<int>, 2>& layers, std::array<LayerSums, 2>& sums,
+void see_in_full(const PerSide<std::vector<int>>& layers, PerSide<LayerSums>& sums,
                  LayerSamples& samples);
 
 }  // namespace stratus

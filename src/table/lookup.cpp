@@ -6,7 +6,6 @@
 #include "lookup_arguments.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstring>
 
@@ -125,82 +124,39 @@ double summed(const TableView& table, const LayerBlend& blend, const Geometry& g
     }
 }
 
-double along_path(const TableView& table, Side side, double albedo, double optical_depth,
-                  const Geometry& geometry) noexcept {
-    if (table.path_law == nullptr) return 0;
-    return (*table.path_law)(side, albedo, optical_depth, geometry, table.highest_order);
-}
-
-/// The path law of a packed family, whose functions leave it out; others hold it.
-double beside_packed(const TableView& table, Side side, double albedo, double optical_depth,
-                     const Geometry& geometry) noexcept {
-    const bool held = side == Side::reflection ? table.has_reflection() : table.has_transmission();
-    return held && table.has_family() ? along_path(table, side, albedo, optical_depth, geometry)
-                                      : 0;
-}
-
-Scattered reflected(const TableView& table, const TablePoint& point) noexcept {
+Scattered looked_up(const TableView& table, Side side, const TablePoint& point) noexcept {
     const auto& [albedo, optical_depth, geometry] = point;
     Scattered scattered{};
+    if (side == Side::transmission && table.has_lower_boundary()) return scattered;
     scattered.single =
         table.is_stack()
-            ? stack_single_reflection(*table.layers, geometry)
-            : single_reflection(table.phase(cos_scattering_angle_reflected(geometry)), albedo,
+            ? stack_single_scattering(side, *table.layers, geometry)
+            : single_scattering(side, table.phase(cos_scattering_angle(side, geometry)), albedo,
                                 optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.has_lower_boundary() && table.lower_boundary->has_closed_form())
         scattered.single +=
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
+    const bool held = side == Side::reflection ? table.has_reflection() : table.has_transmission();
     if (table.packed != nullptr)
         scattered.multiple =
-            table.packed->multiple(Side::reflection, albedo, optical_depth, geometry,
-                                   table.members) +
-            beside_packed(table, Side::reflection, albedo, optical_depth, geometry);
-    else if (table.has_reflection())
+            table.packed->multiple(side, albedo, optical_depth, geometry, table.members);
+    else if (held)
         scattered.multiple =
-            summed(table, reflection_blend(table, albedo, optical_depth), geometry) +
-            along_path(table, Side::reflection, albedo, optical_depth, geometry);
+            summed(table, layer_blend(table, side, albedo, optical_depth), geometry);
+    // The functions of a packed family leave the path law out; those of other packed tables hold it.
+    if (held && (table.packed == nullptr || table.has_family()) && table.path_law != nullptr)
+        scattered.multiple +=
+            (*table.path_law)(side, albedo, optical_depth, geometry, table.highest_order);
     return scattered;
-}
-
-Scattered transmitted(const TableView& table, const TablePoint& point) noexcept {
-    const auto& [albedo, optical_depth, geometry] = point;
-    Scattered scattered{};
-    if (table.has_lower_boundary()) return scattered;
-    scattered.single =
-        table.is_stack()
-            ? stack_single_transmission(*table.layers, geometry)
-            : single_transmission(table.phase(cos_scattering_angle_transmitted(geometry)), albedo,
-                                  optical_depth, geometry.mu_in, geometry.mu_out);
-    if (table.packed != nullptr)
-        scattered.multiple =
-            table.packed->multiple(Side::transmission, albedo, optical_depth, geometry,
-                                   table.members) +
-            beside_packed(table, Side::transmission, albedo, optical_depth, geometry);
-    else if (table.has_transmission())
-        scattered.multiple =
-            summed(table, transmission_blend(table, albedo, optical_depth), geometry) +
-            along_path(table, Side::transmission, albedo, optical_depth, geometry);
-    return scattered;
-}
-
-/// Calls look_up(table, point) with arguments in range.
-template <class LookUp>
-Scattered looked_up(const TableView& table, const TablePoint& point,
-                    const LookUp& look_up) noexcept {
-    if (point.is_unknown()) return {double{not_a_number}, double{not_a_number}};
-    return not_negative(look_up(table, point));
 }
 
 }  // namespace
 
-Scattered reflection(const TableView& table, double albedo, double optical_depth,
+Scattered scattering(const TableView& table, Side side, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept {
-    return looked_up(table, {albedo, optical_depth, geometry}, reflected);
-}
-
-Scattered transmission(const TableView& table, double albedo, double optical_depth,
-                       const Geometry& geometry) noexcept {
-    return looked_up(table, {albedo, optical_depth, geometry}, transmitted);
+    const TablePoint point(albedo, optical_depth, geometry);
+    if (point.is_unknown()) return {double{not_a_number}, double{not_a_number}};
+    return not_negative(looked_up(table, side, point));
 }
 
 }  // namespace stratus

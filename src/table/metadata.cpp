@@ -3,9 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 
-#include <algorithm>
 #include <charconv>
-#include <cstddef>
 #include <optional>
 #include <sstream>
 #include <stdexcept>

@@ -8,15 +8,13 @@
 
 #include "base/size.h"
 #include "block_search.h"
-#include "kept_tolerance.h"
+#include "layer_coverage.h"
 #include "layer/reflected_curve.h"
 #include "layer_sums.h"
 #include "packed_names.h"
 #include "packed_parts.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <map>
 #include <numeric>
@@ -225,16 +223,17 @@ void add_header(TensorWriter& file, const Table& table) {
 
 std::vector<char> pack(const Table& table, LayerSamples& samples) {
     const TableView view = table.view();
-    const std::array<bool, 2> sides{view.has_reflection(),
-                                    view.has_transmission() && view.optical_depth.count > 0};
-    std::array<LayerSums, 2> sums =
+    const PerSide<bool> sides{view.has_reflection(),
+                              view.has_transmission() && view.optical_depth.count > 0};
+    PerSide<LayerSums> sums =
         find_layer_sums(table, sides, sums_share * kept_tolerance(view), samples);
     const int members = static_cast<int>(table.member_count());
-    std::array<std::vector<FoundBlocks>, 2> groups;
-    std::array<std::vector<int>, 2> pivots;
-    for (std::size_t n = 0; n < 2 && samples.is_first_rank(); ++n) {
-        if (sides[n]) groups[n] = grouped_blocks(sums[n], {0, members});
-        pivots[n] = pivot_layers(groups[n]);
+    PerSide<std::vector<FoundBlocks>> groups;
+    PerSide<std::vector<int>> pivots;
+    for (const Side side : both_sides) {
+        if (!samples.is_first_rank()) break;
+        if (sides[side]) groups[side] = grouped_blocks(sums[side], {0, members});
+        pivots[side] = pivot_layers(groups[side]);
     }
     see_in_full(pivots, sums, samples);
     if (!samples.is_first_rank()) return {};
@@ -245,10 +244,9 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         for (std::size_t m = 0; m < table.member_count(); ++m)
             add_curve(file, member_prefix(table, m) + phase_name,
                       PhaseCurve(phase_function_of_member(table, m)));
-    for (std::size_t n = 0; n < 2; ++n) {
-        if (sides[n])
-            add_side(file, sums[n], groups[n], n == 0 ? Side::reflection : Side::transmission);
-        sums[n] = {};
+    for (const Side side : both_sides) {
+        if (sides[side]) add_side(file, sums[side], groups[side], side);
+        sums[side] = {};
     }
     return file.finish();
 }
@@ -267,8 +265,8 @@ class HeldSamples : public LayerSamples {
         return static_cast<int>(layers.size());
     }
 
-    void at(const std::array<DirectionList, 2>& directions, const Use& use) override {
-        if (directions[0].empty() && directions[1].empty()) return;
+    void at(const PerSide<DirectionList>& directions, const Use& use) override {
+        if (directions.reflection.empty() && directions.transmission.empty()) return;
         const std::size_t layers = table_.member_count() * table_.albedo.values.size() *
                                    table_.optical_depth.values.size();
         for (std::size_t layer = 0; layer < layers; ++layer)
@@ -276,11 +274,13 @@ class HeldSamples : public LayerSamples {
     }
 
   private:
-    void use_layer(int layer, const std::array<DirectionList, 2>& at, const Use& use) const {
-        if (!table_.reflection_multiple.empty())
-            use(layer, Side::reflection, picked(table_.reflection_multiple, layer, at[0]));
-        if (!table_.transmission_multiple.empty())
-            use(layer, Side::transmission, picked(table_.transmission_multiple, layer, at[1]));
+    void use_layer(int layer, const PerSide<DirectionList>& at, const Use& use) const {
+        for (const Side side : both_sides) {
+            const std::vector<float>& samples = side == Side::reflection
+                                                    ? table_.reflection_multiple
+                                                    : table_.transmission_multiple;
+            if (!samples.empty()) use(layer, side, picked(samples, layer, at[side]));
+        }
     }
 
     /// Means of what is the same both ways round.

@@ -3,11 +3,8 @@
 #include "base/size.h"
 #include "layer_sums.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <utility>
 
 namespace stratus {
 namespace {

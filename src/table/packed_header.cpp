@@ -3,7 +3,6 @@
 #include "packed_parts.h"
 
 #include <algorithm>
-#include <cmath>
 #include <variant>
 
 namespace stratus {

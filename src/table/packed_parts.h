@@ -48,7 +48,7 @@ struct SideMemory {
 /// The sides of one member.
 struct PackedMember {
     double extrapolation_length;
-    SideMemory side[2];
+    PerSide<SideMemory> side;
 };
 
 /// All that is not a side.

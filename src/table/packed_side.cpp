@@ -31,8 +31,7 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
         side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
-    const PackedKernels& all = packed_kernels();
-    const PackedSideKernels& kernels = which == Side::reflection ? all.reflected : all.transmitted;
+    const PackedSideKernels& kernels = packed_kernels()[which];
     const bool azimuthal = table.azimuth.values.size() > 1;
     side.kernel = &kernels.of(side.phase.form(), azimuthal);
     side.of_multiple = &kernels.of(PhaseForm::polynomial, azimuthal);
@@ -309,8 +308,8 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
                                     : view.at(member_at(table.family, m)).chosen_phase_function();
     const bool has_sheet = sheet.sample != nullptr;
     const float growth = has_sheet ? path_growth(*table.path_law, table.highest_order) : 0;
-    for (const Side which : {Side::reflection, Side::transmission}) {
-        SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
+    for (const Side which : both_sides) {
+        SideMemory& side = sample.side[which];
         const std::string name = prefix + side_name(which);
         set_closed_forms(file, prefix, table, phase, which, side);
         set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),

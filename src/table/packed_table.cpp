@@ -108,9 +108,7 @@ struct PackedTable::Contents {
                 "one that holds reflection or transmission", "neither");
     }
 
-    bool holds(Side side) const {
-        return members[0].side[side == Side::reflection ? 0 : 1].no_functions.empty();
-    }
+    bool holds(Side side) const { return members[0].side[side].no_functions.empty(); }
 
     /// 1 where there is no mixture, which is not looked at.
     double share_in_range(double mixture) const noexcept {
@@ -133,7 +131,7 @@ struct PackedTable::Contents {
     }
 
     const SideMemory& side_memory(const FamilyStencil& around, int k, Side side) const noexcept {
-        return members[size(around.member[k])].side[side == Side::reflection ? 0 : 1];
+        return members[size(around.member[k])].side[side];
     }
 
     /// All that leaves the far side meets a lower boundary.
@@ -157,9 +155,7 @@ struct PackedTable::Contents {
             sum.multiple += double{weighed.weight[k]} * at.multiple;
         }
         if (!header.is_stack()) return not_negative(sum);
-        sum.single = side == Side::reflection
-                         ? stack_single_reflection(header.layers, point.geometry)
-                         : stack_single_transmission(header.layers, point.geometry);
+        sum.single = stack_single_scattering(side, header.layers, point.geometry);
         if (header.lower_boundary.has_closed_form())
             sum.single += single_reflection_of_boundary(header.lower_boundary, point.optical_depth,
                                                         point.geometry);
@@ -221,10 +217,9 @@ struct PackedTable::Contents {
 
     void add_members(Side side, const PackedPoints& points, float* total,
                      double share) const noexcept {
-        const int index = side == Side::reflection ? 0 : 1;
         if (!header.has_family()) {
-            const SideMemory& side = members[0].side[index];
-            at_many(side.view, *side.kernel, points, total);
+            const SideMemory& memory = members[0].side[side];
+            at_many(memory.view, *memory.kernel, points, total);
             return;
         }
         std::fill(total, total + points.count, 0.0f);
@@ -396,7 +391,7 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
 Table PackedTable::unpacked() const {
     Table table = contents_->header;
     table.attributes["samples"] = "evaluated";
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         if (!contents_->holds(side)) continue;
         std::vector<float>& samples =
             side == Side::reflection ? table.reflection_multiple : table.transmission_multiple;
@@ -424,7 +419,7 @@ Table PackedTable::unpacked() const {
 }
 
 const PackedSide& PackedTable::side(Side side) const noexcept {
-    return contents_->members[0].side[side == Side::reflection ? 0 : 1].view;
+    return contents_->members[0].side[side].view;
 }
 
 bool PackedTable::is_intact() const {

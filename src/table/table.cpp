@@ -9,9 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
-#include <utility>
 
 namespace stratus {
 namespace {

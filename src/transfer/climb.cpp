@@ -13,17 +13,19 @@ namespace stratus {
 
 namespace {
 
-/// Doubles a layer `doublings` times and calls record(depth) at each depth of the ladder.
+/// Doubles a layer `doublings` times and calls record(depth, is_limit) at each depth of the ladder
+/// that is asked for. Once it returns true, no layer is doubled any more: is_limit.
 template <class Doubling, class Record>
 void climb(Doubling& layer, int doublings, const DepthLadder& ladder, Record record) {
     for (int k = 0; k < doublings; ++k) layer.double_depth();
+    bool is_limit = false;
     for (int depth = 0; depth < ladder.octaves; ++depth) {
-        if (depth > 0) layer.double_depth();
-        record(depth);
+        if (depth > 0 && !is_limit) layer.double_depth();
+        if (ladder.asks_for(depth)) is_limit = record(depth, is_limit);
     }
-    if (!ladder.to_infinity) return;
-    layer.double_to_infinity();
-    record(ladder.octaves);
+    if (!ladder.to_infinity || !ladder.asks_for(ladder.octaves)) return;
+    if (!is_limit) layer.double_to_infinity();
+    record(ladder.octaves, is_limit);
 }
 
 using ModeOfAlbedo = std::pair<int, std::size_t>;
@@ -37,14 +39,19 @@ void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
         const ClimbTask::Albedo& of = task.albedos[a];
         lanes.push_back({mode, of.albedo, of.co_albedo, of.first_depth});
     }
-    DoublingLadder<Number> layers(task.directions, task.moments, lanes, task.completed);
+    DoublingLadder<Number> layers(task.directions, task.moments, lanes, task.between_requested,
+                                  task.completed);
     const std::vector<PhaseKernels> kernels = layers.kernels();
-    climb(layers, 0, task.ladder, [&](int depth) {
-        layers.extract();
+    climb(layers, 0, task.ladder, [&](int depth, bool is_limit) {
+        if (!is_limit) layers.extract();
         std::vector<ModeMatrices> solved = layers.matrices();
-        for (std::size_t lane = 0; lane < pack.size(); ++lane)
-            record(pack[lane].first, pack[lane].second, depth, std::move(solved[lane]),
-                   kernels[lane]);
+        bool are_limits = true;
+        for (std::size_t lane = 0; lane < pack.size(); ++lane) {
+            if (is_limit) solved[lane].transmission.setZero();
+            are_limits &= record(pack[lane].first, pack[lane].second, depth,
+                                 std::move(solved[lane]), kernels[lane]);
+        }
+        return are_limits;
     });
 }
 
@@ -81,8 +88,10 @@ void climb_classic(const ClimbTask& task, const SolverOptions& options, int firs
                 count_classic_doublings(task.directions, of.first_depth, options.start_depth);
             ClassicLayer layer(task.directions, kernels, mode, of.albedo,
                                std::ldexp(of.first_depth, -doublings), options.start);
-            climb(layer, doublings, task.ladder,
-                  [&](int depth) { record(mode, a, depth, layer.matrices(), kernels); });
+            climb(layer, doublings, task.ladder, [&](int depth, bool) {
+                record(mode, a, depth, layer.matrices(), kernels);
+                return false;
+            });
         }
     }
 }
@@ -98,11 +107,12 @@ void climb_orders(const ClimbTask& task, double fraction,
                          static_cast<int>(order_weights[0].size()) - 1,
                          std::ldexp(first_depth, -doublings));
     const std::vector<PhaseKernels> kernels = layers.kernels();
-    climb(layers, doublings, task.ladder, [&](int depth) {
+    climb(layers, doublings, task.ladder, [&](int depth, bool) {
         for (std::size_t lane = 0; lane < modes.size(); ++lane)
             for (std::size_t a = 0; a < order_weights.size(); ++a)
                 record(modes[lane], a, depth,
                        layers.matrices(static_cast<int>(lane), order_weights[a]), kernels[lane]);
+        return false;
     });
 }
 

@@ -23,12 +23,15 @@ struct ClimbTask {
     const std::vector<double>& moments;
     DepthLadder ladder;  // its first depth is that of each albedo
     std::vector<Albedo> albedos;
+    bool between_requested = false;  // modes above 0 of climb_harmonic: R, T and kernels are those
+                                     // between requested directions alone
     bool completed = false;  // peaks between nodes stay in their direction (simd/phase_kernels.cpp)
 };
 
-/// Called for each mode of each albedo at each depth of the ladder, infinity last, where R + T is
-/// the limit of R. Modes ascend.
-using RecordMode = std::function<void(int mode, std::size_t albedo, int depth, ModeMatrices layer,
+/// Called for each mode of each albedo at each depth of the ladder that is asked for, infinity last,
+/// where R + T is the limit of R. Modes ascend. Returns whether deeper layers reflect the same and
+/// transmit nothing, as climb_harmonic then has it.
+using RecordMode = std::function<bool(int mode, std::size_t albedo, int depth, ModeMatrices layer,
                                       const PhaseKernels& kernels)>;
 
 /// (mode, albedo) pairs eight at a time or one by one.

@@ -213,7 +213,8 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
 template <class Number>
 DoublingLadder<Number>::DoublingLadder(const Directions& directions,
                                        const std::vector<double>& moments,
-                                       const std::vector<DoublingTask>& tasks, bool completed)
+                                       const std::vector<DoublingTask>& tasks,
+                                       bool between_requested, bool completed)
     : directions_(directions),
       steps_(doubling_steps<Number>()),
       tasks_(static_cast<int>(tasks.size())) {
@@ -237,6 +238,10 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
                 set_lane(layer_.absorbed[i], lane,
                          task.co_albedo * (directions.s(i) / directions.mu(i)));
         }
+    }
+    if (between_requested && !layer_.any_conserving && layer_.gauss < layer_.directions) {
+        first_ = layer_.gauss;
+        layer_.first_extracted = first_ / lane_count * lane_count;
     }
     steps_.phase_kernels(phase, layer_);
     directions_of_groups_ =
@@ -307,16 +312,16 @@ void DoublingLadder<Number>::extract() {
 
 namespace {
 
-/// A matrix for each lane, of the elements value(i, j, lane): rows in turn, so that the cache holds
-/// one for all its lanes.
+/// A matrix for each lane, of the elements value(i, j, lane) for i and j from `first` to before
+/// `end`: rows in turn, so that the cache holds one for all its lanes.
 template <class Value>
-std::vector<Eigen::MatrixXd> lane_matrices(int directions, int lanes, Value value) {
+std::vector<Eigen::MatrixXd> lane_matrices(int first, int end, int lanes, Value value) {
     std::vector<Eigen::MatrixXd> matrices(static_cast<std::size_t>(lanes));
-    for (Eigen::MatrixXd& matrix : matrices) matrix.resize(directions, directions);
-    for (int i = 0; i < directions; ++i)
+    for (Eigen::MatrixXd& matrix : matrices) matrix.resize(end - first, end - first);
+    for (int i = first; i < end; ++i)
         for (int lane = 0; lane < lanes; ++lane) {
-            double* row = matrices[static_cast<std::size_t>(lane)].col(i).data();
-            for (int j = 0; j < directions; ++j) row[j] = value(i, j, lane);
+            double* row = matrices[static_cast<std::size_t>(lane)].col(i - first).data();
+            for (int j = first; j < end; ++j) row[j - first] = value(i, j, lane);
         }
     return matrices;
 }
@@ -326,7 +331,7 @@ std::vector<Eigen::MatrixXd> lane_matrices(int directions, int lanes, Value valu
 template <class Number>
 std::vector<ModeMatrices> DoublingLadder<Number>::matrices() const {
     const auto of = [this](const Number* K) {
-        return lane_matrices(layer_.directions, tasks_, [=, this](int i, int j, int lane) {
+        return lane_matrices(first_, layer_.directions, tasks_, [=, this](int i, int j, int lane) {
             return extract_lane(K[i * layer_.stride + j], lane);
         });
     };
@@ -342,7 +347,7 @@ std::vector<PhaseKernels> DoublingLadder<Number>::kernels() const {
     const Eigen::VectorXd unscale =
         (2 * directions_.mu.array() / directions_.s.array() / std::sqrt(2.0)).matrix();
     const auto of = [&](double sign) {
-        return lane_matrices(layer_.directions, tasks_, [&](int i, int j, int lane) {
+        return lane_matrices(first_, layer_.directions, tasks_, [&](int i, int j, int lane) {
             const long at = i * layer_.stride + j;
             const double even = extract_lane(layer_.scatter_even.K[at], lane);
             const double odd = extract_lane(layer_.scatter_odd.K[at], lane);

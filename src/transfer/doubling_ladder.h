@@ -38,8 +38,11 @@ template <class Number>
 class DoublingLadder {
   public:
     /// Phase kernels and layers at the first depth of all tasks, one to as many as there are lanes.
+    /// `between_requested`: matrices and kernels are those between requested directions alone,
+    /// unless mode 0 is among the tasks.
     DoublingLadder(const Directions& directions, const std::vector<double>& moments,
-                   const std::vector<DoublingTask>& tasks, bool completed = false);
+                   const std::vector<DoublingTask>& tasks, bool between_requested = false,
+                   bool completed = false);
 
     void double_depth();
 
@@ -75,6 +78,7 @@ class DoublingLadder {
     SimdGroups<Number> groups_{};
     std::vector<SimdLayer<Number>*> doubled_;  // both groups, or the layer as a whole
     int tasks_;
+    int first_ = 0;                         // direction of matrices and kernels
     bool conservative_[lanes_per<Number>];  // mode 0 at w = 1
 };
 

@@ -16,7 +16,8 @@ class FlushSubnormals {
 #ifdef __SSE2__
     explicit FlushSubnormals(double depth) : before_(_mm_getcsr()) {
         constexpr unsigned flush_to_zero = 1u << 15, denormals_are_zero = 1u << 6;
-        if (depth > 1e-150 && depth < 1e150) _mm_setcsr(before_ | flush_to_zero | denormals_are_zero);
+        if (depth > 1e-150 && depth < 1e150)
+            _mm_setcsr(before_ | flush_to_zero | denormals_are_zero);
     }
     ~FlushSubnormals() { _mm_setcsr(before_); }
     FlushSubnormals(const FlushSubnormals&) = delete;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <span>
 #include <string>
@@ -47,18 +48,16 @@ MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<cons
     return cosines.leftCols(count) * terms;
 }
 
-/// Multiple scattering between mu(in) and mu(out) at all azimuths of the table, in two parts; `rest`
-/// holds the Fourier series.
+/// Multiple scattering between two cosines at all azimuths of the table, in two parts; `rest` holds
+/// the Fourier series.
 struct MultipleParts {
     std::span<double> path, rest;  // path: empty where it is not asked for
 };
 
-void split_multiple(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
-                    const PathOrders& path_law, const MultipleParts& parts) {
-    const PathWeights weights = layer.path_weights(side, in, out);
-    const VectorXd rest = layer.path->rest(weights);
-    const std::vector<double> along_path = sum_legendre(
-        std::span(rest.data(), static_cast<std::size_t>(rest.size())), table.cos_scattering_angle);
+void split_multiple(const PathWeights& weights, std::span<const double> rest_of_path,
+                    const PairTable& table, const PathOrders& path_law,
+                    const MultipleParts& parts) {
+    const std::vector<double> along_path = sum_legendre(rest_of_path, table.cos_scattering_angle);
     for (std::size_t k = 0; k < parts.rest.size(); ++k) parts.rest[k] += along_path[k];
     for (std::size_t k = 0; k < parts.path.size(); ++k) {
         const double cosine = table.cos_scattering_angle[k];
@@ -183,10 +182,13 @@ GridValues evaluate_parts(const LayerSolution& solution, Side side, const Direct
     const bool symmetric = grid.pairs().are_symmetric();
     for (int i = 0; i < grid.in_count(); ++i) {
         const int in = grid.pairs().in[static_cast<std::size_t>(i)], first_out = symmetric ? i : 0;
-        const MatrixXd series =
-            sum_modes(solution, side, in,
-                      std::span(grid.pairs().out).subspan(static_cast<std::size_t>(first_out)),
-                      grid.cosines());
+        const std::span<const int> outs =
+            std::span(grid.pairs().out).subspan(static_cast<std::size_t>(first_out));
+        const MatrixXd series = sum_modes(solution, side, in, outs, grid.cosines());
+        std::vector<PathWeights> along_path;
+        for (std::size_t j = 0; j < outs.size() && path_law != nullptr; ++j)
+            along_path.push_back(solution.path_weights(side, in, outs[j]));
+        const MatrixXd rest = path_law != nullptr ? solution.path->rest(along_path) : MatrixXd();
         for (int j = first_out; j < grid.out_count(); ++j) {
             const int out = grid.pairs().out[static_cast<std::size_t>(j)];
             const std::size_t first = grid.at(i, j, 0);
@@ -197,8 +199,10 @@ GridValues evaluate_parts(const LayerSolution& solution, Side side, const Direct
             const PairTable table{part(grid.cos_scattering_angle(side)), part(grid.phase(side)),
                                   part(grid.boundary_phase())};
             if (path_law != nullptr)
-                split_multiple(solution, side, in, out, table, *path_law,
-                               {part(values.closed_form), part(values.tabulated)});
+                split_multiple(
+                    along_path[static_cast<std::size_t>(j - first_out)],
+                    {rest.col(j - first_out).data(), static_cast<std::size_t>(rest.rows())}, table,
+                    *path_law, {part(values.closed_form), part(values.tabulated)});
             else
                 add_corrections(solution, side, in, out, table, part(values.tabulated));
             const double ground = tabulated_boundary(solution, in, out);
@@ -233,76 +237,116 @@ std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
 
 namespace {
 
-/// Evaluates what a solution leaves to tables, pair by pair of cosines, at some azimuths of a grid.
-class PairSamples {
-  public:
-    PairSamples(const LayerSolution& solution, Side side, const DirectionGrid& grid)
-        : solution_(solution), side_(side), grid_(grid) {}
+/// One pair of cosines among positions of a grid, and what solutions share there.
+struct SketchedPair {
+    int in, out;
+    std::size_t first;  // of its positions
+    std::vector<Eigen::Index> places;
+    std::vector<double> azimuth, cosine, phase, boundary;  // cosine: of the scattering angle
 
-    /// `positions`: in the grid, of one pair. Writes as many values.
-    void write(std::span<const std::size_t> positions, double* values) {
-        const std::size_t azimuths = grid_.azimuth().size(), pair = positions[0] / azimuths,
-                          outs = grid_.pairs().out.size();
-        const int in = grid_.pairs().in[pair / outs], out = grid_.pairs().out[pair % outs];
-        const double ground =
-            side_ == Side::reflection ? tabulated_boundary(solution_, in, out) : 0;
-        if (solution_.stack) {
-            std::vector<double> some;
-            for (const std::size_t at : positions) some.push_back(grid_.azimuth()[at % azimuths]);
-            for (const SolvedValue& value : solution_.values(side_, in, out, some))
-                *values++ = value.multiple;
-            if (ground != 0)
-                for (std::size_t n = positions.size(); n-- > 0;)
-                    *--values += ground * grid_.boundary_phase()[positions[n]];
-            return;
-        }
-        const auto& modes =
-            side_ == Side::reflection ? solution_.reflection_modes : solution_.transmission_modes;
-        terms_.resize(static_cast<Eigen::Index>(modes.size()));
-        for (Eigen::Index m = 0; m < terms_.size(); ++m)
-            terms_(m) = modes[static_cast<std::size_t>(m)](in, out);
-        cosines_.clear();
-        phase_.clear();
-        boundary_.clear();
-        const std::span<double> all(values, positions.size());
-        for (std::size_t n = 0; n < positions.size(); ++n) {
+    SketchedPair(const DirectionGrid& grid, Side side, const std::vector<std::size_t>& positions,
+                 std::size_t begin)
+        : first(begin) {
+        const std::size_t azimuths = grid.azimuth().size(), outs = grid.pairs().out.size(),
+                          pair = positions[begin] / azimuths;
+        in = grid.pairs().in[pair / outs];
+        out = grid.pairs().out[pair % outs];
+        for (std::size_t n = begin; n < positions.size() && positions[n] / azimuths == pair; ++n) {
             const std::size_t at = positions[n];
-            const auto azimuth = static_cast<Eigen::Index>(at % azimuths);
-            all[n] = grid_.cosines().row(azimuth).head(terms_.size()).dot(terms_);
-            cosines_.push_back(grid_.cos_scattering_angle(side_)[at]);
-            phase_.push_back(grid_.phase(side_)[at]);
-            boundary_.push_back(grid_.boundary_phase()[at]);
+            places.push_back(static_cast<Eigen::Index>(at % azimuths));
+            azimuth.push_back(grid.azimuth()[at % azimuths]);
+            cosine.push_back(grid.cos_scattering_angle(side)[at]);
+            phase.push_back(grid.phase(side)[at]);
+            boundary.push_back(grid.boundary_phase()[at]);
         }
-        const PairTable table{cosines_, phase_, boundary_};
-        if (grid_.path_law() != nullptr)
-            split_multiple(solution_, side_, in, out, table, *grid_.path_law(), {{}, all});
-        else
-            add_corrections(solution_, side_, in, out, table, all);
-        for (std::size_t n = 0; n < all.size() && ground != 0; ++n) all[n] += ground * boundary_[n];
+    }
+    std::size_t size() const { return places.size(); }
+};
+
+/// Sets what a solution leaves to tables at a pair, but for the rest of a path law.
+void evaluate_pair(const LayerSolution& solution, Side side, const DirectionGrid& grid,
+                   const SketchedPair& pair, std::span<double> values) {
+    if (solution.stack) {
+        std::ranges::transform(solution.values(side, pair.in, pair.out, pair.azimuth),
+                               values.begin(), &SolvedValue::multiple);
+    } else {
+        const auto& modes =
+            side == Side::reflection ? solution.reflection_modes : solution.transmission_modes;
+        VectorXd terms(static_cast<Eigen::Index>(modes.size()));
+        for (Eigen::Index m = 0; m < terms.size(); ++m)
+            terms(m) = modes[static_cast<std::size_t>(m)](pair.in, pair.out);
+        for (std::size_t k = 0; k < values.size(); ++k)
+            values[k] = grid.cosines().row(pair.places[k]).head(terms.size()).dot(terms);
+        if (grid.path_law() == nullptr)
+            add_corrections(solution, side, pair.in, pair.out,
+                            {pair.cosine, pair.phase, pair.boundary}, values);
+    }
+    const double ground =
+        side == Side::reflection ? tabulated_boundary(solution, pair.in, pair.out) : 0;
+    for (std::size_t k = 0; k < values.size() && ground != 0; ++k)
+        values[k] += ground * pair.boundary[k];
+}
+
+/// The rest of a path law, of many solutions at once.
+class RestOfPaths {
+  public:
+    explicit RestOfPaths(const std::vector<const LayerSolution*>& solutions) : any_(*solutions[0]) {
+        for (std::size_t n = 0; n < solutions.size(); ++n) {
+            Depth& depth = depths_[solutions[n]->optical_depth];
+            depth.solutions.push_back(n);
+            depth.orders.push_back(solutions[n]->path_orders());
+        }
+    }
+
+    /// Sums over l first, which all solutions share, and along the paths of one depth once.
+    void add(Side side, const SketchedPair& pair, std::vector<std::vector<double>>& values) const {
+        const MatrixXd rest = any_.path->rest_of_orders(pair.cosine);
+        for (const auto& [optical_depth, depth] : depths_) {
+            const PathWeights along =
+                path_weights(side, static_cast<int>(depth.orders[0].size()), optical_depth,
+                             any_.mu(pair.in), any_.mu(pair.out));
+            const Eigen::Index orders = std::max(0, along.count - 2);
+            const MatrixXd terms =
+                Eigen::Map<const VectorXd>(along.of_order + 2, orders).asDiagonal() *
+                rest.topRows(orders);
+            for (std::size_t n = 0; n < depth.solutions.size(); ++n)
+                for (std::size_t k = 0; k < pair.size(); ++k)
+                    values[depth.solutions[n]][pair.first + k] +=
+                        depth.orders[n].segment(2, orders).dot(
+                            terms.col(static_cast<Eigen::Index>(k)));
+        }
     }
 
   private:
-    const LayerSolution& solution_;
-    Side side_;
-    const DirectionGrid& grid_;
-    VectorXd terms_;
-    std::vector<double> cosines_, phase_, boundary_;
+    struct Depth {
+        std::vector<std::size_t> solutions;
+        std::vector<VectorXd> orders;  // the weights of each solution's orders
+    };
+
+    const LayerSolution& any_;
+    std::map<double, Depth> depths_;  // by optical depth
 };
 
 }  // namespace
 
-std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
-                                       const DirectionGrid& grid,
-                                       const std::vector<std::size_t>& positions) {
-    std::vector<double> values(positions.size());
-    if (side == Side::transmission && solution.lower_boundary.is_present()) return values;
-    PairSamples samples(solution, side, grid);
-    const std::size_t azimuths = grid.azimuth().size();
-    for (std::size_t first = 0, end = 0; first < positions.size(); first = end) {
-        while (end < positions.size() && positions[end] / azimuths == positions[first] / azimuths)
-            ++end;
-        samples.write(std::span(positions).subspan(first, end - first), &values[first]);
-    }
+std::vector<std::vector<double>> evaluate_tabulated(
+    const std::vector<const LayerSolution*>& solutions, Side side, const DirectionGrid& grid,
+    const std::vector<std::size_t>& positions) {
+    std::vector<std::vector<double>> values(solutions.size(),
+                                            std::vector<double>(positions.size()));
+    if (solutions.empty() ||
+        (side == Side::transmission && solutions[0]->lower_boundary.is_present()))
+        return values;
+    std::vector<SketchedPair> pairs;
+    for (std::size_t first = 0; first < positions.size(); first += pairs.back().size())
+        pairs.emplace_back(grid, side, positions, first);
+    for (std::size_t n = 0; n < solutions.size(); ++n)
+        for (const SketchedPair& pair : pairs)
+            evaluate_pair(*solutions[n], side, grid, pair,
+                          std::span(values[n]).subspan(pair.first, pair.size()));
+    if (grid.path_law() == nullptr || solutions[0]->stack) return values;
+    const RestOfPaths rest(solutions);
+    for (const SketchedPair& pair : pairs) rest.add(side, pair, values);
     return values;
 }
 

@@ -113,7 +113,7 @@ MatrixXd over_all(const Directions& directions, int kept, const MatrixXd& from, 
 void climb_grazing(const ClimbTask& task, std::span<const int> modes, const RecordMode& record) {
     const int kept = nodes_reached(task.directions, modes.front());
     const Directions nodes = nodes_and_points(task.directions, kept);
-    const ClimbTask completed{nodes, task.moments, task.ladder, task.albedos, true};
+    const ClimbTask completed{nodes, task.moments, task.ladder, task.albedos, false, true};
     const auto all = [&](const MatrixXd& matrix, double unscale) {
         return over_all(task.directions, kept, matrix, unscale);
     };
@@ -121,9 +121,10 @@ void climb_grazing(const ClimbTask& task, std::span<const int> modes, const Reco
     climb_harmonic(completed, modes,
                    [&](int mode, std::size_t albedo, int depth, ModeMatrices layer,
                        const PhaseKernels& kernels) {
-                       record(mode, albedo, depth,
-                              {all(layer.reflection, unscale), all(layer.transmission, unscale)},
-                              {all(kernels.same, 1), all(kernels.other, 1)});
+                       return record(
+                           mode, albedo, depth,
+                           {all(layer.reflection, unscale), all(layer.transmission, unscale)},
+                           {all(kernels.same, 1), all(kernels.other, 1)});
                    });
 }
 

@@ -49,7 +49,7 @@ void LayerModes::solve_pack(int first) {
             require_finite(layer, mode, directions_);
             if (depth + 1 < ladder.octaves) {
                 if (mode == 0) half_transmittance = uniform_mean(directions_, layer.transmission);
-                return;
+                return false;
             }
             layer = reach(target_, mode, half_transmittance, directions_, std::move(layer));
             kernels_.push_back(kernels);
@@ -58,6 +58,7 @@ void LayerModes::solve_pack(int first) {
             else
                 layers_.push_back(
                     {layer.reflection, layer.reflection, std::move(layer.transmission), beam});
+            return false;
         });
 }
 

@@ -189,12 +189,13 @@ class OrderedStackRun {
         climb_orders(
             task, 0, weights, first, count,
             [&](int mode, std::size_t order, int depth, ModeMatrices solved, const PhaseKernels&) {
-                if (depth + 1 < ladder.octaves) return;
+                if (depth + 1 < ladder.octaves) return false;
                 solved = reach(target, mode, 0, directions_, std::move(solved));
                 OrderedMode& to = all[static_cast<std::size_t>(mode - first)];
                 to.reflection.K[order + 1] = solved.reflection;
                 to.reflection_below.K[order + 1] = std::move(solved.reflection);
                 if (!to.is_opaque()) to.transmission.K[order + 1] = std::move(solved.transmission);
+                return false;
             });
         return all;
     }

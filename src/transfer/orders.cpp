@@ -10,7 +10,8 @@ using Eigen::VectorXd;
 
 VectorXd weights_of_orders(double albedo, int highest) {
     VectorXd weights(highest + 1);
-    for (int n = 0; n <= highest; ++n) weights(n) = std::pow(albedo, n);
+    double power = 1;
+    for (int n = 0; n <= highest; ++n, power *= albedo) weights(n) = power;
     return weights;
 }
 

@@ -25,7 +25,7 @@ double single_correction(const LayerSolution& layer, Side side, int in, int out)
 PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, int out) {
     const PathWeights weights = layer.path_weights(side, in, out);
     std::vector<double> sum = layer.path->law().legendre(weights);
-    const Eigen::VectorXd rest = layer.path->rest(weights);
+    const Eigen::VectorXd rest = layer.path->rest({&weights, 1});
     sum.resize(std::max(sum.size(), static_cast<std::size_t>(rest.size())), 0.0);
     for (Eigen::Index l = 0; l < rest.size(); ++l) sum[static_cast<std::size_t>(l)] += rest(l);
     return {0, std::move(sum)};
@@ -41,13 +41,17 @@ PeakCorrection LayerSolution::peak_correction(Side side, int in, int out) const 
     return {single_correction(*this, side, in, out), {}};
 }
 
+Eigen::VectorXd LayerSolution::path_orders() const {
+    const int orders = path->law().order_count();
+    if (order_weights.size() == 0) return weights_of_orders(albedo, orders - 1);
+    return order_weights.head(std::min<Eigen::Index>(order_weights.size(), orders));
+}
+
 PathWeights LayerSolution::path_weights(Side side, int in, int out) const {
-    const int orders = path->law().order_count(), asked = static_cast<int>(order_weights.size());
-    PathWeights weights = stratus::path_weights(side, asked ? std::min(asked, orders) : orders,
+    const Eigen::VectorXd orders = path_orders();
+    PathWeights weights = stratus::path_weights(side, static_cast<int>(orders.size()),
                                                 optical_depth, mu(in), mu(out));
-    double power = 1;
-    for (int n = 0; n < weights.count; ++n, power *= albedo)
-        weights.of_order[n] *= asked ? order_weights(n) : power;
+    for (int n = 0; n < weights.count; ++n) weights.of_order[n] *= orders(n);
     return weights;
 }
 

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -56,7 +57,11 @@ class LadderRun {
                               choose_node_map(boundary_truncation_.moments, problem.options.nodes)),
               problem.mu)),
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
-          task_{directions_, truncation_.moments, problem.ladder, {}} {
+          task_{directions_,
+                truncation_.moments,
+                problem.ladder,
+                {},
+                !problem.boundary.is_present()} {
         path_ = make_path(problem);
         if (truncation_.backward)
             backward_path_ = std::make_shared<const BackwardPath>(
@@ -184,7 +189,7 @@ class LadderRun {
     void solve_modes(std::span<const int> modes) {
         const RecordMode record_mode = [this](int mode, std::size_t albedo, int depth,
                                               ModeMatrices layer, const PhaseKernels& kernels) {
-            record(mode, albedo, depth, std::move(layer), kernels);
+            return record(mode, albedo, depth, std::move(layer), kernels);
         };
         if (by_order())
             climb_orders(task_, truncation_.fraction, problem_.order_weights, modes.front(),
@@ -197,18 +202,20 @@ class LadderRun {
             climb_harmonic(task_, modes, record_mode);
     }
 
-    void record(int mode, std::size_t a, int depth, ModeMatrices layer,
+    /// Returns what RecordMode does.
+    bool record(int mode, std::size_t a, int depth, ModeMatrices layer,
                 const PhaseKernels& kernels) {
         require_finite(layer, mode, directions_);
         const DepthLadder& ladder = problem_.ladder;
-        const int before = ladder.octaves + (ladder.to_infinity ? 1 : 0) -
-                           static_cast<int>(problem_.targets.size());
-        if (depth < before) {
+        const int before = ladder.place(ladder.count()) - static_cast<int>(problem_.targets.size());
+        const int place = ladder.place(depth) - before;
+        if (place < 0) {
             if (mode == 0) half_transmittance_ = uniform_mean(directions_, layer.transmission);
-            return;
+            return false;
         }
-        const auto at = static_cast<std::size_t>(depth - before);
+        const auto at = static_cast<std::size_t>(place);
         const DepthTarget& target = problem_.targets[at];
+        const bool is_limit = reaches_limit(mode, a, at, layer.transmission);
         layer = reach(target, mode, half_transmittance_, directions_, std::move(layer));
         ModeRecorder& recorder = recorders_[a][at];
         LayerMode all{std::move(layer.reflection), {}, std::move(layer.transmission), {}};
@@ -225,6 +232,28 @@ class LadderRun {
             results_[a][at].reflection_modes.back().setZero();  // rounding
             results_[a][at].transmission_modes.back().setZero();
         }
+        return is_limit;
+    }
+
+    /// Whether a mode of light crosses the layer so little, x beside mode 0, that of twice as deep
+    /// ones it does by x^2 to rounding, for no mode is scattered more. The beam then counts as
+    /// little.
+    bool reaches_limit(int mode, std::size_t a, std::size_t at, const MatrixXd& transmission) {
+        constexpr double little = 1e-6;
+        if (at + 1 == problem_.targets.size()) return false;
+        Uniform& uniform = uniform_[{a, at}];
+        if (mode == 0) {
+            uniform.transmission = transmission;
+            uniform.hides_beam = recorders_[a][at].beam().maxCoeff() <=
+                                 little * uniform_mean(directions_, transmission);
+            return false;
+        }
+        return uniform.hides_beam &&
+               (2 * transmission.array().abs() <=
+                little *
+                    uniform.transmission.bottomRightCorner(transmission.rows(), transmission.cols())
+                        .array())
+                   .all();
     }
 
     /// The layer and its lower boundary as one opaque layer.
@@ -250,15 +279,21 @@ class LadderRun {
     ClimbTask task_;
     std::vector<std::vector<LayerSolution>> results_;
     std::vector<std::vector<ModeRecorder>> recorders_;
+    struct Uniform {
+        MatrixXd transmission;
+        bool hides_beam = false;
+    };
+    std::map<std::pair<std::size_t, std::size_t>, Uniform> uniform_;  // mode 0 of each result
     double half_transmittance_ = 0;  // at the depth before the target; one albedo only
 };
 
-/// Every depth of a ladder is its own target.
+/// Every depth that a ladder is asked for is its own target.
 std::vector<DepthTarget> depth_targets(const DepthLadder& ladder) {
     std::vector<DepthTarget> targets;
     for (int depth = 0; depth < ladder.octaves; ++depth)
-        targets.push_back({std::ldexp(ladder.first, depth)});
-    if (ladder.to_infinity) targets.push_back({infinity, DepthRegime::infinite});
+        if (ladder.asks_for(depth)) targets.push_back({std::ldexp(ladder.first, depth)});
+    if (ladder.to_infinity && ladder.asks_for(ladder.octaves))
+        targets.push_back({infinity, DepthRegime::infinite});
     return targets;
 }
 
@@ -337,6 +372,11 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const LowerBoundary& boundary) {
     check(albedos, options, boundary);
     require(ladder.octaves >= 0, "solve", "octaves", ">= 0", ladder.octaves);
+    const auto count = static_cast<std::size_t>(ladder.count());
+    require(ladder.asked.empty() || ladder.asked.size() == count, "solve", "depths of a ladder",
+            "all of them asked for or not, " + std::to_string(count), ladder.asked.size());
+    require(ladder.place(ladder.count()) > 0, "solve", "depths of a ladder", "at least one",
+            "none");
     if (ladder.octaves > 0)
         require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
                 "first depth of a ladder", "in [1e-280, inf)", ladder.first);

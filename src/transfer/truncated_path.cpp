@@ -27,9 +27,30 @@ TruncatedPath::TruncatedPath(PathLaw law, const Truncation& truncation) : law_(s
     }
 }
 
-Eigen::VectorXd TruncatedPath::rest(const PathWeights& weights) const {
-    const Eigen::Index orders = std::max(0, weights.count - 2);
-    return rest_.leftCols(orders) * Eigen::Map<const Eigen::VectorXd>(weights.of_order + 2, orders);
+Eigen::MatrixXd TruncatedPath::rest(std::span<const PathWeights> weights) const {
+    Eigen::MatrixXd of_order =
+        Eigen::MatrixXd::Zero(rest_.cols(), static_cast<Eigen::Index>(weights.size()));
+    for (Eigen::Index k = 0; k < of_order.cols(); ++k) {
+        const PathWeights& here = weights[static_cast<std::size_t>(k)];
+        const Eigen::Index orders = std::max(0, here.count - 2);
+        of_order.col(k).head(orders) = Eigen::Map<const Eigen::VectorXd>(here.of_order + 2, orders);
+    }
+    return rest_ * of_order;
+}
+
+Eigen::MatrixXd TruncatedPath::rest_of_orders(std::span<const double> cosines) const {
+    Eigen::MatrixXd polynomial(rest_.rows(), static_cast<Eigen::Index>(cosines.size()));
+    for (Eigen::Index k = 0; k < polynomial.cols(); ++k) {
+        const double x = cosines[static_cast<std::size_t>(k)];
+        double before = 0, here = 1;
+        for (Eigen::Index l = 0; l < polynomial.rows(); ++l) {
+            polynomial(l, k) = here;
+            const double order = static_cast<double>(l);
+            const double next = ((2 * order + 1) * x * here - order * before) / (order + 1);
+            before = std::exchange(here, next);
+        }
+    }
+    return rest_.transpose() * polynomial;
 }
 
 std::vector<double> sum_legendre(std::span<const double> coefficients, std::span<const double> x) {

@@ -14,7 +14,6 @@
 #include <map>
 #include <memory>
 #include <new>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -11,13 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::block_size;
-using test::explicit_recipe;
 
 std::vector<ErrorSample> samples_with(const std::vector<double>& errors) {
     std::vector<ErrorSample> samples;
@@ -108,9 +104,7 @@ TEST(Floor, HasALowerLimit) {
 
 TEST(Verify, ComparesEverySideAtEveryPoint) {
     const Table table = bake(explicit_recipe());
-    VerifyOptions options;
-    options.samples = 101;
-    const Verification verification = verify(table, options);
+    const Verification verification = verify(table, VerifyOptions{.samples = 101});
     EXPECT_EQ(verification.samples.size(), 202u);
     EXPECT_GT(verification.reference_nodes, 9);
     for (const ErrorSample& sample : verification.samples) {
@@ -166,9 +160,7 @@ TEST(Verify, DrawsForwardAndGrazingPointsOfPeakedPhaseFunctionsAlone) {
 
 TEST(Verify, DependsOnTheSeedButNotOnThreads) {
     const Table table = bake(explicit_recipe());
-    VerifyOptions options;
-    options.samples = 200;
-    options.threads = 1;
+    VerifyOptions options{.samples = 200, .threads = 1};
     const Verification one = verify(table, options);
     options.threads = 3;
     const Verification three = verify(table, options);
@@ -193,10 +185,8 @@ TEST(Verify, ReportsProgressUpToTheEnd) {
 
 TEST(Verify, RefusesZeroSamples) {
     const Table table = bake(explicit_recipe());
-    VerifyOptions options;
-    options.samples = 0;
-    expect_refusal<std::invalid_argument>([&] { verify(table, options); },
-                                          {"verify", "samples", ">= 1", "got 0"});
+    expect_refusal([&] { verify(table, VerifyOptions{.samples = 0}); },
+                   {"verify", "samples", ">= 1", "got 0"});
 }
 
 /// A table good to 1e-3: one percent of its higher orders is a difference that must show.
@@ -224,10 +214,8 @@ TEST(Verify, DetectsAOnePercentError) {
 
 TEST(Verify, DetectsInconsistentFluxes) {
     Table table = bake(explicit_recipe());
-    VerifyOptions options;
-    options.samples = 50;
     for (float& albedo : table.plane_albedo) albedo *= 1.05F;
-    const Verification verification = verify(table, options);
+    const Verification verification = verify(table, VerifyOptions{.samples = 50});
     EXPECT_GT(verification.furnace_defect, 1e-2);
     EXPECT_GT(verification.energy_defect, 1e-3);
 }
@@ -235,10 +223,8 @@ TEST(Verify, DetectsInconsistentFluxes) {
 TEST(Verify, SkipsEnergyWhereEveryLayerAbsorbs) {
     Recipe recipe = explicit_recipe();
     recipe.albedo = {0.75, 0.9};
-    VerifyOptions options;
-    options.samples = 50;
-    EXPECT_EQ(verify(bake(recipe), options).energy_defect, -1);
+    EXPECT_EQ(verify(bake(recipe), VerifyOptions{.samples = 50}).energy_defect, -1);
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -1,7 +1,6 @@
 #include <stratus/bake/bake.h>
 
 #include <stratus/bake/accuracy.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
@@ -10,17 +9,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::block_size;
-using test::deep_recipe;
-using test::expect_same_bits;
-using test::explicit_recipe;
-using test::rayleigh_recipe;
 
 /// What a stored float loses of a flux.
 constexpr double float_rounding = 6e-8;
@@ -74,11 +66,9 @@ TEST(Bake, StopsTheSeriesAtTheRecipesOrder) {
     EXPECT_EQ(verification.energy_defect, -1);  // w = 1 does not close without the higher orders
 
     // Against the orders one by one: lookups differ from those of all orders by what is left out.
-    SolverOptions options;
-    options.orders = 3;
     double expected = 0;
     for (const LayerSolution& order :
-         solve_orders(recipe.phase_function, 1, 2, {0.4, 0.9}, options))
+         solve_orders(recipe.phase_function, 1, 2, {0.4, 0.9}, SolverOptions{.orders = 3}))
         expected += order.reflection(0, 1, 1).total;
     const Scattered found = reflection(table.view(), 1, 2, {0.4, 0.9, 1});
     EXPECT_NEAR(found.total(), expected, 1e-2 * expected);
@@ -115,9 +105,7 @@ TEST(Bake, MeetsItsToleranceAtOtherPoints) {
         const Table table = bake(recipe);
         EXPECT_GT(table.measured_error, 0);
         EXPECT_LE(table.measured_error, 5 * recipe.tolerance);
-        VerifyOptions options;
-        options.seed = 77;
-        const Verification verification = verify(table, options);
+        const Verification verification = verify(table, VerifyOptions{.seed = 77});
         EXPECT_TRUE(verification.meets(recipe.tolerance))
             << recipe.phase_text << ": worst " << verification.samples.back().error;
         EXPECT_GE(verification.energy_defect, 0);  // there are samples at w = 1
@@ -142,9 +130,7 @@ TEST(Bake, MeetsItsToleranceOverGround) {
         EXPECT_EQ(table.lower_boundary.kind, recipe.lower_boundary.kind);
         EXPECT_TRUE(table.transmission_multiple.empty());
         EXPECT_TRUE(table.diffuse_transmittance.empty());
-        VerifyOptions options;
-        options.seed = 77;
-        const Verification verification = verify(table, options);
+        const Verification verification = verify(table, VerifyOptions{.seed = 77});
         EXPECT_TRUE(verification.meets(recipe.tolerance))
             << recipe.phase_text << ": worst " << verification.samples.back().error;
         EXPECT_EQ(verification.energy_defect, -1);  // the ground takes in what is missing
@@ -209,16 +195,16 @@ TEST(Bake, IsReproducedByItsResolvedRecipe) {
 
 /// Every sample and flux of a table against single layers, by the nodes and modes of the bake.
 void expect_solved_layers(const Table& table, const Recipe& recipe) {
-    SolverOptions options;
-    options.nodes = std::stoi(table.attributes.at("nodes"));
-    options.modes = std::stoi(table.attributes.at("modes"));
-    options.scheme = recipe.discretisation.scheme;
     const std::vector<double>& mu = table.mu_in.values;
     const std::size_t azimuths = table.azimuth.values.size();
     std::size_t row = 0;
     for (const double w : table.albedo.values)
         for (const double tau : table.optical_depth.values) {
-            const LayerSolution layer = solve_layer(recipe.phase_function, w, tau, mu, options);
+            const LayerSolution layer =
+                solve_layer(recipe.phase_function, w, tau, mu,
+                            SolverOptions{.nodes = std::stoi(table.attributes.at("nodes")),
+                                          .modes = std::stoi(table.attributes.at("modes")),
+                                          .scheme = recipe.discretisation.scheme});
             EXPECT_NEAR(table.spherical_albedo[row] / layer.spherical_albedo, 1, float_rounding);
             for (std::size_t i = 0; i < mu.size(); ++i) {
                 const auto in = static_cast<int>(i);
@@ -365,4 +351,4 @@ TEST(Bake, ReportsProgressUpToTheEnd) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

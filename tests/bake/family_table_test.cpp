@@ -120,9 +120,7 @@ TEST(FamilyTable, MeetsItsToleranceBetweenItsMembers) {
         "g = [0.0, 0.6]\n");
     const Table table = bake(recipe);
     EXPECT_GE(table.member_count(), 3u);
-    VerifyOptions options;
-    options.seed = 77;
-    options.samples = 200;
+    VerifyOptions options{.samples = 200, .seed = 77};
     const Verification verification = verify(table, options);
     EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
     std::set<double> members;

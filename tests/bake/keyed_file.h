@@ -3,10 +3,11 @@
 
 #include <stratus/bake/keys.h>
 
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,17 +49,6 @@ class KeyedFile {
     Lines lines_;
 };
 
-/// The refusal of a file; empty if it is taken.
-inline std::string refusal_of(const std::function<void(const std::string&)>& parse,
-                              const KeyedFile& file) {
-    try {
-        parse(file.text());
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return "";
-}
-
 /// Every key of the table is read and every default allowed. A key that is not read would take a
 /// date, which no key may be. `full_name` is the full name of a key in these files, each of which must
 /// be taken as it is.
@@ -66,7 +56,10 @@ inline void expect_keys_are_read(Keys keys, const std::string& caller,
                                  const std::vector<KeyedFile>& files,
                                  const std::function<void(const std::string&)>& parse,
                                  const std::function<std::string(const Key&)>& full_name) {
-    for (const KeyedFile& file : files) EXPECT_EQ(refusal_of(parse, file), "") << file.text();
+    const auto refusal_of = [&](const KeyedFile& file) {
+        return refusal([&] { parse(file.text()); });
+    };
+    for (const KeyedFile& file : files) EXPECT_EQ(refusal_of(file), "") << file.text();
     for (const Key& key : keys) {
         const std::string name = full_name(key);
         bool read = false;
@@ -74,10 +67,10 @@ inline void expect_keys_are_read(Keys keys, const std::string& caller,
             if (!file.has(name)) continue;
             const KeyedFile dated = file.with(name, "1979-05-27");
             const std::string start = caller + ": " + dated.last_line() + ": " + name + " must be ";
-            if (!refusal_of(parse, dated).starts_with(start)) continue;
+            if (!refusal_of(dated).starts_with(start)) continue;
             read = true;
             if (*key.default_value == '(') continue;
-            EXPECT_EQ(refusal_of(parse, file.with(name, key.default_value)), "") << name;
+            EXPECT_EQ(refusal_of(file.with(name, key.default_value)), "") << name;
         }
         EXPECT_TRUE(read) << name << " is in no file here, or not read";
     }

@@ -9,125 +9,123 @@
 #include <gtest/gtest.h>
 
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 TEST(RecipeKeys, AreAllRead) {
-    const test::KeyedFile layer({{"title", "'Rings'"},
-                                 {"phase_function", "'isotropic'"},
-                                 {"second_phase_function", "'rayleigh'"},
-                                 {"mixture.min", "0.25"},
-                                 {"mixture.max", "0.5"},
-                                 {"tolerance", "1e-3"},
-                                 {"optical_depth.min", "0.5"},
-                                 {"optical_depth.max", "inf"},
-                                 {"albedo.min", "0.5"},
-                                 {"albedo.max", "1.0"},
-                                 {"mu_in.min", "0.25"},
-                                 {"mu_in.max", "0.5"},
-                                 {"mu_out.min", "0.25"},
-                                 {"mu_out.max", "0.5"},
-                                 {"azimuth_deg.min", "30"},
-                                 {"azimuth_deg.max", "60"},
-                                 {"sides", "['reflection', 'transmission']"},
-                                 {"orders", "3"},
-                                 {"discretisation.nodes", "8"},
-                                 {"discretisation.modes", "8"},
-                                 {"discretisation.mu_samples", "8"},
-                                 {"discretisation.azimuth_samples", "8"},
-                                 {"discretisation.azimuth_scale", "'linear'"},
-                                 {"discretisation.optical_depth_samples_per_octave", "2"},
-                                 {"discretisation.deepest_optical_depth", "8"},
-                                 {"discretisation.albedo_samples", "8"},
-                                 {"discretisation.albedo_scale", "'square_root_of_complement'"},
-                                 {"discretisation.mixture_samples", "8"},
-                                 {"discretisation.scheme", "'harmonic'"}});
-    const test::KeyedFile ground({{"phase_function", "'isotropic'"},
-                                  {"tolerance", "1e-3"},
-                                  {"optical_depth.min", "0.5"},
-                                  {"optical_depth.max", "inf"},
-                                  {"albedo.min", "0.5"},
-                                  {"albedo.max", "1.0"},
-                                  {"below.lambert_albedo", "0.3"}});
-    const test::KeyedFile deep = ground.with("below", "{}")
-                                     .with("below.phase_function", "'rayleigh'")
-                                     .with("below.albedo", "0.5");
-    const test::KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
-    const test::KeyedFile lobe = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
-                                     .with("second_phase_function", "'isotropic'")
-                                     .with("family.mixture", "[0.25, 0.5]")
-                                     .with("family.g", "[0.25, 0.5]")
-                                     .with("discretisation.g_samples", "4");
-    const test::KeyedFile lobes = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
-                                      .with("second_phase_function", "'isotropic'")
-                                      .with("family.mixture.values", "[0.25, 0.5]")
-                                      .with("family.g.values", "[0.25, 0.5]");
-    const test::KeyedFile cloud = ground.with("phase_function", "'mie:radius=1um'")
-                                      .with("family.radius", "['1um', '2um']")
-                                      .with("family.wavelength", "['500nm', '0.6um']")
-                                      .with("discretisation.radius_samples", "4")
-                                      .with("discretisation.wavelength_samples", "4");
-    const test::KeyedFile clouds = ground.with("phase_function", "'mie:radius=1um'")
-                                       .with("family.radius.values", "['1um', '2um']")
-                                       .with("family.wavelength.values", "['500nm', '0.6um']");
-    const test::KeyedFile spread = ground.with("phase_function", "'mie:radius=1um'")
-                                       .with("family.variance", "[0.05, 0.1]")
-                                       .with("discretisation.variance_samples", "4");
-    const test::KeyedFile spreads = ground.with("phase_function", "'mie:radius=1um'")
-                                        .with("family.variance.values", "[0.05, 0.1]");
-    test::expect_keys_are_read(
+    const KeyedFile layer({{"title", "'Rings'"},
+                           {"phase_function", "'isotropic'"},
+                           {"second_phase_function", "'rayleigh'"},
+                           {"mixture.min", "0.25"},
+                           {"mixture.max", "0.5"},
+                           {"tolerance", "1e-3"},
+                           {"optical_depth.min", "0.5"},
+                           {"optical_depth.max", "inf"},
+                           {"albedo.min", "0.5"},
+                           {"albedo.max", "1.0"},
+                           {"mu_in.min", "0.25"},
+                           {"mu_in.max", "0.5"},
+                           {"mu_out.min", "0.25"},
+                           {"mu_out.max", "0.5"},
+                           {"azimuth_deg.min", "30"},
+                           {"azimuth_deg.max", "60"},
+                           {"sides", "['reflection', 'transmission']"},
+                           {"orders", "3"},
+                           {"discretisation.nodes", "8"},
+                           {"discretisation.modes", "8"},
+                           {"discretisation.mu_samples", "8"},
+                           {"discretisation.azimuth_samples", "8"},
+                           {"discretisation.azimuth_scale", "'linear'"},
+                           {"discretisation.optical_depth_samples_per_octave", "2"},
+                           {"discretisation.deepest_optical_depth", "8"},
+                           {"discretisation.albedo_samples", "8"},
+                           {"discretisation.albedo_scale", "'square_root_of_complement'"},
+                           {"discretisation.mixture_samples", "8"},
+                           {"discretisation.scheme", "'harmonic'"}});
+    const KeyedFile ground({{"phase_function", "'isotropic'"},
+                            {"tolerance", "1e-3"},
+                            {"optical_depth.min", "0.5"},
+                            {"optical_depth.max", "inf"},
+                            {"albedo.min", "0.5"},
+                            {"albedo.max", "1.0"},
+                            {"below.lambert_albedo", "0.3"}});
+    const KeyedFile deep = ground.with("below", "{}")
+                               .with("below.phase_function", "'rayleigh'")
+                               .with("below.albedo", "0.5");
+    const KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
+    const KeyedFile lobe = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
+                               .with("second_phase_function", "'isotropic'")
+                               .with("family.mixture", "[0.25, 0.5]")
+                               .with("family.g", "[0.25, 0.5]")
+                               .with("discretisation.g_samples", "4");
+    const KeyedFile lobes = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
+                                .with("second_phase_function", "'isotropic'")
+                                .with("family.mixture.values", "[0.25, 0.5]")
+                                .with("family.g.values", "[0.25, 0.5]");
+    const KeyedFile cloud = ground.with("phase_function", "'mie:radius=1um'")
+                                .with("family.radius", "['1um', '2um']")
+                                .with("family.wavelength", "['500nm', '0.6um']")
+                                .with("discretisation.radius_samples", "4")
+                                .with("discretisation.wavelength_samples", "4");
+    const KeyedFile clouds = ground.with("phase_function", "'mie:radius=1um'")
+                                 .with("family.radius.values", "['1um', '2um']")
+                                 .with("family.wavelength.values", "['500nm', '0.6um']");
+    const KeyedFile spread = ground.with("phase_function", "'mie:radius=1um'")
+                                 .with("family.variance", "[0.05, 0.1]")
+                                 .with("discretisation.variance_samples", "4");
+    const KeyedFile spreads = ground.with("phase_function", "'mie:radius=1um'")
+                                  .with("family.variance.values", "[0.05, 0.1]");
+    expect_keys_are_read(
         recipe_keys(), "recipe",
         {layer, ground, deep, sea, lobe, lobes, cloud, clouds, spread, spreads},
         [](const std::string& text) { parse_recipe(text); }, full_name);
 }
 
 TEST(StackKeys, OfLayersAreAllRead) {
-    const test::KeyedFile::Lines layer{
+    const KeyedFile::Lines layer{
         {"phase_function", "'isotropic'"}, {"albedo", "0.5"}, {"optical_depth", "1"}};
     for (const Key& key : stack_keys()) {
         if (key.section != std::string("layers")) continue;
-        const std::string dated = test::KeyedFile(layer).with(key.name, "1979-05-27").text();
-        expect_refusal<std::invalid_argument>(
-            [&] { parse_stack("[[layers]]\n" + dated); },
-            {("stack: line 4: layer 1." + std::string(key.name) + " must be ").c_str()});
+        const std::string dated = KeyedFile(layer).with(key.name, "1979-05-27").text();
+        expect_refusal([&] { parse_stack("[[layers]]\n" + dated); },
+                       {("stack: line 4: layer 1." + std::string(key.name) + " must be ").c_str()});
     }
 }
 
 TEST(StackKeys, AreAllRead) {
     // The tables [[layers]] have a test of their own; the first lines here end them.
-    const test::KeyedFile stack({{"title", "'Haze'"},
-                                 {"layers",
-                                  "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth = "
-                                  "1.0 }]"},
-                                 {"tolerance", "1e-2"},
-                                 {"mu_in.min", "0.25"},
-                                 {"mu_in.max", "0.5"},
-                                 {"mu_out.min", "0.25"},
-                                 {"mu_out.max", "0.5"},
-                                 {"azimuth_deg.min", "30"},
-                                 {"azimuth_deg.max", "60"},
-                                 {"sides", "['reflection', 'transmission']"},
-                                 {"discretisation.nodes", "8"},
-                                 {"discretisation.modes", "8"},
-                                 {"discretisation.mu_samples", "8"},
-                                 {"discretisation.azimuth_samples", "8"},
-                                 {"discretisation.azimuth_scale", "'linear'"}});
-    const test::KeyedFile ground({{"layers",
-                                   "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
-                                   "= 1.0 }]"},
-                                  {"below.lambert_albedo", "0.3"}});
-    const test::KeyedFile deep = ground.with("below", "{}")
-                                     .with("below.phase_function", "'rayleigh'")
-                                     .with("below.albedo", "0.5");
-    const test::KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
+    const KeyedFile stack({{"title", "'Haze'"},
+                           {"layers",
+                            "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth = "
+                            "1.0 }]"},
+                           {"tolerance", "1e-2"},
+                           {"mu_in.min", "0.25"},
+                           {"mu_in.max", "0.5"},
+                           {"mu_out.min", "0.25"},
+                           {"mu_out.max", "0.5"},
+                           {"azimuth_deg.min", "30"},
+                           {"azimuth_deg.max", "60"},
+                           {"sides", "['reflection', 'transmission']"},
+                           {"discretisation.nodes", "8"},
+                           {"discretisation.modes", "8"},
+                           {"discretisation.mu_samples", "8"},
+                           {"discretisation.azimuth_samples", "8"},
+                           {"discretisation.azimuth_scale", "'linear'"}});
+    const KeyedFile ground({{"layers",
+                             "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
+                             "= 1.0 }]"},
+                            {"below.lambert_albedo", "0.3"}});
+    const KeyedFile deep = ground.with("below", "{}")
+                               .with("below.phase_function", "'rayleigh'")
+                               .with("below.albedo", "0.5");
+    const KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
     std::vector<Key> keys;
     for (const Key& key : stack_keys())
         if (key.section != std::string("layers")) keys.push_back(key);
-    test::expect_keys_are_read(
+    expect_keys_are_read(
         keys, "recipe", {stack, ground, deep, sea},
         [](const std::string& text) { parse_recipe(text); }, full_name);
 }
@@ -149,4 +147,4 @@ TEST(KeyColumns, AreSeparatedByTwoBlanks) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -96,9 +96,7 @@ TEST(MixtureTable, MeetsItsToleranceBetweenItsMixtures) {
         SCOPED_TRACE(depths);
         const Recipe recipe = open_recipe(2e-2, depths);
         const Table table = bake(recipe);
-        VerifyOptions options;
-        options.seed = 77;
-        options.samples = 400;
+        VerifyOptions options{.samples = 400, .seed = 77};
         const Verification verification = verify(table, options);
         EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
         EXPECT_LE(verification.energy_defect, 1e-6);
@@ -117,11 +115,9 @@ TEST(MixtureTable, FailsVerificationWhereCoarse) {
     Recipe recipe = resolve(open_recipe(2e-2, "{ min = 1, max = 1 }"));
     const auto is_met = [&](int mixture_samples) {
         recipe.discretisation.family_samples[0] = mixture_samples;
-        VerifyOptions options;
-        options.samples = 500;
         Table table = solve_table(recipe);
         table.attributes["nodes"] = std::to_string(recipe.discretisation.nodes);
-        return verify(table, options).meets(recipe.tolerance);
+        return verify(table, VerifyOptions{.samples = 500}).meets(recipe.tolerance);
     };
     EXPECT_TRUE(is_met(recipe.discretisation.family_samples[0]));
     EXPECT_FALSE(is_met(2));

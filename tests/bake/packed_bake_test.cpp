@@ -7,13 +7,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 void expect_met(const std::string& recipe) {
-    const test::PackedBake baked(parse_recipe(recipe));
+    const PackedBake baked(parse_recipe(recipe));
     EXPECT_TRUE(baked.meets()) << recipe << "largest error "
                                << baked.verification.samples.back().error;
 }
@@ -42,7 +40,7 @@ TEST(PackedBake, TransmitsBetweenTheMembersOfAMixtureHoweverDeep) {
 }
 
 TEST(PackedBake, MeetsItsToleranceBeyondItsDeepestFiniteSample) {
-    const test::PackedBake baked(
+    const PackedBake baked(
         parse_recipe("phase_function = 'isotropic'\n"
                      "tolerance = 5.4e-3\n"
                      "optical_depth = { min = 0.01472, max = inf }\n"
@@ -76,8 +74,8 @@ TEST(PackedBake, HoldsWhatTheGroundReflectsUnderABlackLayer) {
 }
 
 TEST(PackedBake, LooksUpWhatATableOfAllSamplesHolds) {
-    const Recipe recipe = test::explicit_recipe();
-    const test::PackedBake baked(recipe);
+    const Recipe recipe = explicit_recipe();
+    const PackedBake baked(recipe);
     const Table table = solve_table(resolve(recipe));
     const PackedTable direct(baked.file), packed(pack(table));
     const Table found = direct.unpacked();
@@ -108,7 +106,7 @@ TEST(PackedBake, FollowsTheLawOfThinLayersBelowItsThinnestSample) {
                                            "tolerance = 1e-2\n"
                                            "optical_depth = { min = 0.01, max = 0.04 }\n"
                                            "albedo = { min = 0.9, max = 0.9 }\n");
-        const test::PackedBake baked(recipe);
+        const PackedBake baked(recipe);
         const PackedTable table(baked.file);
         const std::vector<double> mu{0.2, 0.5, 0.9};
         for (const double depth : {3e-3, 1e-4, 1e-6}) {
@@ -131,7 +129,7 @@ TEST(PackedBake, FollowsTheLawOfThinLayersBelowItsThinnestSample) {
 }
 
 TEST(PackedBake, GivesTheSameBytesOnAnyNumberOfThreads) {
-    const Recipe recipe = resolve(test::explicit_recipe());
+    const Recipe recipe = resolve(explicit_recipe());
     std::vector<char> files[2];
     for (int n = 0; n < 2; ++n) {
         BakeOptions options;
@@ -143,4 +141,4 @@ TEST(PackedBake, GivesTheSameBytesOnAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

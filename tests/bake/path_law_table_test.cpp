@@ -11,9 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,12 +47,9 @@ const std::vector<Geometry> geometries{{0.7, 0.7, 0.02}, {0.7, 0.72, 0.1},  {0.3
 
 /// The same layer, solved with more nodes.
 double solved(Side side, double albedo, double tau, const Geometry& at, int orders = 0) {
-    SolverOptions options;
-    options.nodes = 64;
-    options.orders = orders;
-    options.mode_tolerance = 1e-6;
-    const LayerSolution layer = solve_layer(PhaseFunction::henyey_greenstein(0.9), albedo, tau,
-                                            {at.mu_in, at.mu_out}, options);
+    const LayerSolution layer =
+        solve_layer(PhaseFunction::henyey_greenstein(0.9), albedo, tau, {at.mu_in, at.mu_out},
+                    SolverOptions{.nodes = 64, .orders = orders, .mode_tolerance = 1e-6});
     return side == Side::reflection ? layer.reflection(0, 1, at.azimuth).total
                                     : layer.transmission(0, 1, at.azimuth).total;
 }
@@ -97,8 +92,8 @@ TEST(PathLawTable, SlicesColoursAndTexturesMeetLookups) {
         const double tau = depths[c], albedo = albedos[c];
         const Slice slice = bind(view, tau, albedo);
         for (const Geometry& at : geometries) {
-            const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out);
-            const auto azimuth = static_cast<float>(at.azimuth);
+            const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out),
+                       azimuth = static_cast<float>(at.azimuth);
             const double up = reflection(view, albedo, tau, at).total();
             const double down = transmission(view, albedo, tau, at).total();
             EXPECT_NEAR(slice.reflection(in, out, azimuth), up, 4e-3 * up) << at.azimuth;
@@ -137,9 +132,8 @@ TEST(PathLawTable, EffectsKeepTheirMeaning) {
     // nothing scatters: nothing is left of the law
     EXPECT_EQ(bind(view, 2, 0).transmission(0.7f, 0.72f, 0.1f), 0);
     // not-a-number never becomes an index
-    const double nan = std::numeric_limits<double>::quiet_NaN();
     const PackedTable packed(pack(table()));
-    for (const double bad : {nan, -nan}) {
+    for (const double bad : {NAN, -NAN}) {
         const auto of = static_cast<float>(bad);
         for (const Geometry& at : {Geometry{bad, 0.5, 1}, Geometry{0.5, 0.5, bad}}) {
             transmission(view, 1, 2, at);

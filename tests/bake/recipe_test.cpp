@@ -3,16 +3,15 @@
 #include <stratus/base/constants.h>
 
 #include "refusal.h"
+#include "small_recipe.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 /// A recipe of the keys that cannot be left out, and more lines.
@@ -31,9 +30,14 @@ std::string recipe_but(const std::string& key, const std::string& line) {
     return text.replace(begin, text.find('\n', begin) - begin, line);
 }
 
-void expect_recipe_refusal(const std::string& text, const std::vector<const char*>& fragments) {
+void expect_range(const Range& range, double min, double max) {
+    EXPECT_EQ(range.min, min);
+    EXPECT_EQ(range.max, max);
+}
+
+void expect_recipe_refusal(const std::string& text, const Fragments& fragments) {
     SCOPED_TRACE(text);
-    expect_refusal<std::invalid_argument>([&] { parse_recipe(text); }, fragments);
+    expect_refusal([&] { parse_recipe(text); }, fragments);
 }
 
 TEST(Recipe, HoldsItsText) {
@@ -61,10 +65,8 @@ TEST(Recipe, HoldsItsText) {
     EXPECT_EQ(recipe.phase_text, "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
     EXPECT_EQ(recipe.phase_function.terms().size(), 2u);
     EXPECT_EQ(recipe.tolerance, 2e-3);
-    EXPECT_EQ(recipe.optical_depth.min, 0.01);
-    EXPECT_EQ(recipe.optical_depth.max, infinity);
-    EXPECT_EQ(recipe.albedo.min, 0.25);
-    EXPECT_EQ(recipe.albedo.max, 0.75);
+    expect_range(recipe.optical_depth, 0.01, infinity);
+    expect_range(recipe.albedo, 0.25, 0.75);
     EXPECT_FALSE(recipe.reflection);
     EXPECT_TRUE(recipe.transmission);
     const Discretisation& d = recipe.discretisation;
@@ -98,26 +100,20 @@ TEST(Recipe, HasDefaults) {
 
 TEST(Recipe, KnowsAllDirectionsUnlessTheyAreNarrowed) {
     const Recipe all = parse_recipe(recipe_with(""));
-    for (const Range& cosines : {all.mu_in, all.mu_out}) {
-        EXPECT_EQ(cosines.min, 0);
-        EXPECT_EQ(cosines.max, 1);
-    }
-    EXPECT_EQ(all.azimuth.min, 0);
-    EXPECT_EQ(all.azimuth.max, 180);
+    expect_range(all.mu_in, 0, 1);
+    expect_range(all.mu_out, 0, 1);
+    expect_range(all.azimuth, 0, 180);
     const Recipe some = parse_recipe(recipe_with(
         "mu_in = 0.375\nmu_out = { min = 0.25, max = 0.5 }\nazimuth_deg = { min = 171, max = 180 "
         "}\n"));
-    EXPECT_EQ(some.mu_in.min, 0.375);
-    EXPECT_EQ(some.mu_in.max, 0.375);
-    EXPECT_EQ(some.mu_out.min, 0.25);
-    EXPECT_EQ(some.mu_out.max, 0.5);
-    EXPECT_EQ(some.azimuth.min, 171);
-    EXPECT_EQ(some.azimuth.max, 180);
+    expect_range(some.mu_in, 0.375, 0.375);
+    expect_range(some.mu_out, 0.25, 0.5);
+    expect_range(some.azimuth, 171, 180);
 }
 
 TEST(Recipe, RefusesDirectionsOutOfRange) {
     for (const char* key : {"mu_in", "mu_out"}) {
-        const auto refused = [&](const std::string& value, const std::vector<const char*>& says) {
+        const auto refused = [&](const std::string& value, const Fragments& says) {
             expect_recipe_refusal(recipe_with(key + (" = " + value) + "\n"), says);
         };
         refused("1.5", {"recipe", key, "[0, 1]", "got 1.5"});
@@ -130,12 +126,14 @@ TEST(Recipe, RefusesDirectionsOutOfRange) {
         refused("{ min = 0.5 }", {"recipe", key, ".max", "present"});
         refused("{ min = 0.5, max = 0.50000001 }", {"recipe", key, "equal to min or 1e-06"});
     }
-    expect_recipe_refusal(recipe_with("azimuth_deg = 181\n"), {"azimuth_deg", "[0, 180]", "181"});
+    expect_recipe_refusal(
+        recipe_with("azimuth_deg = 181\n"),
+        {"azimuth_deg must be a number or table { min, max } in [0, 180], got 181"});
     expect_recipe_refusal(recipe_with("azimuth_deg = 0\n"),
-                          {"azimuth_deg.max", "[0.001, 180]", "got 0"});
+                          {"azimuth_deg.max must be in [0.001, 180], got 0"});
     expect_recipe_refusal(recipe_with("azimuth_deg = { min = -9, max = 9 }\n"),
-                          {"azimuth_deg.min", "[0, 180]", "got -9"});
-    expect_recipe_refusal(recipe_with("azimuth = 5\n"), {"'azimuth'", "'azimuth_deg'"});
+                          {"azimuth_deg.min must be a number in [0, 180], got -9"});
+    expect_recipe_refusal(recipe_with("azimuth = 5\n"), {"'azimuth'; did you mean 'azimuth_deg'"});
 }
 
 TEST(Recipe, TakesTheAlbedoOfDroplets) {
@@ -168,49 +166,53 @@ TEST(Recipe, RefusesTransmissionAtInfinityAlone) {
 TEST(Recipe, RequiresItsFourKeys) {
     for (const char* key : {"phase_function", "tolerance", "optical_depth", "albedo"})
         expect_recipe_refusal(recipe_but(key, ""), {"recipe", key});
-    expect_recipe_refusal("", {"recipe", "phase_function"});
+    expect_recipe_refusal("", {"recipe: phase_function"});
 }
 
 TEST(Recipe, RefusesUnknownKeysAndNamesTheNearest) {
     expect_recipe_refusal(recipe_with("tolerence = 1e-3\n"),
-                          {"recipe", "'tolerence'", "line 5", "'tolerance'"});
-    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, maximum = 1 }"),
-                          {"recipe", "'albedo.maximum'", "'albedo.max'"});
+                          {"recipe: line 5: unknown key 'tolerence'; did you mean 'tolerance'"});
+    expect_recipe_refusal(
+        recipe_but("albedo", "albedo = { min = 0, maximum = 1 }"),
+        {"recipe: line 4: unknown key 'albedo.maximum'; did you mean 'albedo.max'"});
     expect_recipe_refusal(recipe_with("[discretisation]\nmu_sample = 8\n"),
                           {"recipe", "'discretisation.mu_sample'", "'discretisation.mu_samples'"});
-    expect_recipe_refusal(recipe_with("[discretization]\nmu_samples = 8\n"),
-                          {"recipe", "'discretization'", "'discretisation'"});
+    expect_recipe_refusal(
+        recipe_with("[discretization]\nmu_samples = 8\n"),
+        {"recipe: line 5: unknown key 'discretization'; did you mean 'discretisation'"});
 }
 
 TEST(Recipe, RefusesMalformedToml) {
-    expect_recipe_refusal("title = \"Rings\"\ntolerance = \n", {"recipe", "line 2"});
-    expect_recipe_refusal(recipe_with("albedo = { min = 0, max = 1 }\n"), {"recipe", "line 5"});
+    expect_recipe_refusal("title = \"Rings\"\ntolerance = \n", {"recipe: line 2"});
+    expect_recipe_refusal(recipe_with("albedo = { min = 0, max = 1 }\n"), {"recipe: line 5"});
 }
 
 TEST(Recipe, RefusesValuesOfAnotherType) {
-    expect_recipe_refusal(recipe_with("title = 5\n"), {"recipe", "title", "line 5", "a string"});
+    expect_recipe_refusal(recipe_with("title = 5\n"), {"recipe: line 5: title must be a string"});
     expect_recipe_refusal(recipe_but("phase_function", "phase_function = ['rayleigh']"),
-                          {"recipe", "phase_function", "a string"});
+                          {"recipe: line 1: phase_function must be a string"});
     expect_recipe_refusal(recipe_but("tolerance", "tolerance = '1e-3'"),
-                          {"recipe", "tolerance", "a number"});
-    expect_recipe_refusal(recipe_but("albedo", "albedo = 0.5"), {"recipe", "albedo", "{ min"});
+                          {"recipe: line 2: tolerance must be a number"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = 0.5"),
+                          {"recipe: line 4: albedo must be a table { min"});
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, max = 'one' }"),
-                          {"recipe", "albedo.max", "a number"});
-    expect_recipe_refusal(recipe_with("sides = 'reflection'\n"), {"recipe", "sides", "a list"});
-    expect_recipe_refusal(recipe_with("sides = [1]\n"), {"recipe", "sides", "a list"});
-    expect_recipe_refusal(recipe_with("discretisation = 8\n"), {"recipe", "discretisation"});
+                          {"recipe: line 4: albedo.max must be a number"});
+    expect_recipe_refusal(recipe_with("sides = 'reflection'\n"),
+                          {"recipe: line 5: sides must be a list"});
+    expect_recipe_refusal(recipe_with("sides = [1]\n"), {"recipe: line 5: sides must be a list"});
+    expect_recipe_refusal(recipe_with("discretisation = 8\n"), {"recipe: line 5: discretisation"});
     expect_recipe_refusal(recipe_with("[discretisation]\nnodes = 'eight'\n"),
-                          {"recipe", "discretisation.nodes", "a whole number"});
+                          {"recipe: line 6: discretisation.nodes must be a whole number"});
     expect_recipe_refusal(recipe_with("[discretisation]\nnodes = 8.5\n"),
-                          {"recipe", "discretisation.nodes", "a whole number"});
+                          {"recipe: line 6: discretisation.nodes must be a whole number"});
     expect_recipe_refusal(recipe_with("[discretisation]\nscheme = 1\n"),
-                          {"recipe", "discretisation.scheme", "a string"});
+                          {"recipe: line 6: discretisation.scheme must be a string"});
 }
 
 TEST(Recipe, RefusesTolerancesOutOfRange) {
     for (const char* value : {"0", "-1e-3", "0.9e-6", "0.11", "nan", "inf"})
         expect_recipe_refusal(recipe_but("tolerance", std::string("tolerance = ") + value),
-                              {"recipe", "tolerance", "[1e-6, 0.1]"});
+                              {"recipe: line 2: tolerance must be a number in [1e-6, 0.1]"});
 }
 
 TEST(Recipe, RefusesOpticalDepthsOutOfRange) {
@@ -220,17 +222,18 @@ TEST(Recipe, RefusesOpticalDepthsOutOfRange) {
         expect_recipe_refusal(recipe_but("optical_depth", std::string("optical_depth = ") + range),
                               {"recipe", "optical_depth.m", "[1e-6, 1e9] or inf"});
     expect_recipe_refusal(recipe_but("optical_depth", "optical_depth = { min = 2, max = 1 }"),
-                          {"recipe", "optical_depth.min", "at most max", "got 2"});
+                          {"recipe: line 3: optical_depth.min must be at most max, got 2"});
 }
 
 TEST(Recipe, RefusesAlbedosOutOfRange) {
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = -0.1, max = 1 }"),
-                          {"recipe", "albedo.min", "[0, 1]", "-0.1"});
+                          {"recipe: line 4: albedo.min must be a number in [0, 1], got -0.1"});
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, max = 1.5 }"),
-                          {"recipe", "albedo.max", "[0, 1]", "1.5"});
+                          {"recipe: line 4: albedo.max must be a number in [0, 1], got 1.5"});
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.75, max = 0.5 }"),
-                          {"recipe", "albedo.min", "at most max", "0.75"});
-    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.5 }"), {"recipe", "albedo.max"});
+                          {"recipe: line 4: albedo.min must be at most max, got 0.75"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.5 }"),
+                          {"recipe: line 4: albedo.max"});
 }
 
 TEST(Recipe, RefusesUnknownSides) {
@@ -242,13 +245,11 @@ TEST(Recipe, RefusesUnknownSides) {
 TEST(Recipe, ReadsOrders) {
     EXPECT_EQ(parse_recipe(recipe_with("orders = 'all'\n")).orders, 0);
     EXPECT_EQ(parse_recipe(recipe_with("orders = 3\n")).orders, 3);
-    EXPECT_NE(resolved_text(parse_recipe(recipe_with("orders = 3\n"))).find("orders = 3\n"),
-              std::string::npos);
+    expect_holds(resolved_text(parse_recipe(recipe_with("orders = 3\n"))), {"orders = 3\n"});
 }
 
 TEST(Recipe, RefusesOtherOrders) {
-    const std::vector<const char*> allowed{"recipe", "orders",
-                                           "\"all\" or a whole number in [2, 100]"};
+    const Fragments allowed{"recipe: line 5: orders must be \"all\" or a whole number in [2, 100]"};
     for (const char* orders : {"'first'", "1", "101", "2.5", "[2]"})
         expect_recipe_refusal(recipe_with(std::string("orders = ") + orders + "\n"), allowed);
     expect_recipe_refusal(recipe_with("orders = 2\n[discretisation]\nscheme = 'classic'\n"),
@@ -286,15 +287,15 @@ TEST(Recipe, RefusesDiscretisationsOutOfRange) {
 
 TEST(Recipe, RefusesUnknownPhaseFunctions) {
     expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'henyey_greenstein:g=1'"),
-                          {"g", "1"});
+                          {"henyey_greenstein: g must be in (-1"});
     expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'mie'"), {"mie"});
 }
 
 TEST(ReadRecipe, FindsPhaseTablesBesideTheRecipe) {
-    const test::TemporaryFolder folder;
-    test::set_content(folder / "curve.csv", "phase_angle_deg,value\n0,3\n90,1\n180,2\n");
-    test::set_content(folder / "moon.toml",
-                      recipe_but("phase_function", "phase_function = 'tabulated:file=curve.csv'"));
+    const TemporaryFolder folder;
+    set_content(folder / "curve.csv", "phase_angle_deg,value\n0,3\n90,1\n180,2\n");
+    set_content(folder / "moon.toml",
+                recipe_but("phase_function", "phase_function = 'tabulated:file=curve.csv'"));
     std::vector<std::string> notes;
     Recipe recipe = read_recipe(folder / "moon.toml", &notes);
     ASSERT_EQ(recipe.phase_function.terms().size(), 1u);
@@ -307,12 +308,11 @@ TEST(ReadRecipe, FindsPhaseTablesBesideTheRecipe) {
 }
 
 TEST(ReadRecipe, NamesFileAndLineOfABadKey) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::string name = (folder / "rings.toml").string();
     const auto refuse = [&](const std::string& text, const std::string& start) {
-        test::set_content(folder / "rings.toml", text);
-        expect_refusal<std::invalid_argument>([&] { read_recipe(name); },
-                                              {("recipe: " + name + start).c_str()});
+        set_content(folder / "rings.toml", text);
+        expect_refusal([&] { read_recipe(name); }, {("recipe: " + name + start).c_str()});
     };
     refuse(recipe_with("tolerence = 1\n"), ", line 5: unknown key 'tolerence'");
     refuse(recipe_but("tolerance", "tolerance = 1"), ", line 2: tolerance must be");
@@ -322,14 +322,14 @@ TEST(ReadRecipe, NamesFileAndLineOfABadKey) {
            ", line 1: phase_function: henyey_greenstein: g must be");
     refuse(recipe_with("[discretisation]\nmixture_samples = 3\n"),
            ", line 6: discretisation.mixture_samples must be absent");
-    test::set_content(folder / "curve.csv", "phase_angle_deg,value\n0,3\n90,-1\n180,2\n");
+    set_content(folder / "curve.csv", "phase_angle_deg,value\n0,3\n90,-1\n180,2\n");
     refuse(recipe_but("phase_function", "phase_function = 'tabulated:file=curve.csv'"),
            ", line 1: phase_function: tabulated: value (" + (folder / "curve.csv").string() +
                ", line 3) must be");
 }
 
 TEST(ReadRecipe, RefusesMissingFilesAndFolders) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     for (const std::filesystem::path& path : {folder / "missing.toml", folder.path()})
         expect_refusal<std::runtime_error>([&] { read_recipe(path); },
                                            {path.c_str(), "cannot be read"});
@@ -358,26 +358,27 @@ TEST(Recipe, RefusesTransmissionOverGround) {
 }
 
 TEST(Recipe, RefusesGroundOutOfRange) {
-    expect_recipe_refusal(recipe_with("[below]\nlambert_albedo = 1.1"),
-                          {"recipe: line 6: below.lambert_albedo", "[0, 1]", "1.1"});
-    expect_recipe_refusal(recipe_with("[below]\nlambert = 1"),
-                          {"recipe: line 6: unknown key 'below.lambert'", "did you mean 'below."});
-    expect_recipe_refusal(recipe_with("[below]\nlambert_albedo = 1\nalbedo = 1"),
-                          {"recipe: line 5: below", "lambert_albedo alone", "both"});
+    expect_recipe_refusal(
+        recipe_with("[below]\nlambert_albedo = 1.1"),
+        {"recipe: line 6: below.lambert_albedo must be a number in [0, 1], got 1.1"});
+    expect_recipe_refusal(
+        recipe_with("[below]\nlambert = 1"),
+        {"recipe: line 6: unknown key 'below.lambert'; did you mean 'below.albedo'"});
+    expect_recipe_refusal(
+        recipe_with("[below]\nlambert_albedo = 1\nalbedo = 1"),
+        {"recipe: line 5: below must be lambert_albedo alone, ground alone, or both"});
 }
 
 TEST(Recipe, MayMixTwoPhaseFunctions) {
     EXPECT_TRUE(parse_recipe(recipe_with("")).family.empty());
     const Recipe all = parse_recipe(recipe_with("second_phase_function = 'isotropic'\n"));
     ASSERT_TRUE(is_mixture_alone(all));
-    EXPECT_EQ(mixture_range(all)->min, 0);
-    EXPECT_EQ(mixture_range(all)->max, 1);
+    expect_range(*mixture_range(all), 0, 1);
     EXPECT_EQ(all.second_phase_function.text(), "isotropic");
     const Recipe some = parse_recipe(
         recipe_with("second_phase_function = 'isotropic'\nmixture = { min = 0.25, max = 0.5 }\n"
                     "[discretisation]\nmixture_samples = 4\n"));
-    EXPECT_EQ(mixture_range(some)->min, 0.25);
-    EXPECT_EQ(mixture_range(some)->max, 0.5);
+    expect_range(*mixture_range(some), 0.25, 0.5);
     EXPECT_EQ(some.discretisation.family_samples[0], 4);
     EXPECT_NEAR(at_member(some, {0.25}).phase_function(1), 0.25 * 1.5 + 0.75, 1e-15);
 }
@@ -386,8 +387,7 @@ TEST(Recipe, RefusesWhatIsNestedTooDeep) {  // the stack ended, and the program 
     std::string key = "a", lists, tables;
     for (int i = 1; i < 40'000; ++i) key += ".a", lists += '[', tables += "{a=";
     const auto refused = [](const std::string& lines, const char* sentence) {
-        expect_refusal<std::invalid_argument>([&] { parse_recipe(recipe_with(lines)); },
-                                              {"line 5", sentence, "got more"});
+        expect_refusal([&] { parse_recipe(recipe_with(lines)); }, {"line 5", sentence, "got more"});
     };
     refused(key + " = 1\n", "a key must have at most 32 dotted parts");
     refused("[" + key + "]\n", "a key must have at most 32 dotted parts");
@@ -401,14 +401,14 @@ TEST(Recipe, CountsNoDotsOrBracketsInTexts) {
         const std::string text = std::string(quote) + dots + brackets + quote;
         EXPECT_NO_THROW(parse_recipe(
             recipe_but("phase_function", "phase_function = 'rayleigh' # " + dots + brackets)));
-        expect_refusal<std::invalid_argument>([&] { parse_recipe(recipe_with("depth = " + text)); },
-                                              {"unknown key 'depth'"});
+        expect_refusal([&] { parse_recipe(recipe_with("depth = " + text)); },
+                       {"unknown key 'depth'"});
     }
 }
 
 TEST(Recipe, ShowsNoControlCharacters) {
-    expect_refusal<std::invalid_argument>([] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); },
-                                          {"unknown key '\\x1b[2J'"});
+    expect_refusal([] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); },
+                   {"unknown key '\\x1b[2J'"});
 }
 
 TEST(Recipe, IsNoDeviceWithoutEnd) {
@@ -420,9 +420,9 @@ TEST(Recipe, IsNoDeviceWithoutEnd) {
 TEST(Recipe, RefusesMixturesOutOfRange) {
     const std::string second = "second_phase_function = 'isotropic'\nmixture = ";
     expect_recipe_refusal(recipe_with(second + "{ min = -0.1, max = 1 }\n"),
-                          {"recipe: line 6: mixture.min", "[0, 1]", "-0.1"});
+                          {"recipe: line 6: mixture.min must be a number in [0, 1], got -0.1"});
     expect_recipe_refusal(recipe_with(second + "{ min = 0, max = 1.1 }\n"),
-                          {"recipe: line 6: mixture.max", "[0, 1]", "1.1"});
+                          {"recipe: line 6: mixture.max must be a number in [0, 1], got 1.1"});
     expect_recipe_refusal(recipe_with(second + "{ min = 0.5, max = 0.5 }\n"),
                           {"recipe: line 6: mixture.max", "above min", "sum", "0.5"});
     expect_recipe_refusal(recipe_with("second_phase_function = 'mie'\n"), {"mie"});
@@ -443,41 +443,24 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     ASSERT_EQ(a.family.size(), b.family.size());
     for (std::size_t k = 0; k < a.family.size(); ++k) {
         EXPECT_EQ(a.family[k].parameter, b.family[k].parameter);
-        EXPECT_EQ(a.family[k].range.min, b.family[k].range.min);
-        EXPECT_EQ(a.family[k].range.max, b.family[k].range.max);
+        expect_range(a.family[k].range, b.family[k].range.min, b.family[k].range.max);
         EXPECT_EQ(a.family[k].values, b.family[k].values);
     }
-    EXPECT_EQ(a.discretisation.family_samples, b.discretisation.family_samples);
     EXPECT_EQ(a.tolerance, b.tolerance);
-    EXPECT_EQ(a.optical_depth.min, b.optical_depth.min);
-    EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
-    EXPECT_EQ(a.albedo.min, b.albedo.min);
-    EXPECT_EQ(a.albedo.max, b.albedo.max);
-    for (const auto range : {&Recipe::mu_in, &Recipe::mu_out, &Recipe::azimuth}) {
-        EXPECT_EQ((a.*range).min, (b.*range).min);
-        EXPECT_EQ((a.*range).max, (b.*range).max);
-    }
+    for (const auto range : {&Recipe::optical_depth, &Recipe::albedo, &Recipe::mu_in,
+                             &Recipe::mu_out, &Recipe::azimuth})
+        expect_range(a.*range, (b.*range).min, (b.*range).max);
     EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
     EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
     EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
     EXPECT_EQ(a.reflection, b.reflection);
     EXPECT_EQ(a.transmission, b.transmission);
-    EXPECT_EQ(a.discretisation.nodes, b.discretisation.nodes);
-    EXPECT_EQ(a.discretisation.modes, b.discretisation.modes);
-    EXPECT_EQ(a.discretisation.mu_samples, b.discretisation.mu_samples);
-    EXPECT_EQ(a.discretisation.azimuth_samples, b.discretisation.azimuth_samples);
-    EXPECT_EQ(a.discretisation.optical_depth_samples_per_octave,
-              b.discretisation.optical_depth_samples_per_octave);
-    EXPECT_EQ(a.discretisation.deepest_optical_depth, b.discretisation.deepest_optical_depth);
-    EXPECT_EQ(a.discretisation.albedo_samples, b.discretisation.albedo_samples);
-    EXPECT_EQ(a.discretisation.scheme, b.discretisation.scheme);
-    EXPECT_EQ(a.discretisation.azimuth_scale, b.discretisation.azimuth_scale);
-    EXPECT_EQ(a.discretisation.albedo_scale, b.discretisation.albedo_scale);
+    expect_same(a.discretisation, b.discretisation);
 }
 
 TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {
     for (const char* range : {"{ min = 1, max = inf }", "{ min = 0.1, max = 8 }"})
-        expect_refusal<std::invalid_argument>(
+        expect_refusal(
             [&] {
                 parse_recipe("phase_function = 'rayleigh'\ntolerance = 1e-2\noptical_depth = " +
                              std::string(range) +
@@ -488,14 +471,14 @@ TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {
 }
 
 TEST(Recipe, RefusesRangesTooNarrowToSample) {
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [] {
             parse_recipe(
                 "phase_function = 'rayleigh'\ntolerance = 1e-2\n"
                 "optical_depth = { min = 1, max = 2 }\n"
                 "albedo = { min = 0.9999999999999999, max = 1 }\n");
         },
-        {"albedo.max", "equal to min or 1e-9 above it", "got 1"});
+        {"albedo.max must be equal to min or 1e-9 above it, got 1"});
 }
 
 TEST(ResolvedText, RoundTrips) {
@@ -544,4 +527,4 @@ TEST(ResolvedText, RoundTrips) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -1,6 +1,8 @@
 #include <stratus/bake/bake.h>
 #include <stratus/base/instruction_set.h>
 
+#include "refusal.h"
+#include "row_name.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
@@ -83,8 +85,6 @@ struct Case {
     Recipe (*recipe)();
 };
 
-std::ostream& operator<<(std::ostream& stream, const Case& row) { return stream << row.name; }
-
 class Resume : public testing::TestWithParam<Case> {};
 
 TEST_P(Resume, GivesTheBitsOfAnUninterruptedBake) {
@@ -125,21 +125,14 @@ INSTANTIATE_TEST_SUITE_P(Recipes, Resume,
                                          Case{"OverGround", recipe_over_ground},
                                          Case{"Mixtures", recipe_of_mixtures},
                                          Case{"SomeDirections", recipe_of_some_directions}),
-                         [](const auto& row) { return row.param.name; });
+                         row_name);
 
 TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
     MemoryLog log;
     bake(explicit_recipe(), log.options(1));
-    log.pieces["attempt 0, depths from 0, 3 octaves, albedos 0 1 2"].push_back('x');
-    try {
-        bake(explicit_recipe(), log.options(1));
-        FAIL() << "must be refused";
-    } catch (const std::runtime_error& error) {
-        EXPECT_NE(
-            std::string(error.what()).find("depths from 0, 3 octaves, albedos 0 1 2 must hold"),
-            std::string::npos)
-            << error.what();
-    }
+    log.pieces["attempt 0, request 0, depths from 0, 3 octaves, albedos 0 1 2"].push_back('x');
+    expect_refusal<std::runtime_error>([&] { bake(explicit_recipe(), log.options(1)); },
+                                       {"depths from 0, 3 octaves, albedos 0 1 2 must hold"});
 }
 
 /// Largest difference of two lists, relative to the largest number in them.
@@ -156,29 +149,25 @@ double difference(const std::vector<float>& a, const std::vector<float>& b) {
 class InstructionSets : public testing::TestWithParam<InstructionSet> {};
 
 TEST_P(InstructionSets, AgreeToRounding) {
+    if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
     Recipe recipe = explicit_recipe();
     recipe.tolerance = 1e-4;  // below which samples keep all bits of a float
-    BakeOptions options;
-    const Table widest = solve_table(recipe, options);
-    if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
+    const Table widest = solve_table(recipe);
     const InstructionSetLimit limit(GetParam());
-    const Table table = solve_table(recipe, options);
-    constexpr double last_bit = 1.2e-7;
-    EXPECT_LE(difference(table.reflection_multiple, widest.reflection_multiple), last_bit);
-    EXPECT_LE(difference(table.transmission_multiple, widest.transmission_multiple), last_bit);
-    EXPECT_LE(difference(table.plane_albedo, widest.plane_albedo), last_bit);
-    EXPECT_LE(difference(table.diffuse_transmittance, widest.diffuse_transmittance), last_bit);
-    EXPECT_LE(difference(table.spherical_albedo, widest.spherical_albedo), last_bit);
+    const Table table = solve_table(recipe);
+    for (const auto samples :
+         {&Table::reflection_multiple, &Table::transmission_multiple, &Table::plane_albedo,
+          &Table::diffuse_transmittance, &Table::spherical_albedo})
+        EXPECT_LE(difference(table.*samples, widest.*samples), 1.2e-7);  // the last bit
     for (std::size_t a = 0; a < table.diffusion_exponent.size(); ++a)
         EXPECT_NEAR(table.diffusion_exponent[a], widest.diffusion_exponent[a], 1e-12);
 }
 
 TEST_P(InstructionSets, AgreeOnChoices) {
-    BakeOptions options;
-    const std::string chosen = resolved_text(resolve(rayleigh_recipe(), options));
     if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
+    const std::string chosen = resolved_text(resolve(rayleigh_recipe()));
     const InstructionSetLimit limit(GetParam());
-    EXPECT_EQ(resolved_text(resolve(rayleigh_recipe(), options)), chosen);
+    EXPECT_EQ(resolved_text(resolve(rayleigh_recipe())), chosen);
 }
 
 INSTANTIATE_TEST_SUITE_P(Named, InstructionSets,

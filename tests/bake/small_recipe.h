@@ -6,8 +6,6 @@
 
 #include "../table/table_equality.h"
 
-#include <gtest/gtest.h>
-
 #include <string>
 
 namespace stratus::test {
@@ -62,6 +60,19 @@ inline Recipe explicit_recipe(const std::string& scheme = "harmonic") {
 /// Samples between one albedo and depth: where they begin and how many they are.
 inline std::size_t block_size(const Table& table) {
     return table.mu_in.values.size() * table.mu_out.values.size() * table.azimuth.values.size();
+}
+
+inline void expect_same(const Discretisation& a, const Discretisation& b) {
+    for (const auto count :
+         {&Discretisation::nodes, &Discretisation::modes, &Discretisation::mu_samples,
+          &Discretisation::azimuth_samples, &Discretisation::optical_depth_samples_per_octave,
+          &Discretisation::albedo_samples})
+        EXPECT_EQ(a.*count, b.*count);
+    EXPECT_EQ(a.deepest_optical_depth, b.deepest_optical_depth);
+    EXPECT_EQ(a.scheme, b.scheme);
+    EXPECT_EQ(a.azimuth_scale, b.azimuth_scale);
+    EXPECT_EQ(a.albedo_scale, b.albedo_scale);
+    EXPECT_EQ(a.family_samples, b.family_samples);
 }
 
 }  // namespace stratus::test

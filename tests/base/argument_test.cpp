@@ -1,5 +1,7 @@
 #include <stratus/base/argument.h>
 
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <string>
@@ -12,32 +14,21 @@ TEST(Require, AcceptsAConditionThatHolds) {
 }
 
 TEST(Require, NamesFunctionArgumentRangeAndValue) {
-    try {
-        require(false, "doubling", "albedo", "in [0, 1]", 1.25);
-        FAIL() << "nothing was thrown";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_STREQ(error.what(), "doubling: albedo must be in [0, 1], got 1.25");
-    }
+    EXPECT_EQ(refusal([] { require(false, "doubling", "albedo", "in [0, 1]", 1.25); }),
+              "doubling: albedo must be in [0, 1], got 1.25");
 }
 
 TEST(Require, SaysThatAnEmptyValueIsNothing) {
-    try {
-        require(false, "scene", "encoding", "\"srgb\" or \"data\"", std::string());
-        FAIL() << "nothing was thrown";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_STREQ(error.what(), "scene: encoding must be \"srgb\" or \"data\", got nothing");
-    }
+    EXPECT_EQ(
+        refusal([] { require(false, "scene", "encoding", "\"srgb\" or \"data\"", std::string()); }),
+        "scene: encoding must be \"srgb\" or \"data\", got nothing");
 }
 
 TEST(Require, ShowsNoMoreOfAValueThanPeopleRead) {
     const std::string much(4'000'000, 'x');
-    try {
-        require(false, "doubling", much, "in [0, 1]", much);
-        FAIL() << "nothing was thrown";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_LT(std::string(error.what()).size(), 2 * max_shown + 60);
-        EXPECT_NE(std::string(error.what()).find("x must be in [0, 1], got x"), std::string::npos);
-    }
+    const std::string said = refusal([&] { require(false, "doubling", much, "in [0, 1]", much); });
+    EXPECT_LT(said.size(), 2 * max_shown + 60);
+    expect_holds(said, {"x must be in [0, 1], got x"});
 }
 
 TEST(Shown, KeepsReadableText) {

@@ -1,16 +1,16 @@
 #include <stratus/base/axis.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 
 #include "refusal.h"
+#include "row_name.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -138,8 +138,8 @@ TEST_P(OneSidedAxis, ClampsToItsEnds) {
 
 TEST_P(OneSidedAxis, NeverTurnsNotANumberIntoAnIndex) {
     const AxisView view = axis(6).view();
-    EXPECT_EQ(view.index(std::nan("")), 0);
-    EXPECT_EQ(view.stencil(std::nan("")).first, 0);
+    EXPECT_EQ(view.index(NAN), 0);
+    EXPECT_EQ(view.stencil(NAN).first, 0);
 }
 
 TEST_P(OneSidedAxis, PassesItsOwnCheck) {
@@ -148,15 +148,16 @@ TEST_P(OneSidedAxis, PassesItsOwnCheck) {
 
 INSTANTIATE_TEST_SUITE_P(
     Each, OneSidedAxis,
-    testing::Values(Range{"Cosine", AxisScale::arcsine_of_fourth_root, 0.01, 1},
-                    Range{"CosineFromZero", AxisScale::arcsine_of_fourth_root, 0, 1},
-                    Range{"OpticalDepth", AxisScale::logarithmic, 1.0 / 64, 96},
-                    Range{"Albedo", AxisScale::square_root_of_complement, 0, 1},
-                    Range{"AlbedoNearlyOne", AxisScale::square_root_of_complement, 0.999999, 1},
-                    Range{"AlbedoInItsFourthRoot", AxisScale::fourth_root_of_complement, 0, 1},
-                    Range{"Mixture", AxisScale::linear, 0.25, 1},
-                    Range{"SquareRoot", AxisScale::square_root, 0, pi}),
-    [](const auto& row) { return row.param.name; });
+    testing::ValuesIn<Range>({{"Cosine", AxisScale::arcsine_of_fourth_root, 0.01, 1},
+                              {"CosineFromZero", AxisScale::arcsine_of_fourth_root, 0, 1},
+                              {"OpticalDepth", AxisScale::logarithmic, 1.0 / 64, 96},
+                              {"Albedo", AxisScale::square_root_of_complement, 0, 1},
+                              {"AlbedoNearlyOne", AxisScale::square_root_of_complement, 0.999999,
+                               1},
+                              {"AlbedoInItsFourthRoot", AxisScale::fourth_root_of_complement, 0, 1},
+                              {"Mixture", AxisScale::linear, 0.25, 1},
+                              {"SquareRoot", AxisScale::square_root, 0, pi}}),
+    row_name);
 
 TEST(Azimuth, IsMirroredAtBothEnds) {
     const Axis axis = make_axis(AxisScale::linear, 0, pi, 9);
@@ -281,153 +282,58 @@ TEST(Axis, SamplesOctavesExactly) {
 }
 
 TEST(AxisScale, HasTheNameThatFilesUse) {
-    EXPECT_STREQ(axis_scale_name(AxisScale::linear), "linear");
-    EXPECT_STREQ(axis_scale_name(AxisScale::arcsine_of_fourth_root), "arcsine_of_fourth_root");
-    EXPECT_STREQ(axis_scale_name(AxisScale::logarithmic), "logarithmic");
-    EXPECT_STREQ(axis_scale_name(AxisScale::square_root_of_complement),
-                 "square_root_of_complement");
-    EXPECT_STREQ(axis_scale_name(AxisScale::square_root), "square_root");
-    EXPECT_STREQ(axis_scale_name(AxisScale::fourth_root_of_complement),
-                 "fourth_root_of_complement");
+    for (const auto& [scale, name] :
+         {std::pair{AxisScale::linear, "linear"},
+          {AxisScale::arcsine_of_fourth_root, "arcsine_of_fourth_root"},
+          {AxisScale::logarithmic, "logarithmic"},
+          {AxisScale::square_root_of_complement, "square_root_of_complement"},
+          {AxisScale::square_root, "square_root"},
+          {AxisScale::fourth_root_of_complement, "fourth_root_of_complement"}})
+        EXPECT_STREQ(axis_scale_name(scale), name);
 }
 
-struct MakeRefusal {
-    const char* name;
-    AxisScale scale;
-    double lowest, highest;
-    int count;
-    bool and_infinity;
-    std::vector<const char*> fragments;
-};
-
-class MakeAxisRefuses : public testing::TestWithParam<MakeRefusal> {};
-
-TEST_P(MakeAxisRefuses, NamingRangeAndValue) {
-    const MakeRefusal& row = GetParam();
-    expect_refusal<std::invalid_argument>(
-        [&] { make_axis(row.scale, row.lowest, row.highest, row.count, row.and_infinity); },
-        row.fragments);
+TEST(MakeAxis, RefusesNamingRangeAndValue) {
+    const auto refused = [](AxisScale scale, double lowest, double highest, int count,
+                            const char* message, bool and_infinity = false) {
+        expect_refusal([&] { make_axis(scale, lowest, highest, count, and_infinity); }, {message});
+    };
+    const AxisScale cosines = AxisScale::arcsine_of_fourth_root, depths = AxisScale::logarithmic,
+                    linear = AxisScale::linear, albedos = AxisScale::square_root_of_complement;
+    refused(cosines, -0.1, 1, 4, "make_axis: lowest must be in [0, 1], got -0.1");
+    refused(cosines, 0.1, 1.5, 4, "highest must be in [0, 1], got 1.5");
+    refused(depths, 0, 1, 4, "lowest must be in (0, inf), got 0");
+    refused(depths, 1, infinity, 4, "highest must be in (0, inf), got inf");
+    for (const AxisScale scale : {albedos, AxisScale::fourth_root_of_complement})
+        refused(scale, 0, 1.01, 4, "highest must be finite and at most 1, got 1.01");
+    refused(linear, NAN, 1, 4, "lowest must be finite, got nan");
+    refused(linear, 0, 1, 1, "highest must be equal to lowest = 0.000000, got 1");
+    refused(linear, 1, 1, 2, "highest must be above lowest = 1.000000, got 1");
+    refused(linear, 0, 1, 0, "count must be at least 1, got 0");
+    refused(depths, 1, 2, -1, "count must be at least 0, got -1", true);
+    refused(albedos, 0, 1, 4,
+            "scale must be logarithmic for an axis that ends at infinity, got "
+            "square_root_of_complement",
+            true);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Each, MakeAxisRefuses,
-    testing::Values(
-        MakeRefusal{"NegativeCosine",
-                    AxisScale::arcsine_of_fourth_root,
-                    -0.1,
-                    1,
-                    4,
-                    false,
-                    {"lowest", "[0, 1]", "-0.1"}},
-        MakeRefusal{"CosineAboveOne",
-                    AxisScale::arcsine_of_fourth_root,
-                    0.1,
-                    1.5,
-                    4,
-                    false,
-                    {"highest", "[0, 1]", "1.5"}},
-        MakeRefusal{
-            "DepthZero", AxisScale::logarithmic, 0, 1, 4, false, {"lowest", "(0, inf)", "got 0"}},
-        MakeRefusal{"InfiniteHighest",
-                    AxisScale::logarithmic,
-                    1,
-                    infinity,
-                    4,
-                    false,
-                    {"highest", "(0, inf)", "inf"}},
-        MakeRefusal{"AlbedoAboveOne",
-                    AxisScale::square_root_of_complement,
-                    0,
-                    1.01,
-                    4,
-                    false,
-                    {"highest", "at most 1", "1.01"}},
-        MakeRefusal{"AlbedoAboveOneInItsFourthRoot",
-                    AxisScale::fourth_root_of_complement,
-                    0,
-                    1.01,
-                    4,
-                    false,
-                    {"highest", "at most 1", "1.01"}},
-        MakeRefusal{"NotANumber",
-                    AxisScale::linear,
-                    std::nan(""),
-                    1,
-                    4,
-                    false,
-                    {"lowest", "finite", "nan"}},
-        MakeRefusal{"OneSampleOfARange",
-                    AxisScale::linear,
-                    0,
-                    1,
-                    1,
-                    false,
-                    {"highest", "equal to lowest", "got 1"}},
-        MakeRefusal{"TwoSamplesOfAPoint",
-                    AxisScale::linear,
-                    1,
-                    1,
-                    2,
-                    false,
-                    {"highest", "above lowest", "got 1"}},
-        MakeRefusal{
-            "NoSample", AxisScale::linear, 0, 1, 0, false, {"count", "at least 1", "got 0"}},
-        MakeRefusal{"NegativeCount",
-                    AxisScale::logarithmic,
-                    1,
-                    2,
-                    -1,
-                    true,
-                    {"count", "at least 0", "got -1"}},
-        MakeRefusal{"InfiniteAlbedo",
-                    AxisScale::square_root_of_complement,
-                    0,
-                    1,
-                    4,
-                    true,
-                    {"scale", "logarithmic", "square_root_of_complement"}}),
-    [](const auto& row) { return row.param.name; });
-
-struct CheckRefusal {
-    const char* name;
-    AxisScale scale;
-    std::vector<double> values;
-    std::vector<const char*> fragments;
-};
-
-class CheckAxisRefuses : public testing::TestWithParam<CheckRefusal> {};
-
-TEST_P(CheckAxisRefuses, NamingTheAxisAndTheValue) {
-    expect_refusal<std::invalid_argument>(
-        [] {
-            check_axis({GetParam().scale, GetParam().values}, "mu_in");
-        },
-        GetParam().fragments);
+TEST(CheckAxis, RefusesNamingTheAxisAndTheValue) {
+    const auto refused = [](AxisScale scale, const std::vector<double>& values,
+                            const char* message) {
+        expect_refusal([&] { check_axis({scale, values}, "mu_in"); }, {message});
+    };
+    const AxisScale linear = AxisScale::linear, depths = AxisScale::logarithmic;
+    refused(linear, {}, "check_axis: mu_in must be an axis of at least one sample, got none");
+    refused(linear, {0, 1, 2.125, 3}, "uniform in the coordinate of scale linear, got 2.125");
+    refused(AxisScale::arcsine_of_fourth_root, {0.25, 0.5, 0.75},
+            "uniform in the coordinate of scale arcsine_of_fourth_root, got 0.5");
+    refused(linear, {0, 2, 1}, "mu_in must be ascending, got 1");
+    refused(linear, {0, 1, 1}, "mu_in must be ascending, got 1");
+    refused(depths, {-1, 1}, "mu_in must be in (0, inf), got -1");
+    refused(AxisScale::square_root, {-1, 1}, "mu_in must be in [0, inf), got -1");
+    refused(linear, {0, NAN, 2}, "mu_in must be finite, got nan");
+    refused(depths, {1, infinity, infinity}, "mu_in must be in (0, inf), got inf");
+    refused(linear, {0, 1, infinity}, "mu_in must be finite unless logarithmic, got inf");
 }
-
-INSTANTIATE_TEST_SUITE_P(
-    Each, CheckAxisRefuses,
-    testing::Values(
-        CheckRefusal{"NoSample", AxisScale::linear, {}, {"mu_in", "at least one", "none"}},
-        CheckRefusal{"Uneven", AxisScale::linear, {0, 1, 2.125, 3}, {"uniform", "linear", "2.125"}},
-        CheckRefusal{"EvenInAnotherScale",
-                     AxisScale::arcsine_of_fourth_root,
-                     {0.25, 0.5, 0.75},
-                     {"uniform", "arcsine_of_fourth_root", "0.5"}},
-        CheckRefusal{"Descending", AxisScale::linear, {0, 2, 1}, {"ascending", "got 1"}},
-        CheckRefusal{"Repeated", AxisScale::linear, {0, 1, 1}, {"ascending", "got 1"}},
-        CheckRefusal{"OutsideItsDomain", AxisScale::logarithmic, {-1, 1}, {"(0, inf)", "got -1"}},
-        CheckRefusal{"BelowZero", AxisScale::square_root, {-1, 1}, {"[0, inf)", "got -1"}},
-        CheckRefusal{"NotANumber", AxisScale::linear, {0, std::nan(""), 2}, {"finite", "nan"}},
-        CheckRefusal{"InfinityWithin",
-                     AxisScale::logarithmic,
-                     {1, infinity, infinity},
-                     {"(0, inf)", "got inf"}},
-        CheckRefusal{"LinearToInfinity",
-                     AxisScale::linear,
-                     {0, 1, infinity},
-                     {"finite unless logarithmic", "got inf"}}),
-    [](const auto& row) { return row.param.name; });
 
 }  // namespace
 }  // namespace stratus

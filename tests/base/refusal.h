@@ -3,26 +3,42 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
 #include <string>
 #include <vector>
+
+/// Parts of a message.
+using Fragments = std::vector<std::string>;
 
 /// A text that must be refused, for parameterised tests.
 struct Refusal {
     const char* name;
     const char* text;
-    std::vector<const char*> fragments;
+    Fragments fragments;
 };
 
-/// Fails unless `call` throws an `Error` whose message holds every fragment.
-template <class Error, class Call>
-void expect_refusal(const Call& call, const std::vector<const char*>& fragments) {
+/// Fails unless a text holds every fragment.
+inline void expect_holds(const std::string& text, const Fragments& fragments) {
+    for (const std::string& fragment : fragments)
+        EXPECT_NE(text.find(fragment), std::string::npos)
+            << "no '" << fragment << "' in '" << text << "'";
+}
+
+/// The message of the Error that `call` throws; empty if it throws none.
+template <class Error = std::invalid_argument, class Call>
+std::string refusal(const Call& call) {
     try {
         call();
-        ADD_FAILURE() << "nothing was refused";
     } catch (const Error& error) {
-        const std::string message = error.what();
-        for (const char* const fragment : fragments)
-            EXPECT_NE(message.find(fragment), std::string::npos)
-                << "no '" << fragment << "' in '" << message << "'";
+        return error.what();
     }
+    return "";
+}
+
+/// Fails unless `call` throws an `Error` whose message holds every fragment.
+template <class Error = std::invalid_argument, class Call>
+void expect_refusal(const Call& call, const Fragments& fragments) {
+    const std::string message = refusal<Error>(call);
+    EXPECT_FALSE(message.empty()) << "nothing was refused";
+    expect_holds(message, fragments);
 }

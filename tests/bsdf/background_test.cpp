@@ -15,9 +15,7 @@ namespace {
 TEST(Background, OfASmallSourceIsAsBlinnStates) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.6);
     const Slice slice(phase, {{0.7}, {0.8}});
-    Effects beam_alone;
-    beam_alone.single = false;
-    const Slice beam(phase, {{0.7}, {0.8}}, beam_alone);
+    const Slice beam(phase, {{0.7}, {0.8}}, Effects{.single = false});
     for (const double mu : {0.1, 0.5, 1.0}) {
         const auto cosine = static_cast<float>(mu);
         EXPECT_NEAR(slice.source_behind(cosine), source_seen_through(phase(1), 0.8, 0.7, mu), 1e-6);
@@ -80,9 +78,7 @@ TEST(Background, IsBetweenZeroAndOne) {
 }
 
 TEST(Background, UsesTheDiffuseTransmittanceOfItsTable) {
-    Table table = empty_table({4, 8, 8, 8, 5}, {0.1, 8, false});
-    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
-    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
+    Table table = plain_table({4, 8, 8, 8, 5}, {0.1, 8, false});
     const auto diffuse = [](double w, double tau, double mu) {
         return w * intercepted_share(tau, mu) * 0.5 *
                transmission_scale(tau, small_table_exponent(w), small_table_length);
@@ -95,12 +91,8 @@ TEST(Background, UsesTheDiffuseTransmittanceOfItsTable) {
     for (const double w : {0.3, 0.9, 1.0})
         for (const double tau : {0.01, 0.7, 8.0}) {
             const Slice slice = bind(table.view(), tau, w);
-            Effects multiple_alone;
-            multiple_alone.single = false;
-            const Slice without_single = bind(table.view(), tau, w, multiple_alone);
-            Effects without_background;
-            without_background.background = false;
-            const Slice beam_alone = bind(table.view(), tau, w, without_background);
+            const Slice without_single = bind(table.view(), tau, w, Effects{.single = false});
+            const Slice beam_alone = bind(table.view(), tau, w, Effects{.background = false});
             for (const double mu : {0.02, 0.3, 1.0}) {
                 const auto cosine = static_cast<float>(mu);
                 const double beam = std::exp(-tau / mu);

@@ -4,15 +4,13 @@
 
 #include "directions.h"
 #include "refusal.h"
+#include "row_name.h"
 #include "small_table.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 namespace stratus {
@@ -34,10 +32,8 @@ TEST_P(BindingTolerance, IsMet) {
             for (const Direction& at : random_directions(500, 0.02f)) {
                 const double R = reflection(table.view(), w, tau, at.geometry()).total();
                 const double T = transmission(table.view(), w, tau, at.geometry()).total();
-                EXPECT_NEAR(slice.reflection(at.mu_in, at.mu_out, at.azimuth), R,
-                            table.tolerance * R);
-                EXPECT_NEAR(slice.transmission(at.mu_in, at.mu_out, at.azimuth), T,
-                            table.tolerance * std::max(T, 1e-6));
+                EXPECT_NEAR(reflected(slice, at), R, table.tolerance * R);
+                EXPECT_NEAR(transmitted(slice, at), T, table.tolerance * std::max(T, 1e-6));
             }
         }
 }
@@ -47,7 +43,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(AzimuthCase{"an_isotropic_table", false, AxisScale::linear},
                     AzimuthCase{"an_anisotropic_table", true, AxisScale::linear},
                     AzimuthCase{"azimuth_in_its_square_root", true, AxisScale::square_root}),
-    [](const auto& row) { return row.param.name; });
+    row_name);
 
 TEST(Binding, TakesFewerBytesAtALooserTolerance) {
     Table table = smooth_table(true);
@@ -68,37 +64,42 @@ TEST(Binding, GivesASliceThatOutlivesItsTable) {
 }
 
 TEST(Binding, RefusesLayersOutsideTheTable) {
-    using Error = std::invalid_argument;
-    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
+    const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     const TableView view = table.view();
-    expect_refusal<Error>([&] { bind(view, 1, 0.1); },
-                          {"bind", "albedo", "0 or in [0.19, 1]", "0.1"});
-    expect_refusal<Error>([&] { bind(view, 9, 1); }, {"bind", "optical_depth", "[0, 8]", "9"});
-    expect_refusal<Error>([&] { bind(view, infinity, 1); }, {"optical_depth", "inf"});
-    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 9}, {1, 1, 1}); }, {"optical_depth", "9"});
+    expect_refusal([&] { bind(view, 1, 0.1); },
+                   {"bind: albedo must be 0 or in [0.19, 1] of the table, got 0.1"});
+    expect_refusal([&] { bind(view, 9, 1); },
+                   {"bind: optical_depth must be in [0, 8] of the table, got 9"});
+    expect_refusal([&] { bind(view, infinity, 1); },
+                   {"optical_depth must be in [0, 8] of the table, got inf"});
+    expect_refusal(
+        [&] {
+            bind_rgb(view, {1, 1, 9}, {1, 1, 1});
+        },
+        {"optical_depth must be in [0, 8] of the table, got 9"});
     Effects effects;
     effects.density = 0.5;
-    expect_refusal<Error>([&] { bind(view, 5, 1, effects); }, {"optical_depth", "10"});
+    expect_refusal([&] { bind(view, 5, 1, effects); },
+                   {"optical_depth must be in [0, 8] of the table, got 10"});
     effects.multiple = false;
     EXPECT_NO_THROW(bind(view, 5, 1, effects));
     const Table both = mixed(table, table);
     Table part = both;
     set_mixture(part, make_axis(AxisScale::linear, 0.25, 0.75, 2));
     prepare(part);
-    expect_refusal<Error>([&] { bind(part.view().at({0.1}), 1, 1); },
-                          {"bind", "mixture", "[0.25, 0.75]", "0.1"});
+    expect_refusal([&] { bind(part.view().at({0.1}), 1, 1); },
+                   {"bind: mixture must be in [0.25, 0.75] of the table, got 0.1"});
     Table semi_infinite = table;
     semi_infinite.optical_depth.values = {infinity};
     semi_infinite.reflection_multiple.resize(semi_infinite.sample_count());
     semi_infinite.transmission_multiple.clear();
     prepare(semi_infinite);
-    expect_refusal<Error>([&] { bind(semi_infinite.view(), 1, 1); }, {"optical_depth", "inf", "1"});
+    expect_refusal([&] { bind(semi_infinite.view(), 1, 1); },
+                   {"optical_depth must be inf, all that the table holds, got 1"});
 }
 
 TEST(Binding, ClampsToTheNearestLayerOnRequest) {
-    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
+    const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     Effects multiple;
     multiple.single = false;
     const Slice edge = bind(table.view(), 8, 1, multiple);
@@ -117,47 +118,44 @@ TEST(Binding, ClampsToTheNearestLayerOnRequest) {
 }
 
 TEST(Binding, ExtrapolatesByTheLimitingLaws) {
-    const Table table = filled({4, 6, 6, 6, 5}, {0.5, 32, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
+    const Table table = plain_table({4, 6, 6, 6, 5}, {0.5, 32, false});
     const TableView view = table.view();
     for (const Direction& at : random_directions(100, 0.02f)) {
         const Geometry g = at.geometry();
         // No scattering.
         const Slice black = bind(view, 1, 0);
-        EXPECT_EQ(black.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
-        EXPECT_EQ(black.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(reflected(black, at), 0);
+        EXPECT_EQ(transmitted(black, at), 0);
         EXPECT_FALSE(black.clamped());
         // Thinner than the table.
         const double thin = reflection(view, 0.9, 0.01, g).total();
-        EXPECT_NEAR(bind(view, 0.01, 0.9).reflection(at.mu_in, at.mu_out, at.azimuth), thin,
-                    1e-3 * thin);
+        EXPECT_NEAR(reflected(bind(view, 0.01, 0.9), at), thin, 1e-3 * thin);
         // Deeper than the table, where the diffusion law has saturated.
         const Slice semi_infinite = bind(view, infinity, 0.5);
         EXPECT_FALSE(semi_infinite.clamped());
-        EXPECT_EQ(semi_infinite.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(transmitted(semi_infinite, at), 0);
         const double deep = reflection(view, 0.5, 32, g).total();
-        EXPECT_NEAR(semi_infinite.reflection(at.mu_in, at.mu_out, at.azimuth), deep, 1e-3 * deep);
+        EXPECT_NEAR(reflected(semi_infinite, at), deep, 1e-3 * deep);
         const double T = small_table_transmission_scale({0.5, 40, g.mu_in, g.mu_out, g.azimuth});
-        EXPECT_NEAR(bind(view, 40, 0.5).transmission(at.mu_in, at.mu_out, at.azimuth), T,
-                    1e-2 * T + 1e-12);
+        EXPECT_NEAR(transmitted(bind(view, 40, 0.5), at), T, 1e-2 * T + 1e-12);
     }
-    Effects transmission_alone;
-    transmission_alone.reflection = false;
-    EXPECT_EQ(bind(view, infinity, 1, transmission_alone).transmission(1, 1, 0), 0);
+    EXPECT_EQ(bind(view, infinity, 1, Effects{.reflection = false}).transmission(1, 1, 0), 0);
 }
 
 TEST(Binding, RefusesArgumentsOutOfRange) {
-    using Error = std::invalid_argument;
     Table table = smooth_table(true);
     const TableView view = table.view();
-    expect_refusal<Error>([&] { bind(view, -1, 0.5); },
-                          {"bind", "optical_depth", "[0, inf]", "-1"});
-    expect_refusal<Error>([&] { bind(view, std::nan(""), 0.5); }, {"optical_depth", "nan"});
-    expect_refusal<Error>([&] { bind(view, 1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
-    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});
-    Effects effects;
-    effects.density = 1;
-    expect_refusal<Error>([&] { bind(view, 1, 0.5, effects); }, {"density", "[0, 1)"});
+    expect_refusal([&] { bind(view, -1, 0.5); },
+                   {"bind: optical_depth must be in [0, inf], got -1"});
+    expect_refusal([&] { bind(view, NAN, 0.5); }, {"optical_depth must be in [0, inf], got nan"});
+    expect_refusal([&] { bind(view, 1, 1.1); }, {"bind: albedo must be in [0, 1], got 1.1"});
+    expect_refusal(
+        [&] {
+            bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5});
+        },
+        {"albedo must be in [0, 1], got -0.1"});
+    expect_refusal([&] { bind(view, 1, 0.5, Effects{.density = 1}); },
+                   {"density must be in [0, 1)"});
 }
 
 }  // namespace

@@ -4,13 +4,13 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "bsdf_estimate.h"
+#include "row_name.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -49,8 +49,7 @@ const Material materials[] = {
 
 class EveryMaterial : public testing::TestWithParam<Material> {};
 
-INSTANTIATE_TEST_SUITE_P(Bsdf, EveryMaterial, testing::ValuesIn(materials),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(Bsdf, EveryMaterial, testing::ValuesIn(materials), row_name);
 
 /// The normal itself, beside it, and down to the horizon.
 constexpr float bsdf_cosines[] = {1, 0.9995f, 0.99f, 0.8f, 0.45f, 0.2f, 0.05f, 0.01f, 0.001f};
@@ -105,12 +104,12 @@ TEST_P(EveryMaterial, SamplesFollowTheDensity) {
     const Bsdf bsdf = GetParam().bsdf();
     constexpr int sides = 2, cosine_bins = 10, azimuth_bins = 12, draws = 100000;
     for (const float mu : {0.95f, 0.4f, 0.03f}) {
+        SCOPED_TRACE(mu);
         const Vector wi = direction(mu, pi, true);
         std::vector<int> met(sides * cosine_bins * azimuth_bins);
-        std::mt19937 random(11);
-        std::uniform_real_distribution<float> share(0, 1);
+        Uniform<float> share(11);
         for (int n = 0; n < draws; ++n) {
-            const float u1 = share(random), u2 = share(random), u3 = share(random);
+            const float u1 = share(), u2 = share(), u3 = share();
             const Vector wo = bsdf.sample(wi, u1, u2, u3).wo;
             const double v = std::sqrt(1 - std::sqrt(std::abs(double{wo.z})));
             const double turn = std::atan2(double{wo.y}, double{wo.x}) / (2 * pi);
@@ -120,51 +119,22 @@ TEST_P(EveryMaterial, SamplesFollowTheDensity) {
             ++met[static_cast<std::size_t>(((wo.z > 0 ? 0 : 1) * cosine_bins + i) * azimuth_bins +
                                            k)];
         }
-        double chi_square = 0, rare_expected = 0, rare_met = 0;
-        int degrees_of_freedom = -1;
-        const auto count = [&](double expected, double found) {
-            chi_square += (found - expected) * (found - expected) / expected;
-            ++degrees_of_freedom;
-        };
-        std::size_t bin = 0;
+        std::vector<double> shares;
         for (const bool up : {true, false})
             for (int i = 0; i < cosine_bins; ++i)
-                for (int k = 0; k < azimuth_bins; ++k) {
-                    const double expected =
-                        draws * integral_of_pdf(bsdf, wi, up, i * 1.0 / cosine_bins,
-                                                (i + 1.0) / cosine_bins, k * 2.0 / azimuth_bins,
-                                                (k + 1) * 2.0 / azimuth_bins, 24);
-                    const int found = met[bin++];
-                    if (expected < 20) {  // too few to be normally distributed: all in one bin
-                        rare_expected += expected;
-                        rare_met += found;
-                    } else {
-                        count(expected, found);
-                    }
-                }
-        if (rare_expected > 20) count(rare_expected, rare_met);
-        ASSERT_GT(degrees_of_freedom, 20);
-        // Four standard deviations: once in 30,000 times by chance, and the draws are always the
-        // same.
-        EXPECT_LT(chi_square, degrees_of_freedom + 4 * std::sqrt(2.0 * degrees_of_freedom))
-            << "mu_in " << mu << ", " << degrees_of_freedom << " degrees of freedom";
+                for (int k = 0; k < azimuth_bins; ++k)
+                    shares.push_back(integral_of_pdf(
+                        bsdf, wi, up, i * 1.0 / cosine_bins, (i + 1.0) / cosine_bins,
+                        k * 2.0 / azimuth_bins, (k + 1) * 2.0 / azimuth_bins, 24));
+        expect_drawn(shares, met, draws, 20);
     }
 }
 
 TEST_P(EveryMaterial, SamplesCarryTheirValueAndDensity) {
     const Bsdf bsdf = GetParam().bsdf();
     for (const float mu : bsdf_cosines)
-        for (const double azimuth : {0.0, 2.0, 5.0}) {
-            const Vector wi = direction(mu, azimuth, azimuth < 4);
-            for (const RandomNumbers& u : evenly_spread(500)) {
-                const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
-                ASSERT_GT(drawn.pdf, 0);
-                EXPECT_EQ(drawn.value, bsdf.eval(wi, drawn.wo));
-                // Beside a peak of a fiftieth of a radian a float knows its place to 1e-3.
-                EXPECT_NEAR(bsdf.pdf(wi, drawn.wo) / drawn.pdf, 1, 1e-3) << "mu_in " << mu;
-                EXPECT_NEAR(length(drawn.wo), 1, 1e-6);
-            }
-        }
+        for (const double azimuth : {0.0, 2.0, 5.0})
+            expect_samples_carry_their_value(bsdf, direction(mu, azimuth, azimuth < 4), 1e-3);
 }
 
 TEST_P(EveryMaterial, HasLowVariance) {
@@ -179,14 +149,8 @@ TEST_P(EveryMaterial, HasLowVariance) {
 
 TEST_P(EveryMaterial, EstimatesTheAlbedo) {
     const Bsdf bsdf = GetParam().bsdf();
-    for (const float mu : bsdf_cosines) {
-        const Vector wi = direction(mu, 0.3, true);
-        const Estimate estimate = estimated(bsdf, wi, 1 << 14);
-        const ScatteredShares<float> albedo = bsdf.albedo(wi);
-        // 16,384 points of a tenth of deviation; a tenth of that or less for being evenly spread.
-        EXPECT_NEAR(estimate.reflected, albedo.reflected, 1e-3) << "mu_in " << mu;
-        EXPECT_NEAR(estimate.transmitted, albedo.transmitted, 1e-3) << "mu_in " << mu;
-    }
+    for (const float mu : bsdf_cosines)
+        expect_albedo_estimated(bsdf, direction(mu, 0.3, true), 1 << 14);
 }
 
 TEST_P(EveryMaterial, IsReciprocal) {
@@ -297,10 +261,8 @@ TEST(Bsdf, ScattersNothingWithoutScatterers) {
 
 TEST(Bsdf, ScattersToTheRequestedSideAlone) {
     for (const bool reflection : {true, false}) {
-        Effects effects;
-        effects.reflection = reflection;
-        effects.transmission = !reflection;
-        const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.5", 1, 1, effects);
+        const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.5", 1, 1,
+                                  Effects{.reflection = reflection, .transmission = !reflection});
         const Vector wi = direction(0.5, 1, true);
         for (const RandomNumbers& u : evenly_spread(200)) {
             const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
@@ -395,23 +357,16 @@ TEST(RgbBsdf, HasTheValueAndAlbedoOfItsChannels) {
     }
 }
 
-TEST(RgbBsdf, SamplesEqualChannelsLikeOne) {
-    const PhaseFunction phase = parse_phase_function("henyey_greenstein:g=0.75");
-    const Bsdf one(Slice(phase, {{2}, {0.9}}));
-    const RgbBsdf three(RgbSlice(phase, {{2, 2, 2}, {0.9, 0.9, 0.9}}));
-    for (const RandomNumbers& u : evenly_spread(500)) {
-        const Vector wi = direction(u.u1, 1, true), wo = direction(u.u2, 7 * u.u3, u.u1 < 0.5f);
-        EXPECT_NEAR(three.pdf(wi, wo) / one.pdf(wi, wo), 1, 1e-4);
-    }
-}
-
-TEST(RgbBsdf, LeavesBlackChannelsOut) {
+TEST(RgbBsdf, SamplesEqualChannelsLikeOneAndLeavesBlackOnesOut) {
     const PhaseFunction phase = parse_phase_function("henyey_greenstein:g=0.5");
     const Bsdf one(Slice(phase, {{0.7}, {0.8}}));
-    const RgbBsdf three(RgbSlice(phase, {{0.7, 2, 0}, {0.8, 0, 1}}));
-    for (const RandomNumbers& u : evenly_spread(500)) {
-        const Vector wi = direction(u.u1, 1, true), wo = direction(u.u2, 7 * u.u3, u.u1 < 0.5f);
-        EXPECT_NEAR(three.pdf(wi, wo) / one.pdf(wi, wo), 1, 1e-4);
+    for (const Medium<3>& medium :
+         {Medium<3>{{0.7, 0.7, 0.7}, {0.8, 0.8, 0.8}}, Medium<3>{{0.7, 2, 0}, {0.8, 0, 1}}}) {
+        const RgbBsdf three(RgbSlice(phase, medium));
+        for (const RandomNumbers& u : evenly_spread(500)) {
+            const Vector wi = direction(u.u1, 1, true), wo = direction(u.u2, 7 * u.u3, u.u1 < 0.5f);
+            EXPECT_NEAR(three.pdf(wi, wo) / one.pdf(wi, wo), 1, 1e-4);
+        }
     }
 }
 

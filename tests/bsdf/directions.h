@@ -1,12 +1,12 @@
 // Directions and vectors at which tests evaluate slices.
 #pragma once
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/direction.h>
 
+#include "../base/uniform.h"
+
 #include <cmath>
-#include <random>
 #include <vector>
 
 namespace stratus {
@@ -17,14 +17,23 @@ struct Direction {
     Geometry geometry() const { return {double{mu_in}, double{mu_out}, double{azimuth}}; }
 };
 
+/// R and T of a slice.
+template <class Slice>
+auto reflected(const Slice& slice, const Direction& at) {
+    return slice.reflection(at.mu_in, at.mu_out, at.azimuth);
+}
+template <class Slice>
+auto transmitted(const Slice& slice, const Direction& at) {
+    return slice.transmission(at.mu_in, at.mu_out, at.azimuth);
+}
+
 inline std::vector<Direction> random_directions(int count, float min_cosine = 0.001f) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<float> share(0, 1);
-    const auto cosine = [&] { return min_cosine + (1 - min_cosine) * share(random); };
+    Uniform<float> share(7);
+    const auto cosine = [&] { return min_cosine + (1 - min_cosine) * share(); };
     std::vector<Direction> directions{
         {1, 1, 0}, {1, 0.5f, 1}, {0.5f, 0.5f, 0}, {0.3f, 0.3f, 3.1415926f}};
     while (static_cast<int>(directions.size()) < count)
-        directions.push_back({cosine(), cosine(), 3.1415926f * share(random)});
+        directions.push_back({cosine(), cosine(), 3.1415926f * share()});
     return directions;
 }
 

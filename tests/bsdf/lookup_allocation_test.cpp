@@ -35,11 +35,8 @@ TEST(Lookup, AllocatesNothing) {
         "0.1*isotropic + 0.1*rayleigh + 0.1*anisotropic:x=0.5 + 0.2*lambert_sphere + "
         "0.2*henyey_greenstein:g=0.1 + 0.1*tabulated:points=0 1/90 0/180 0.25 + "
         "0.2*moments:chi=1 0.1");
-    Table table = empty_table({5, 5, 5, 5, 5}, {0.5, 8, true});
+    Table table = plain_table({5, 5, 5, 5, 5}, {0.5, 8, true});
     table.phase_function = every_kind;
-    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
-    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
-    prepare(table);
     const Table both = mixed(table, table);
     const TableView views[] = {table.view(), both.view().at({0.3})};
     const PackedTable packed(pack(table));

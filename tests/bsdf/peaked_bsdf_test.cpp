@@ -4,6 +4,8 @@
 #include <stratus/bsdf/bsdf.h>
 
 #include "bsdf_estimate.h"
+#include "row_name.h"
+#include "uniform.h"
 #include "water_cloud.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +14,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <random>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -90,33 +90,13 @@ void expect_samples_follow_density(const AnyBsdf& bsdf, double mu) {
     constexpr int draws = 200000;
     const Frame frame(mu);
     Tallies met{};
-    std::mt19937 random(5);
-    std::uniform_real_distribution<float> share(0, 1);
+    Uniform<float> share(5);
     for (int n = 0; n < draws; ++n) {
-        const float u1 = share(random), u2 = share(random), u3 = share(random);
+        const float u1 = share(), u2 = share(), u3 = share();
         ++met[frame.place_of(bsdf.sample(frame.wi(), u1, u2, u3).wo)];
     }
-    const Tallies shares = integrals_of_pdf(bsdf, frame, 24);
-    double chi_square = 0, rare_expected = 0, rare_met = 0;
-    int degrees_of_freedom = -1;
-    const auto count = [&](double expected, double found) {
-        chi_square += (found - expected) * (found - expected) / expected;
-        ++degrees_of_freedom;
-    };
-    for (std::size_t i = 0; i < shares.size(); ++i) {
-        const double expected = draws * shares[i];
-        if (expected < 20) {  // too few to be normally distributed: all in one bin
-            rare_expected += expected;
-            rare_met += met[i];
-        } else {
-            count(expected, met[i]);
-        }
-    }
-    if (rare_expected > 20) count(rare_expected, rare_met);
-    ASSERT_GT(degrees_of_freedom, 30);
-    // Four standard deviations: once in 30,000 times by chance, and the draws are always the same.
-    EXPECT_LT(chi_square, degrees_of_freedom + 4 * std::sqrt(2.0 * degrees_of_freedom))
-        << "mu_in " << mu << ", " << degrees_of_freedom << " degrees of freedom";
+    SCOPED_TRACE(mu);
+    expect_drawn(integrals_of_pdf(bsdf, frame, 24), met, draws, 30);
 }
 
 Bsdf cloud_bsdf(double tau, const Effects& effects = {}) {
@@ -140,36 +120,19 @@ TEST(PeakedBsdf, SamplesFollowTheDensity) {
         const Bsdf bsdf = cloud_bsdf(tau);
         for (const double mu : {0.05, 0.35, 0.97}) expect_samples_follow_density(bsdf, mu);
     }
-}
-
-TEST(PeakedBsdf, SamplesFollowTheDensityOnEitherSideAlone) {
+    const RgbBsdf coloured = coloured_bsdf(water_cloud());
+    for (const double mu : {0.05, 0.35, 0.97}) expect_samples_follow_density(coloured, mu);
     for (const bool reflection : {true, false}) {
-        Effects effects;
-        effects.reflection = reflection;
-        effects.transmission = !reflection;
-        const Bsdf bsdf = cloud_bsdf(0.5, effects);
+        const Bsdf bsdf =
+            cloud_bsdf(0.5, Effects{.reflection = reflection, .transmission = !reflection});
         for (const double mu : {0.1, 0.8}) expect_samples_follow_density(bsdf, mu);
     }
 }
 
-TEST(PeakedBsdf, SamplesOfColoursFollowTheDensity) {
-    const RgbBsdf bsdf = coloured_bsdf(water_cloud());
-    for (const double mu : {0.05, 0.35, 0.97}) expect_samples_follow_density(bsdf, mu);
-}
-
 TEST(PeakedBsdf, SamplesCarryTheirValueAndDensity) {
     const Bsdf bsdf = cloud_bsdf(0.5);
-    for (const double mu : {0.9999, 0.99, 0.8, 0.3, 0.05, 0.002}) {
-        const Vector wi = direction(mu, 2, true);
-        for (const RandomNumbers& u : evenly_spread(500)) {
-            const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
-            ASSERT_GT(drawn.pdf, 0);
-            EXPECT_EQ(drawn.value, bsdf.eval(wi, drawn.wo));
-            // Within a peak of a hundredth of a radian a float knows its place to 1e-3.
-            EXPECT_NEAR(bsdf.pdf(wi, drawn.wo) / drawn.pdf, 1, 2e-3) << "mu_in " << mu;
-            EXPECT_NEAR(length(drawn.wo), 1, 1e-6);
-        }
-    }
+    for (const double mu : {0.9999, 0.99, 0.8, 0.3, 0.05, 0.002})
+        expect_samples_carry_their_value(bsdf, direction(mu, 2, true), 2e-3);
 }
 
 TEST(PeakedBsdf, HasLowVariance) {
@@ -184,14 +147,10 @@ TEST(PeakedBsdf, HasLowVariance) {
 
 TEST(PeakedBsdf, EstimatesTheAlbedo) {
     for (const double tau : {0.02, 1.0, 8.0}) {
+        SCOPED_TRACE(tau);
         const Bsdf bsdf = cloud_bsdf(tau);
-        for (const float mu : {1.0f, 0.8f, 0.3f, 0.05f}) {
-            const Vector wi = direction(double{mu}, 0.3, true);
-            const Estimate estimate = estimated(bsdf, wi, 1 << 15);
-            const ScatteredShares<float> albedo = bsdf.albedo(wi);
-            EXPECT_NEAR(estimate.reflected, albedo.reflected, 1e-3) << tau << " mu_in " << mu;
-            EXPECT_NEAR(estimate.transmitted, albedo.transmitted, 1e-3) << tau << " mu_in " << mu;
-        }
+        for (const double mu : {1.0, 0.8, 0.3, 0.05})
+            expect_albedo_estimated(bsdf, direction(mu, 0.3, true), 1 << 15);
     }
 }
 
@@ -220,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
                                 "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
                         }},
                     Colours{"WaterCloud", water_cloud}),
-    [](const auto& row) { return row.param.name; });
+    row_name);
 
 TEST_P(EveryPhaseOfColours, KeepsWeightsInBounds) {
     const RgbBsdf bsdf = coloured_bsdf(GetParam().phase());

@@ -30,8 +30,9 @@ TEST(SliceLayout, IsAsDocumented) {
     constexpr double albedo = 0.9, depth = 1.3;
     const Table table = smooth_table(true);
     const TableView view = table.view();
-    const RefinedSamples slice = refine(view, {{reflection_blend(view, albedo, depth), {}}},
-                                        [](int, double, double, double) { return 0.1; });
+    const RefinedSamples slice =
+        refine(view, {{layer_blend(view, Side::reflection, albedo, depth), {}}},
+               [](int, double, double, double) { return 0.1; });
     ASSERT_TRUE(slice.symmetric);
     ASSERT_GE(slice.columns, 17);
     ASSERT_LE(slice.columns, 177);

@@ -3,14 +3,15 @@
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/table/lookup.h>
 
+#include "row_name.h"
 #include "small_table.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
-#include <random>
 #include <thread>
 #include <vector>
 
@@ -28,14 +29,11 @@ struct Shared {
 
 /// A table with a phase function of every kind, from 0.5 to 8 and at infinity.
 Table every_kind() {
-    Table table = empty_table({5, 5, 5, 5, 5}, {0.5, 8, true});
+    Table table = plain_table({5, 5, 5, 5, 5}, {0.5, 8, true});
     table.phase_function = parse_phase_function(
         "0.1*isotropic + 0.1*rayleigh + 0.1*anisotropic:x=0.5 + 0.2*lambert_sphere + "
         "0.2*henyey_greenstein:g=0.1 + 0.1*tabulated:points=0 1/90 0/180 0.25 + "
         "0.2*moments:chi=1 0.1");
-    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
-    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
-    prepare(table);
     return table;
 }
 
@@ -47,8 +45,6 @@ Table every_kind_over_ground() {
     return table;
 }
 
-Geometry geometry_at(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
-
 /// A function of a shared table at one point. New lookups are rows of `functions` below.
 struct Function {
     const char* name;
@@ -58,16 +54,15 @@ struct Function {
 const Function functions[] = {
     {"Reflection",
      [](const Shared& shared, const Point& p) {
-         return reflection(shared.table.view(), p.albedo, p.optical_depth, geometry_at(p)).total();
+         return reflection(shared.table.view(), p.albedo, p.optical_depth, geometry(p)).total();
      }},
     {"Transmission",
      [](const Shared& shared, const Point& p) {
-         return transmission(shared.table.view(), p.albedo, p.optical_depth, geometry_at(p))
-             .total();
+         return transmission(shared.table.view(), p.albedo, p.optical_depth, geometry(p)).total();
      }},
     {"ReflectionOverGround",
      [](const Shared& shared, const Point& p) {
-         return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry_at(p))
+         return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry(p))
              .total();
      }},
     {"Bsdf",
@@ -83,12 +78,11 @@ const Function functions[] = {
 
 /// Below, within and above the finite depths.
 std::vector<Point> random_points(int count) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> share(0, 1);
+    Uniform share(7);
     std::vector<Point> points;
     for (int i = 0; i < count; ++i)
-        points.push_back({share(random), 0.1 * std::pow(1000, share(random)), 1 - share(random),
-                          1 - share(random), 2 * pi * share(random)});
+        points.push_back(
+            {share(), 0.1 * std::pow(1000, share()), 1 - share(), 1 - share(), 2 * pi * share()});
     return points;
 }
 
@@ -123,8 +117,7 @@ TEST_P(SharedTable, IsBitIdenticalFromManyThreads) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryFunction, SharedTable, testing::ValuesIn(functions),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(EveryFunction, SharedTable, testing::ValuesIn(functions), row_name);
 
 #if defined(__SANITIZE_THREAD__)
 TEST(ThreadSanitizerDeathTest, SeesTwoThreadsWriteTheSame) {

@@ -3,20 +3,16 @@
 
 #include <stratus/phase/phase_function.h>
 
-#include <fstream>
-#include <stdexcept>
-#include <string>
+#include "csv_rows.h"
+
 #include <vector>
 
 namespace stratus {
 
 inline PhaseFunction water_cloud() {
-    std::ifstream file(STRATUS_REFERENCE_FOLDER "/water_cloud_10um_moments.csv");
     std::vector<double> chi;
-    std::string row;
-    std::getline(file, row);  // l,chi
-    while (std::getline(file, row)) chi.push_back(std::stod(row.substr(row.find(',') + 1)));
-    if (chi.size() != 768) throw std::runtime_error("water_cloud_10um_moments.csv: not 768 rows");
+    for (const CsvRow& row : csv_rows("water_cloud_10um_moments.csv"))
+        chi.push_back(row.numbers.at(1));
     return PhaseFunction::from_moments(chi);
 }
 

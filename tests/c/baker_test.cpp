@@ -19,17 +19,16 @@
 #include <string>
 #include <vector>
 
+namespace stratus {
 namespace {
-
-using stratus::infinity;
 
 const stratus_layer haze_over_cloud[2] = {{"rayleigh", 1, 0.1},
                                           {"henyey_greenstein:g=0.7", 0.9, 4}};
 
-std::vector<stratus::StackLayer> in_cpp(const stratus_layer* layers, std::size_t count) {
-    std::vector<stratus::StackLayer> all;
+std::vector<StackLayer> in_cpp(const stratus_layer* layers, std::size_t count) {
+    std::vector<StackLayer> all;
     for (std::size_t i = 0; i < count; ++i)
-        all.push_back({stratus::parse_phase_function(layers[i].phase_function), layers[i].albedo,
+        all.push_back({parse_phase_function(layers[i].phase_function), layers[i].albedo,
                        layers[i].optical_depth});
     return all;
 }
@@ -67,25 +66,21 @@ TEST(SolverInC, SolvesLayersAndStacks) {
         mu.insert(mu.end(), {geometries.back().mu_in, geometries.back().mu_out});
     }
     std::vector<stratus_solved> r(geometries.size()), t(geometries.size());
-    stratus::SolverOptions options;
+    SolverOptions options;
     options.nodes = 12;
     const auto solve = [&](const stratus_problem& problem) {
-        ASSERT_EQ(stratus_solve(&problem, geometries.size(), geometries.data(), r.data(), t.data()),
-                  STRATUS_OK)
-            << stratus_last_error();
+        check_ok(stratus_solve(&problem, geometries.size(), geometries.data(), r.data(), t.data()));
     };
     stratus_problem problem = make_problem(haze_over_cloud, 2);
     solve(problem);
-    expect_same(stratus::solve_stack(in_cpp(haze_over_cloud, 2), {}, mu, options), geometries, r,
-                t);
+    expect_same(solve_stack(in_cpp(haze_over_cloud, 2), {}, mu, options), geometries, r, t);
     problem = make_problem(haze_over_cloud + 1, 1);
     problem.orders = 3;
     options.orders = 3;
     solve(problem);
-    const stratus::StackLayer cloud = in_cpp(haze_over_cloud, 2)[1];
-    expect_same(
-        stratus::solve_layer(cloud.phase_function, cloud.albedo, cloud.optical_depth, mu, options),
-        geometries, r, t);
+    const StackLayer cloud = in_cpp(haze_over_cloud, 2)[1];
+    expect_same(solve_layer(cloud.phase_function, cloud.albedo, cloud.optical_depth, mu, options),
+                geometries, r, t);
     EXPECT_GT(r[3].error, 0);
     EXPECT_LT(r[3].error, 0.1 * r[3].multiple);
     problem.orders = options.orders = 0;
@@ -93,14 +88,13 @@ TEST(SolverInC, SolvesLayersAndStacks) {
     problem.below_albedo = 0.8;
     problem.below_phase_function = "isotropic";
     solve(problem);
-    expect_same(stratus::solve_layer(
-                    cloud.phase_function, cloud.albedo, cloud.optical_depth, mu, options,
-                    stratus::LowerBoundary::layer(stratus::PhaseFunction::isotropic(), 0.8)),
+    expect_same(solve_layer(cloud.phase_function, cloud.albedo, cloud.optical_depth, mu, options,
+                            LowerBoundary::layer(PhaseFunction::isotropic(), 0.8)),
                 geometries, r, t);
     EXPECT_EQ(t[3].single, 0);
     const std::vector<stratus_solved> before = r;
-    ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), nullptr, t.data()), STRATUS_OK);
-    ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), r.data(), nullptr), STRATUS_OK);
+    check_ok(stratus_solve(&problem, 2, geometries.data(), nullptr, t.data()));
+    check_ok(stratus_solve(&problem, 2, geometries.data(), r.data(), nullptr));
     EXPECT_NEAR(r[1].multiple, before[1].multiple, 1e-12);
 }
 
@@ -111,18 +105,17 @@ TEST(SolverInC, GivesFluxesThatConserveEnergy) {
     double albedo[3], diffuse[3];
     stratus_fluxes uniform{};
     uniform.size = sizeof uniform;
-    ASSERT_EQ(stratus_solve_fluxes(&problem, 3, mu, albedo, diffuse, &uniform), STRATUS_OK)
-        << stratus_last_error();
+    check_ok(stratus_solve_fluxes(&problem, 3, mu, albedo, diffuse, &uniform));
     for (int i = 0; i < 3; ++i)
         EXPECT_NEAR(albedo[i] + diffuse[i] + std::exp(-1.5 / mu[i]), 1, 1e-12) << i;
     EXPECT_NEAR(uniform.spherical_albedo + uniform.total_transmittance, 1, 1e-12);
     EXPECT_EQ(uniform.ground_absorptance, 0);
     problem.below = STRATUS_SURFACE_BELOW;
     problem.below_albedo = 0.25;
-    ASSERT_EQ(stratus_solve_fluxes(&problem, 0, nullptr, nullptr, nullptr, &uniform), STRATUS_OK);
+    check_ok(stratus_solve_fluxes(&problem, 0, nullptr, nullptr, nullptr, &uniform));
     EXPECT_NEAR(uniform.spherical_albedo + uniform.ground_absorptance, 1, 1e-12);
     EXPECT_NEAR(uniform.total_transmittance * 0.75, uniform.ground_absorptance, 1e-12);
-    ASSERT_EQ(stratus_solve_fluxes(&problem, 1, mu, nullptr, diffuse, nullptr), STRATUS_OK);
+    check_ok(stratus_solve_fluxes(&problem, 1, mu, nullptr, diffuse, nullptr));
 }
 
 TEST(SolverInC, SolvesTheLightInside) {
@@ -130,9 +123,8 @@ TEST(SolverInC, SolvesTheLightInside) {
     const double mu[2] = {0.3, 1}, levels[3] = {0, 0.1, 4.1};
     stratus_level_light light[3][2];
     double error = -1, albedo[2], diffuse[2];
-    ASSERT_EQ(stratus_solve_levels(&problem, 3, levels, 2, mu, light[0], &error), STRATUS_OK)
-        << stratus_last_error();
-    ASSERT_EQ(stratus_solve_fluxes(&problem, 2, mu, albedo, diffuse, nullptr), STRATUS_OK);
+    check_ok(stratus_solve_levels(&problem, 3, levels, 2, mu, light[0], &error));
+    check_ok(stratus_solve_fluxes(&problem, 2, mu, albedo, diffuse, nullptr));
     EXPECT_GE(error, 0);
     for (int i = 0; i < 2; ++i) {
         const auto net = [&](int level) {
@@ -152,21 +144,18 @@ TEST(SolverInC, HasGroundsBelow) {
     const std::vector<stratus_geometry> geometries{{0.5, 0.7, 3}, {0.9, 0.2, 0.4}};
     const std::vector<double> mu{0.5, 0.7, 0.9, 0.2};
     stratus_problem problem = make_problem(haze_over_cloud, 1);
-    stratus::SolverOptions options;
-    options.nodes = 12;
     std::vector<stratus_solved> r(2), t(2);
     for (const char* ground : {"ocean:wind=7", "rpv:rho0=0.1,k=0.8,theta=-0.1"}) {
         problem.below = STRATUS_GROUND_BELOW;
         problem.below_ground = ground;
-        ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), r.data(), t.data()), STRATUS_OK)
-            << stratus_last_error();
-        expect_same(stratus::solve_stack(in_cpp(haze_over_cloud, 1), stratus::read_ground(ground),
-                                         mu, options),
+        check_ok(stratus_solve(&problem, 2, geometries.data(), r.data(), t.data()));
+        expect_same(solve_stack(in_cpp(haze_over_cloud, 1), read_ground(ground), mu,
+                                SolverOptions{.nodes = 12}),
                     geometries, r, t);
     }
     problem.below = STRATUS_NOTHING_BELOW;
     problem.size = offsetof(stratus_problem, below_ground);  // of an older header
-    EXPECT_EQ(stratus_solve(&problem, 2, geometries.data(), r.data(), t.data()), STRATUS_OK);
+    check_ok(stratus_solve(&problem, 2, geometries.data(), r.data(), t.data()));
 }
 
 TEST(SolverInC, RefusesInWords) {
@@ -175,7 +164,7 @@ TEST(SolverInC, RefusesInWords) {
     stratus_solved r{7, 7, 7};
     const auto refused = [&](const stratus_problem* of, const stratus_geometry* at,
                              const char* part) {
-        expect_refused(stratus_solve(of, 1, at, &r, nullptr), STRATUS_INVALID_ARGUMENT, part);
+        expect_refused(stratus_solve(of, 1, at, &r, nullptr), part);
         EXPECT_EQ(r.single, 7);
     };
     refused(nullptr, &good, "stratus_solve: problem must be given");
@@ -199,14 +188,13 @@ TEST(SolverInC, RefusesInWords) {
                  "got 900");
     stratus_level_light inside{};
     const double deep = 5, steep = 1;
-    expect_refused(stratus_solve_levels(&problem, 1, &deep, 1, &steep, &inside, nullptr),
-                   STRATUS_INVALID_ARGUMENT, "got 5");
+    expect_refused(stratus_solve_levels(&problem, 1, &deep, 1, &steep, &inside, nullptr), "got 5");
     stratus_problem few_orders = problem;
     few_orders.orders = 2;
     expect_refused(stratus_solve_levels(&few_orders, 1, &steep, 1, &steep, &inside, nullptr),
-                   STRATUS_INVALID_ARGUMENT, "orders");
+                   "orders");
     expect_refused(stratus_solve_levels(&problem, 1, &steep, 1, &steep, nullptr, nullptr),
-                   STRATUS_INVALID_ARGUMENT, "every array must be given");
+                   "every array must be given");
     refused_with([](stratus_problem& of) { of.nodes = 513; }, "nodes must be in [1, 512], got 513");
     refused_with([](stratus_problem& of) { of.orders = 201; }, "orders must be in [0, 200]");
     stratus_layer endless[2] = {{"rayleigh", 1, infinity}, {"isotropic", 1, 1}};
@@ -215,9 +203,9 @@ TEST(SolverInC, RefusesInWords) {
     refused_with([&](stratus_problem& of) { of.layers = endless; }, "rayleig");
     stratus_fluxes uniform{};
     expect_refused(stratus_solve_fluxes(&problem, 0, nullptr, nullptr, nullptr, &uniform),
-                   STRATUS_INVALID_ARGUMENT, "uniform.size");
+                   "uniform.size");
     expect_refused(stratus_solve_fluxes(&problem, 1, nullptr, nullptr, nullptr, nullptr),
-                   STRATUS_INVALID_ARGUMENT, "every array must be given");
+                   "every array must be given");
 }
 
 const char* const small_recipe =
@@ -264,48 +252,45 @@ TEST(BakerInC, BakesPacksAndWritesTheTablesOfCpp) {
     Told told;
     const stratus_bake_options options = told.options();
     stratus_table* table = nullptr;
-    ASSERT_EQ(stratus_bake(small_recipe, &options, &table), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_bake(small_recipe, &options, &table));
     EXPECT_GT(told.calls, 1);
     EXPECT_GT(told.notes, 0);
     EXPECT_EQ(told.most, 1);
     EXPECT_STREQ(stratus_table_text(table, "title"), "From C");
-    const stratus::Table same = stratus::bake(stratus::parse_recipe(small_recipe));
+    const Table same = bake(parse_recipe(small_recipe));
     const stratus_point point{1.2, 0.9, 0.5, 0.7, 1};
     stratus_scattered r{};
-    ASSERT_EQ(stratus_table_reflection(table, 1, &point, &r), STRATUS_OK);
-    EXPECT_EQ(r.multiple, stratus::reflection(same.view(), 0.9, 1.2, {0.5, 0.7, 1}).multiple);
+    check_ok(stratus_table_reflection(table, 1, &point, &r));
+    EXPECT_EQ(r.multiple, reflection(same.view(), 0.9, 1.2, {0.5, 0.7, 1}).multiple);
 
     stratus_table *packed = nullptr, *read = nullptr;
-    ASSERT_EQ(stratus_table_pack(table, &packed), STRATUS_OK) << stratus_last_error();
-    const stratus::PackedTable same_packed(stratus::pack(same));
+    check_ok(stratus_table_pack(table, &packed));
+    const PackedTable same_packed(pack(same));
     const float depth = 1.2f, albedo = 0.9f, mu_in = 0.5f, mu_out = 0.7f, azimuth = 1;
     float total = 0, expected = 0;
-    ASSERT_EQ(stratus_table_reflection_many(packed, 1, &depth, &albedo, &mu_in, &mu_out, &azimuth,
-                                            &total),
-              STRATUS_OK);
+    check_ok(stratus_table_reflection_many(packed, 1, &depth, &albedo, &mu_in, &mu_out, &azimuth,
+                                           &total));
     same_packed.reflection({&albedo, &depth, &mu_in, &mu_out, &azimuth, 1}, &expected);
     EXPECT_EQ(total, expected);
 
-    const stratus::test::TemporaryFolder folder;
+    const test::TemporaryFolder folder;
     for (const char* name : {"t.h5", "t.exr", "t.stratus"}) {
-        ASSERT_EQ(stratus_table_write(table, (folder / name).c_str()), STRATUS_OK)
-            << stratus_last_error();
-        ASSERT_EQ(stratus_table_open((folder / name).c_str(), &read), STRATUS_OK);
+        check_ok(stratus_table_write(table, (folder / name).c_str()));
+        check_ok(stratus_table_open((folder / name).c_str(), &read));
         stratus_scattered again{};
-        ASSERT_EQ(stratus_table_reflection(read, 1, &point, &again), STRATUS_OK);
+        check_ok(stratus_table_reflection(read, 1, &point, &again));
         // Of a packed one four tenths of the tolerance.
         const double allowed = name[2] == 's' ? 4e-3 : 0;
         EXPECT_NEAR(again.multiple / r.multiple, 1, allowed) << name;
         stratus_table_close(read);
     }
     EXPECT_EQ(folder.size(), 3u);
-    expect_refused(stratus_table_write(table, (folder / "t.txt").c_str()), STRATUS_INVALID_ARGUMENT,
-                   ".exr");
-    expect_refused(stratus_table_write(table, (folder / "absent" / "t.stratus").c_str()),
-                   STRATUS_FAILED, "absent");
+    expect_refused(stratus_table_write(table, (folder / "t.txt").c_str()), ".exr");
+    expect_refused(stratus_table_write(table, (folder / "absent" / "t.stratus").c_str()), "absent",
+                   STRATUS_FAILED);
     expect_refused(stratus_table_write(packed, (folder / "p.stratus").c_str()),
-                   STRATUS_INVALID_ARGUMENT, "table must be one with samples, got a packed one");
-    expect_refused(stratus_table_pack(packed, &read), STRATUS_INVALID_ARGUMENT, "a packed one");
+                   "table must be one with samples, got a packed one");
+    expect_refused(stratus_table_pack(packed, &read), "a packed one");
     EXPECT_EQ(read, nullptr);
     stratus_table_close(packed);
     stratus_table_close(table);
@@ -319,15 +304,13 @@ TEST(BakerInC, BakesStacks) {
         "4.0\n"
         "[discretisation]\nnodes = 12\nmodes = 10\nmu_samples = 20\nazimuth_samples = 12\n";
     stratus_table* table = nullptr;
-    ASSERT_EQ(stratus_bake(recipe.c_str(), nullptr, &table), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_bake(recipe.c_str(), nullptr, &table));
     std::size_t count = 0;
     const stratus_layer* const layers = stratus_table_layers(table, &count);
     ASSERT_EQ(count, 2u);
     EXPECT_STREQ(layers[0].phase_function, "rayleigh");
     EXPECT_EQ(layers[1].optical_depth, 4);
-    stratus_table_info info{};
-    info.size = sizeof info;
-    ASSERT_EQ(stratus_table_describe(table, &info), STRATUS_OK);
+    const stratus_table_info info = described(table);
     EXPECT_EQ(info.is_stack, 1);
     // The table against the solver, through the layers that it tells of.
     const stratus_problem problem = make_problem(layers, count, 24);
@@ -335,15 +318,13 @@ TEST(BakerInC, BakesStacks) {
     const stratus_point point{info.optical_depth.lowest, info.albedo.lowest, 0.8, 0.4, 1};
     stratus_scattered met{};
     stratus_solved solved{};
-    ASSERT_EQ(stratus_table_transmission(table, 1, &point, &met), STRATUS_OK);
-    ASSERT_EQ(stratus_solve(&problem, 1, &geometry, nullptr, &solved), STRATUS_OK);
+    check_ok(stratus_table_transmission(table, 1, &point, &met));
+    check_ok(stratus_solve(&problem, 1, &geometry, nullptr, &solved));
     EXPECT_NEAR(met.single + met.multiple, solved.single + solved.multiple,
                 2e-2 * (solved.single + solved.multiple));
     stratus_slice* slice = nullptr;
-    ASSERT_EQ(stratus_slice_bind(table, 1, &info.optical_depth.lowest, &info.albedo.lowest, nullptr,
-                                 &slice),
-              STRATUS_OK)
-        << stratus_last_error();
+    check_ok(stratus_slice_bind(table, 1, &info.optical_depth.lowest, &info.albedo.lowest, nullptr,
+                                &slice));
     stratus_slice_free(slice);
     stratus_table_close(table);
 }
@@ -354,8 +335,8 @@ TEST(BakerInC, StopsWhenToldTo) {
     const stratus_bake_options options = told.options();
     int unused = 0;
     auto* table = reinterpret_cast<stratus_table*>(&unused);
-    expect_refused(stratus_bake(small_recipe, &options, &table), STRATUS_STOPPED,
-                   "stratus_bake: stopped by the program");
+    expect_refused(stratus_bake(small_recipe, &options, &table),
+                   "stratus_bake: stopped by the program", STRATUS_STOPPED);
     EXPECT_EQ(table, nullptr);
     EXPECT_LT(told.most, 1);
 }
@@ -364,7 +345,7 @@ TEST(BakerInC, RefusesInWords) {
     stratus_table* table = nullptr;
     const auto refused = [&](const char* recipe, const stratus_bake_options* options,
                              const char* part) {
-        expect_refused(stratus_bake(recipe, options, &table), STRATUS_INVALID_ARGUMENT, part);
+        expect_refused(stratus_bake(recipe, options, &table), part);
         EXPECT_EQ(table, nullptr);
     };
     refused(nullptr, nullptr, "stratus_bake: recipe must be given");
@@ -377,11 +358,10 @@ TEST(BakerInC, RefusesInWords) {
     options.threads = 0;
     options.folder = "nowhere";
     expect_refused(stratus_bake("phase_function = 'tabulated:file=moon.csv'", &options, &table),
-                   STRATUS_FAILED, "nowhere/moon.csv");
-    expect_refused(stratus_table_write(nullptr, "t.h5"), STRATUS_INVALID_ARGUMENT,
-                   "table must be given");
-    expect_refused(stratus_bake(small_recipe, nullptr, nullptr), STRATUS_INVALID_ARGUMENT,
-                   "table must be given");
+                   "nowhere/moon.csv", STRATUS_FAILED);
+    expect_refused(stratus_table_write(nullptr, "t.h5"), "table must be given");
+    expect_refused(stratus_bake(small_recipe, nullptr, nullptr), "table must be given");
 }
 
 }  // namespace
+}  // namespace stratus

@@ -10,6 +10,7 @@
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"
 #include "expect_refused.h"
+#include "refusal.h"
 
 #include <gtest/gtest.h>
 
@@ -22,16 +23,15 @@
 #include <thread>
 #include <vector>
 
+namespace stratus::test {
 namespace {
 
-using stratus::infinity;
-
-using Slice = std::unique_ptr<stratus_slice, decltype(&stratus_slice_free)>;
+using BoundSlice = std::unique_ptr<stratus_slice, decltype(&stratus_slice_free)>;
 
 stratus_effects default_effects() {
     stratus_effects effects{};
     effects.size = sizeof effects;
-    EXPECT_EQ(stratus_effects_default(&effects), STRATUS_OK);
+    check_ok(stratus_effects_default(&effects));
     return effects;
 }
 
@@ -56,33 +56,29 @@ struct Directions {
 class C : public testing::Test {
   protected:
     C() {
-        stratus::test::SyntheticOptions options;
+        SyntheticOptions options;
         options.and_infinity = true;
-        table_ = stratus::test::make_synthetic_table(options);
+        table_ = make_synthetic_table(options);
         const std::string path = (folder_.path() / "table.h5").string();
-        stratus::write_table(table_, path);
-        EXPECT_EQ(stratus_table_open(path.c_str(), &handle_), STRATUS_OK) << stratus_last_error();
+        write_table(table_, path);
+        check_ok(stratus_table_open(path.c_str(), &handle_));
     }
     ~C() override { stratus_table_close(handle_); }
 
-    Slice bind(int channels, const double* depths, const double* albedos,
-               const stratus_effects* effects = nullptr) {
+    BoundSlice bind(int channels, const double* depths, const double* albedos,
+                    const stratus_effects* effects = nullptr) {
         stratus_slice* slice = nullptr;
-        EXPECT_EQ(stratus_slice_bind(handle_, channels, depths, albedos, effects, &slice),
-                  STRATUS_OK)
-            << stratus_last_error();
+        check_ok(stratus_slice_bind(handle_, channels, depths, albedos, effects, &slice));
         return {slice, &stratus_slice_free};
     }
 
-    stratus::test::TemporaryFolder folder_;
-    stratus::Table table_;
+    TemporaryFolder folder_;
+    Table table_;
     stratus_table* handle_ = nullptr;
 };
 
 TEST_F(C, DescribesTheTable) {
-    stratus_table_info info{};
-    info.size = sizeof info;
-    ASSERT_EQ(stratus_table_describe(handle_, &info), STRATUS_OK);
+    const stratus_table_info info = described(handle_);
     EXPECT_EQ(info.optical_depth.lowest, 0.01);
     EXPECT_EQ(info.optical_depth.highest, infinity);
     EXPECT_EQ(info.optical_depth.samples, 12u);
@@ -107,15 +103,13 @@ TEST_F(C, LooksUpTablesToTheBitsOfCpp) {
     const std::vector<stratus_point> points = {
         {1.5, 0.9, 0.5, 0.8, 1}, {infinity, 1, 0.01, 1, 3}, {0.001, 0.5, 0.3, 0.3, 0}};
     std::vector<stratus_scattered> r(points.size()), t(points.size());
-    ASSERT_EQ(stratus_table_reflection(handle_, points.size(), points.data(), r.data()),
-              STRATUS_OK);
-    ASSERT_EQ(stratus_table_transmission(handle_, points.size(), points.data(), t.data()),
-              STRATUS_OK);
+    check_ok(stratus_table_reflection(handle_, points.size(), points.data(), r.data()));
+    check_ok(stratus_table_transmission(handle_, points.size(), points.data(), t.data()));
     for (std::size_t i = 0; i < points.size(); ++i) {
         const stratus_point& at = points[i];
-        const stratus::Geometry geometry{at.mu_in, at.mu_out, at.azimuth};
-        const auto R = stratus::reflection(table_.view(), at.albedo, at.optical_depth, geometry);
-        const auto T = stratus::transmission(table_.view(), at.albedo, at.optical_depth, geometry);
+        const Geometry geometry{at.mu_in, at.mu_out, at.azimuth};
+        const auto R = reflection(table_.view(), at.albedo, at.optical_depth, geometry);
+        const auto T = transmission(table_.view(), at.albedo, at.optical_depth, geometry);
         EXPECT_EQ(r[i].single, R.single);
         EXPECT_EQ(r[i].multiple, R.multiple);
         EXPECT_EQ(t[i].single, T.single);
@@ -124,7 +118,7 @@ TEST_F(C, LooksUpTablesToTheBitsOfCpp) {
 }
 
 TEST_F(C, ClampsLookupsOfTables) {
-    const double none = std::nan("");
+    const double none = NAN;
     const struct {
         stratus_point at, nearest;
     } rows[] = {{{1.5, 0.9, -1, 0.8, 1}, {1.5, 0.9, 0, 0.8, 1}},
@@ -143,7 +137,7 @@ TEST_F(C, ClampsLookupsOfTables) {
         for (const auto& [at, nearest] : rows) {
             const stratus_point both[] = {at, nearest};
             stratus_scattered light[2];
-            ASSERT_EQ(look_up(handle_, 2, both, light), STRATUS_OK);
+            check_ok(look_up(handle_, 2, both, light));
             const double known = light[0].single + light[0].multiple;
             const bool is_none = std::isnan(at.optical_depth + at.mu_in + at.azimuth);
             EXPECT_EQ(std::isnan(known), is_none);
@@ -161,15 +155,13 @@ TEST_F(C, TakesOppositionFromTheDensity) {
     effects.multiple = 0;
     effects.density = 0.2;
     effects.opposition = STRATUS_BLINN_OPPOSITION;
-    stratus::Effects same;
-    same.multiple = false;
-    same.density = 0.2;
-    same.opposition = stratus::Opposition::blinn();
     const double depth = 0.5, albedo = 0.7;
-    const Slice one = bind(1, &depth, &albedo, &effects);
-    const stratus::Slice cpp = stratus::bind(table_.view(), depth, albedo, same);
+    const BoundSlice one = bind(1, &depth, &albedo, &effects);
+    const Slice cpp = stratus::bind(
+        table_.view(), depth, albedo,
+        Effects{.multiple = false, .density = 0.2, .opposition = Opposition::blinn()});
     float met = 0;
-    ASSERT_EQ(stratus_slice_reflection(one.get(), 0.5f, 0.6f, 3.0f, &met), STRATUS_OK);
+    check_ok(stratus_slice_reflection(one.get(), 0.5f, 0.6f, 3.0f, &met));
     EXPECT_EQ(met, cpp.reflection(0.5f, 0.6f, 3.0f));
 }
 
@@ -179,63 +171,60 @@ TEST_F(C, BindsToTheBitsOfCpp) {
     effects.opposition = STRATUS_HAPKE_OPPOSITION;
     effects.opposition_width = 0.1;
     effects.opposition_amplitude = 0.5;
-    stratus::Effects same;
+    Effects same;
     same.density = 0.2;
-    same.opposition = stratus::Opposition::hapke(0.5, 0.1);
+    same.opposition = Opposition::hapke(0.5, 0.1);
     const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
-    const Slice one = bind(1, depths, albedos, &effects),
-                three = bind(3, depths, albedos, &effects);
-    const stratus::Slice cpp_one = stratus::bind(table_.view(), depths[0], albedos[0], same);
-    const stratus::RgbSlice cpp_three = stratus::bind_rgb(table_.view(), depths, albedos, same);
+    const BoundSlice one = bind(1, depths, albedos, &effects),
+                     three = bind(3, depths, albedos, &effects);
+    const Slice cpp_one = stratus::bind(table_.view(), depths[0], albedos[0], same);
+    const RgbSlice cpp_three = bind_rgb(table_.view(), depths, albedos, same);
     EXPECT_EQ(stratus_slice_channels(one.get()), 1);
     EXPECT_EQ(stratus_slice_channels(three.get()), 3);
     EXPECT_EQ(stratus_slice_bytes(one.get()), cpp_one.bytes());
     EXPECT_EQ(stratus_slice_bytes(three.get()), cpp_three.bytes());
 
-    const auto expect_rgb = [](const float(&met)[3], const stratus::Rgb& expected) {
+    const auto expect_rgb = [](const float(&met)[3], const Rgb& expected) {
         EXPECT_EQ(met[0], expected.r);
         EXPECT_EQ(met[1], expected.g);
         EXPECT_EQ(met[2], expected.b);
     };
     float value[3];
-    ASSERT_EQ(stratus_slice_reflection(one.get(), 0.4f, 0.7f, 1, value), STRATUS_OK);
+    check_ok(stratus_slice_reflection(one.get(), 0.4f, 0.7f, 1, value));
     EXPECT_EQ(value[0], cpp_one.reflection(0.4f, 0.7f, 1));
-    ASSERT_EQ(stratus_slice_reflection(three.get(), 0.4f, 0.7f, 1, value), STRATUS_OK);
+    check_ok(stratus_slice_reflection(three.get(), 0.4f, 0.7f, 1, value));
     expect_rgb(value, cpp_three.reflection(0.4f, 0.7f, 1));
-    ASSERT_EQ(stratus_slice_transmission(three.get(), 0.4f, 0.7f, 1, value), STRATUS_OK);
+    check_ok(stratus_slice_transmission(three.get(), 0.4f, 0.7f, 1, value));
     expect_rgb(value, cpp_three.transmission(0.4f, 0.7f, 1));
-    ASSERT_EQ(stratus_slice_direct(three.get(), 0.4f, value), STRATUS_OK);
+    check_ok(stratus_slice_direct(three.get(), 0.4f, value));
     expect_rgb(value, cpp_three.direct(0.4f));
-    ASSERT_EQ(stratus_slice_background(three.get(), 0.4f, value), STRATUS_OK);
+    check_ok(stratus_slice_background(three.get(), 0.4f, value));
     expect_rgb(value, cpp_three.background(0.4f));
-    ASSERT_EQ(stratus_slice_source_behind(three.get(), 0.4f, value), STRATUS_OK);
+    check_ok(stratus_slice_source_behind(three.get(), 0.4f, value));
     expect_rgb(value, cpp_three.source_behind(0.4f));
 
     constexpr std::size_t count = 50;
     const Directions wi(count, 1), wo(count, 2);
     for (std::size_t i = 0; i < count; ++i) {
         const auto in = wi.at(i), out = wo.at(i);
-        ASSERT_EQ(stratus_slice_eval(three.get(), in.data(), out.data(), value), STRATUS_OK);
+        check_ok(stratus_slice_eval(three.get(), in.data(), out.data(), value));
         expect_rgb(value, cpp_three.eval({in[0], in[1], in[2]}, {out[0], out[1], out[2]}));
     }
     std::vector<float> met(3 * count), expected(3 * count);
-    ASSERT_EQ(stratus_slice_eval_many(three.get(), count, wi.arrays().data(), wo.arrays().data(),
-                                      met.data()),
-              STRATUS_OK);
+    check_ok(stratus_slice_eval_many(three.get(), count, wi.arrays().data(), wo.arrays().data(),
+                                     met.data()));
     cpp_three.eval(count, wi.arrays().data(), wo.arrays().data(), expected.data());
     EXPECT_EQ(met, expected);
 
     const std::vector<float> mu(count, 0.3f), azimuth(count, 2.0f);
     met.assign(count, 0);
     expected.assign(count, 0);
-    ASSERT_EQ(stratus_slice_reflection_many(one.get(), count, mu.data(), mu.data(), azimuth.data(),
-                                            met.data()),
-              STRATUS_OK);
+    check_ok(stratus_slice_reflection_many(one.get(), count, mu.data(), mu.data(), azimuth.data(),
+                                           met.data()));
     cpp_one.reflection(count, mu.data(), mu.data(), azimuth.data(), expected.data());
     EXPECT_EQ(met, expected);
-    ASSERT_EQ(stratus_slice_transmission_many(one.get(), count, mu.data(), mu.data(),
-                                              azimuth.data(), met.data()),
-              STRATUS_OK);
+    check_ok(stratus_slice_transmission_many(one.get(), count, mu.data(), mu.data(), azimuth.data(),
+                                             met.data()));
     cpp_one.transmission(count, mu.data(), mu.data(), azimuth.data(), expected.data());
     EXPECT_EQ(met, expected);
 }
@@ -243,12 +232,11 @@ TEST_F(C, BindsToTheBitsOfCpp) {
 TEST_F(C, SeesNoMoreThanABackground) {
     const double depth = 1, albedo = 1;
     stratus_slice* slice = nullptr;
-    ASSERT_EQ(
-        stratus_slice_bind_single("henyey_greenstein:g=0.85", 1, &depth, &albedo, nullptr, &slice),
-        STRATUS_OK);
+    check_ok(
+        stratus_slice_bind_single("henyey_greenstein:g=0.85", 1, &depth, &albedo, nullptr, &slice));
     float background = 0, source = 0;
-    ASSERT_EQ(stratus_slice_background(slice, 1, &background), STRATUS_OK);
-    ASSERT_EQ(stratus_slice_source_behind(slice, 1, &source), STRATUS_OK);
+    check_ok(stratus_slice_background(slice, 1, &background));
+    check_ok(stratus_slice_source_behind(slice, 1, &source));
     EXPECT_GT(background, std::exp(-1.0f));
     EXPECT_LT(background, 1);
     EXPECT_GT(source, 29);
@@ -256,22 +244,22 @@ TEST_F(C, SeesNoMoreThanABackground) {
 }
 
 TEST_F(C, RefusesLayersThatTheTableDoesNotKnowOrClampsThem) {
-    stratus::test::SyntheticOptions options;
+    SyntheticOptions options;
     options.and_infinity = false;
     const std::string path = (folder_.path() / "finite.h5").string();
-    stratus::write_table(stratus::test::make_synthetic_table(options), path);
+    write_table(make_synthetic_table(options), path);
     stratus_table* finite = nullptr;
-    ASSERT_EQ(stratus_table_open(path.c_str(), &finite), STRATUS_OK);
+    check_ok(stratus_table_open(path.c_str(), &finite));
     const double depth = infinity, albedo = 1;
     stratus_slice* slice = nullptr;
     expect_refused(stratus_slice_bind(finite, 1, &depth, &albedo, nullptr, &slice),
-                   STRATUS_INVALID_ARGUMENT, "optical_depth");
+                   "optical_depth");
     EXPECT_EQ(slice, nullptr);
-    ASSERT_EQ(stratus_slice_bind_clamped(finite, 1, &depth, &albedo, nullptr, &slice), STRATUS_OK);
+    check_ok(stratus_slice_bind_clamped(finite, 1, &depth, &albedo, nullptr, &slice));
     EXPECT_EQ(stratus_slice_clamped(slice), 1);
     stratus_slice_free(slice);
     const double thin = 0.5;
-    ASSERT_EQ(stratus_slice_bind_clamped(finite, 1, &thin, &albedo, nullptr, &slice), STRATUS_OK);
+    check_ok(stratus_slice_bind_clamped(finite, 1, &thin, &albedo, nullptr, &slice));
     EXPECT_EQ(stratus_slice_clamped(slice), 0);
     EXPECT_EQ(stratus_slice_clamped(nullptr), 0);
     stratus_slice_free(slice);
@@ -283,7 +271,7 @@ TEST_F(C, AsksForEachEffectAlone) {
     const auto side_sums = [&](int stratus_effects::*off) {
         stratus_effects effects = default_effects();
         effects.*off = 0;
-        const Slice slice = bind(1, &depth, &albedo, &effects);
+        const BoundSlice slice = bind(1, &depth, &albedo, &effects);
         std::array<float, 2> sides{};
         stratus_slice_reflection(slice.get(), 0.5f, 0.5f, 0, &sides[0]);
         stratus_slice_transmission(slice.get(), 0.5f, 0.5f, 0, &sides[1]);
@@ -304,52 +292,49 @@ TEST_F(C, AsksForEachEffectAlone) {
 
 TEST_F(C, DrawsToTheBitsOfCpp) {
     const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
-    const stratus::Bsdf cpp_one(stratus::bind(table_.view(), depths[0], albedos[0]));
-    const stratus::RgbBsdf cpp_three(stratus::bind_rgb(table_.view(), depths, albedos));
+    const Bsdf cpp_one(stratus::bind(table_.view(), depths[0], albedos[0]));
+    const RgbBsdf cpp_three(bind_rgb(table_.view(), depths, albedos));
     stratus_bsdf *one = nullptr, *three = nullptr;
     stratus_slice* slice = bind(1, depths, albedos).release();
-    ASSERT_EQ(stratus_bsdf_build(&slice, &one), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_bsdf_build(&slice, &one));
     EXPECT_EQ(slice, nullptr);
     slice = bind(3, depths, albedos).release();
-    ASSERT_EQ(stratus_bsdf_build(&slice, &three), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_bsdf_build(&slice, &three));
     EXPECT_EQ(stratus_slice_channels(stratus_bsdf_slice(one)), 1);
     EXPECT_EQ(stratus_slice_channels(stratus_bsdf_slice(three)), 3);
     EXPECT_EQ(stratus_bsdf_bytes(three), cpp_three.bytes());
 
     const float wi[3] = {0.6f, 0, 0.8f}, random[3] = {0.3f, 0.7f, 0.2f};
-    const stratus::Vector in{wi[0], wi[1], wi[2]};
+    const Vector in{wi[0], wi[1], wi[2]};
     float wo[3], value[3], pdf = 0, same = 0, other[3];
-    ASSERT_EQ(stratus_bsdf_sample(one, wi, random, wo, value, &pdf), STRATUS_OK);
-    const stratus::Bsdf::Sample drawn = cpp_one.sample(in, random[0], random[1], random[2]);
+    check_ok(stratus_bsdf_sample(one, wi, random, wo, value, &pdf));
+    const Bsdf::Sample drawn = cpp_one.sample(in, random[0], random[1], random[2]);
     EXPECT_EQ(wo[0], drawn.wo.x);
     EXPECT_EQ(wo[1], drawn.wo.y);
     EXPECT_EQ(wo[2], drawn.wo.z);
     EXPECT_EQ(value[0], drawn.value);
     EXPECT_EQ(pdf, drawn.pdf);
-    ASSERT_EQ(stratus_bsdf_sample(three, wi, random, wo, value, &pdf), STRATUS_OK);
-    const stratus::RgbBsdf::Sample coloured = cpp_three.sample(in, random[0], random[1], random[2]);
+    check_ok(stratus_bsdf_sample(three, wi, random, wo, value, &pdf));
+    const RgbBsdf::Sample coloured = cpp_three.sample(in, random[0], random[1], random[2]);
     EXPECT_EQ(wo[2], coloured.wo.z);
     EXPECT_EQ(value[0], coloured.value.r);
     EXPECT_EQ(value[2], coloured.value.b);
-    ASSERT_EQ(stratus_bsdf_pdf(three, wi, wo, &same), STRATUS_OK);
+    check_ok(stratus_bsdf_pdf(three, wi, wo, &same));
     EXPECT_EQ(same, cpp_three.pdf(in, coloured.wo));
-    ASSERT_EQ(stratus_slice_eval(stratus_bsdf_slice(three), wi, wo, other), STRATUS_OK);
+    check_ok(stratus_slice_eval(stratus_bsdf_slice(three), wi, wo, other));
     EXPECT_EQ(other[1], cpp_three.eval(in, coloured.wo).g);
-    ASSERT_EQ(stratus_bsdf_albedo(three, wi, value, other), STRATUS_OK);
+    check_ok(stratus_bsdf_albedo(three, wi, value, other));
     EXPECT_EQ(value[1], cpp_three.albedo(in).reflected.g);
     EXPECT_EQ(other[1], cpp_three.albedo(in).transmitted.g);
 
-    const auto refused = [](int status, const char* part) {
-        expect_refused(status, STRATUS_INVALID_ARGUMENT, part);
-    };
-    refused(stratus_bsdf_sample(nullptr, wi, random, wo, value, &pdf), "bsdf");
-    refused(stratus_bsdf_sample(one, wi, nullptr, wo, value, &pdf), "random");
-    refused(stratus_bsdf_sample(one, wi, random, wo, value, nullptr), "pdf");
-    refused(stratus_bsdf_pdf(one, wi, nullptr, &pdf), "wo");
-    refused(stratus_bsdf_albedo(one, wi, value, nullptr), "transmitted");
+    expect_refused(stratus_bsdf_sample(nullptr, wi, random, wo, value, &pdf), "bsdf");
+    expect_refused(stratus_bsdf_sample(one, wi, nullptr, wo, value, &pdf), "random");
+    expect_refused(stratus_bsdf_sample(one, wi, random, wo, value, nullptr), "pdf");
+    expect_refused(stratus_bsdf_pdf(one, wi, nullptr, &pdf), "wo");
+    expect_refused(stratus_bsdf_albedo(one, wi, value, nullptr), "transmitted");
     stratus_bsdf_free(one);
     stratus_bsdf_free(three);
-    refused(stratus_bsdf_build(&slice, &one), "*slice must be given, got null");
+    expect_refused(stratus_bsdf_build(&slice, &one), "*slice must be given, got null");
     EXPECT_EQ(one, nullptr);
     EXPECT_EQ(stratus_bsdf_slice(nullptr), nullptr);
     EXPECT_EQ(stratus_bsdf_bytes(nullptr), 0u);
@@ -362,52 +347,50 @@ TEST(CDirections, AreThoseOfObservedAngles) {
     const auto seen = [&](double i, double e, double g) {
         return stratus_observed_direction(i, e, g, &mu_in, &mu_out, &azimuth, &transmitted);
     };
-    ASSERT_EQ(seen(60, 60, 0), STRATUS_OK) << stratus_last_error();
+    check_ok(seen(60, 60, 0));
     EXPECT_NEAR(mu_in, 0.5, 1e-15);
-    EXPECT_NEAR(azimuth, stratus::pi, 1e-15);
+    EXPECT_NEAR(azimuth, pi, 1e-15);
     EXPECT_EQ(transmitted, 0);
-    ASSERT_EQ(seen(0, 120, 120), STRATUS_OK) << stratus_last_error();
+    check_ok(seen(0, 120, 120));
     EXPECT_NEAR(mu_out, 0.5, 1e-15);
     EXPECT_EQ(transmitted, 1);
-    expect_refused(seen(60, 60, 121), STRATUS_INVALID_ARGUMENT,
-                   "stratus_observed_direction: phase_deg must be in [0, 120]");
+    expect_refused(seen(60, 60, 121), "stratus_observed_direction: phase_deg must be in [0, 120]");
     expect_refused(stratus_observed_direction(0, 0, 0, &mu_in, &mu_out, nullptr, &transmitted),
-                   STRATUS_INVALID_ARGUMENT, "azimuth must be given");
+                   "azimuth must be given");
 }
 
 TEST(CSingle, NeedsNoTable) {
     const double depth = 2, albedo = 0.8;
     stratus_slice* slice = nullptr;
-    ASSERT_EQ(stratus_slice_bind_single("isotropic", 1, &depth, &albedo, nullptr, &slice),
-              STRATUS_OK);
+    check_ok(stratus_slice_bind_single("isotropic", 1, &depth, &albedo, nullptr, &slice));
     float value = 0;
-    ASSERT_EQ(stratus_slice_reflection(slice, 0.5f, 1, 0, &value), STRATUS_OK);
+    check_ok(stratus_slice_reflection(slice, 0.5f, 1, 0, &value));
     stratus_slice_free(slice);
     EXPECT_NEAR(value, 0.2 * -std::expm1(-2 * 3.0) / 1.5, 1e-7);  // single precision
 }
 
 TEST_F(C, RefusesFilesThatAreNoTables) {
     stratus_table* table = handle_;
-    expect_refused(stratus_table_open("absent.h5", &table), STRATUS_FAILED, "absent.h5");
+    expect_refused(stratus_table_open("absent.h5", &table), "absent.h5", STRATUS_FAILED);
     EXPECT_EQ(table, nullptr);
-    expect_refused(stratus_table_open("table.txt", &table), STRATUS_INVALID_ARGUMENT, ".exr");
-    expect_refused(stratus_table_open(nullptr, &table), STRATUS_INVALID_ARGUMENT,
+    expect_refused(stratus_table_open("table.txt", &table), ".exr");
+    expect_refused(stratus_table_open(nullptr, &table),
                    "stratus_table_open: path must be given, got null");
-    expect_refused(stratus_table_open("a.h5", nullptr), STRATUS_INVALID_ARGUMENT, "table");
+    expect_refused(stratus_table_open("a.h5", nullptr), "table");
 }
 
 TEST_F(C, RefusesSizesOfAnotherVersion) {
     stratus_table_info info{};
-    expect_refused(stratus_table_describe(handle_, &info), STRATUS_INVALID_ARGUMENT,
+    expect_refused(stratus_table_describe(handle_, &info),
                    "stratus_table_describe: info.size must be 160 or " +
                        std::to_string(sizeof info) + ", got 0");
     stratus_effects effects = default_effects();
     effects.size += 1;
-    expect_refused(stratus_effects_default(&effects), STRATUS_INVALID_ARGUMENT, "effects.size");
+    expect_refused(stratus_effects_default(&effects), "effects.size");
     const double one = 1;
     stratus_slice* slice = nullptr;
     expect_refused(stratus_slice_bind(handle_, 1, &one, &one, &effects, &slice),
-                   STRATUS_INVALID_ARGUMENT, "stratus_slice_bind: effects.size");
+                   "stratus_slice_bind: effects.size");
 }
 
 // Their structs end before `mixture` and `background`.
@@ -416,7 +399,7 @@ TEST_F(C, ServesProgramsBuiltAgainstTheFirstHeader) {
     info.size = 160;
     info.mixture.samples = 77;
     info.is_stack = 88;
-    ASSERT_EQ(stratus_table_describe(handle_, &info), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_table_describe(handle_, &info));
     EXPECT_EQ(info.size, 160u);
     EXPECT_EQ(info.measured_error, 8.1e-4);
     EXPECT_EQ(info.mixture.samples, 77u);
@@ -424,30 +407,29 @@ TEST_F(C, ServesProgramsBuiltAgainstTheFirstHeader) {
     stratus_effects effects{};
     effects.size = 56;
     effects.background = 99;
-    ASSERT_EQ(stratus_effects_default(&effects), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_effects_default(&effects));
     EXPECT_EQ(effects.single, 1);
     EXPECT_EQ(effects.background, 99);
     const double depth = 1, albedo = 0.8;
-    const Slice old = bind(1, &depth, &albedo, &effects), usual = bind(1, &depth, &albedo);
+    const BoundSlice old = bind(1, &depth, &albedo, &effects), usual = bind(1, &depth, &albedo);
     effects = default_effects();
     effects.background = 0;
-    const Slice beam_alone = bind(1, &depth, &albedo, &effects);
+    const BoundSlice beam_alone = bind(1, &depth, &albedo, &effects);
     float of_old = 0, of_usual = 0, beam = 0;
-    ASSERT_EQ(stratus_slice_background(old.get(), 0.5f, &of_old), STRATUS_OK);
-    ASSERT_EQ(stratus_slice_background(usual.get(), 0.5f, &of_usual), STRATUS_OK);
-    ASSERT_EQ(stratus_slice_background(beam_alone.get(), 0.5f, &beam), STRATUS_OK);
+    check_ok(stratus_slice_background(old.get(), 0.5f, &of_old));
+    check_ok(stratus_slice_background(usual.get(), 0.5f, &of_usual));
+    check_ok(stratus_slice_background(beam_alone.get(), 0.5f, &beam));
     EXPECT_EQ(of_old, of_usual);
     EXPECT_NEAR(beam, std::exp(-2.0f), 1e-7f);
     EXPECT_LT(beam, of_usual);
 }
 
 TEST_F(C, RefusesToBindWhatIsOutOfRange) {
-    const double one = 1, negative = -1e-9, more = 1.0000001, nan = std::nan("");
+    const double one = 1, negative = -1e-9, more = 1.0000001, nan = NAN;
     stratus_slice* slice = nullptr;
     const auto refused = [&](int channels, const double* depth, const double* albedo,
                              const stratus_effects* effects, const char* part) {
-        expect_refused(stratus_slice_bind(handle_, channels, depth, albedo, effects, &slice),
-                       STRATUS_INVALID_ARGUMENT, part);
+        expect_refused(stratus_slice_bind(handle_, channels, depth, albedo, effects, &slice), part);
         EXPECT_EQ(slice, nullptr);
     };
     refused(2, &one, &one, nullptr, "channels must be 1 or 3, got 2");
@@ -469,44 +451,42 @@ TEST_F(C, RefusesToBindWhatIsOutOfRange) {
     effects = default_effects();
     effects.multiple = 2;
     refused(1, &one, &one, &effects, "multiple must be 0 or 1, got 2");
-    expect_refused(stratus_slice_bind_single("rayleig", 1, &one, &one, nullptr, &slice),
-                   STRATUS_INVALID_ARGUMENT, "rayleig");
+    expect_refused(stratus_slice_bind_single("rayleig", 1, &one, &one, nullptr, &slice), "rayleig");
     expect_refused(stratus_slice_bind_single(nullptr, 1, &one, &one, nullptr, &slice),
-                   STRATUS_INVALID_ARGUMENT, "phase_function must be given");
+                   "phase_function must be given");
     expect_refused(stratus_slice_bind(nullptr, 1, &one, &one, nullptr, &slice),
-                   STRATUS_INVALID_ARGUMENT, "table must be given");
+                   "table must be given");
     expect_refused(stratus_slice_bind(handle_, 1, &one, &one, nullptr, nullptr),
-                   STRATUS_INVALID_ARGUMENT, "slice must be given");
+                   "slice must be given");
 }
 
 TEST_F(C, RefusesLookupsOfNull) {
     const double one = 1;
-    const Slice slice = bind(1, &one, &one);
+    const BoundSlice slice = bind(1, &one, &one);
     const float v[3] = {0, 0, 1};
     const float* const arrays[3] = {v, v, v};
     const float* const gap[3] = {v, v, nullptr};
     float value = 7;
     const stratus_point point{1, 1, 1, 1, 0};
     stratus_scattered scattered;
-    const auto refused = [](int status, const char* part) {
-        expect_refused(status, STRATUS_INVALID_ARGUMENT, part);
-    };
     const auto* const no_slice = static_cast<const stratus_slice*>(nullptr);
-    refused(stratus_table_reflection(nullptr, 1, &point, &scattered), "table");
-    refused(stratus_table_transmission(handle_, 1, nullptr, &scattered), "points");
-    refused(stratus_table_transmission(handle_, 1, &point, nullptr), "values");
-    refused(stratus_slice_reflection(no_slice, 1, 1, 0, &value), "slice");
-    refused(stratus_slice_reflection(slice.get(), 1, 1, 0, nullptr), "value");
-    refused(stratus_slice_transmission(no_slice, 1, 1, 0, &value), "slice");
-    refused(stratus_slice_direct(no_slice, 1, &value), "slice");
-    refused(stratus_slice_background(no_slice, 1, &value), "slice");
-    refused(stratus_slice_eval(no_slice, v, v, &value), "slice");
-    refused(stratus_slice_eval(slice.get(), nullptr, v, &value), "wi");
-    refused(stratus_slice_eval(slice.get(), v, nullptr, &value), "wo");
-    refused(stratus_slice_reflection_many(slice.get(), 1, v, v, nullptr, &value), "every array");
-    refused(stratus_slice_transmission_many(slice.get(), 1, nullptr, v, v, &value), "every array");
-    refused(stratus_slice_eval_many(slice.get(), 1, arrays, gap, &value), "every array");
-    refused(stratus_slice_eval_many(slice.get(), 1, nullptr, arrays, &value), "wi");
+    expect_refused(stratus_table_reflection(nullptr, 1, &point, &scattered), "table");
+    expect_refused(stratus_table_transmission(handle_, 1, nullptr, &scattered), "points");
+    expect_refused(stratus_table_transmission(handle_, 1, &point, nullptr), "values");
+    expect_refused(stratus_slice_reflection(no_slice, 1, 1, 0, &value), "slice");
+    expect_refused(stratus_slice_reflection(slice.get(), 1, 1, 0, nullptr), "value");
+    expect_refused(stratus_slice_transmission(no_slice, 1, 1, 0, &value), "slice");
+    expect_refused(stratus_slice_direct(no_slice, 1, &value), "slice");
+    expect_refused(stratus_slice_background(no_slice, 1, &value), "slice");
+    expect_refused(stratus_slice_eval(no_slice, v, v, &value), "slice");
+    expect_refused(stratus_slice_eval(slice.get(), nullptr, v, &value), "wi");
+    expect_refused(stratus_slice_eval(slice.get(), v, nullptr, &value), "wo");
+    expect_refused(stratus_slice_reflection_many(slice.get(), 1, v, v, nullptr, &value),
+                   "every array");
+    expect_refused(stratus_slice_transmission_many(slice.get(), 1, nullptr, v, v, &value),
+                   "every array");
+    expect_refused(stratus_slice_eval_many(slice.get(), 1, arrays, gap, &value), "every array");
+    expect_refused(stratus_slice_eval_many(slice.get(), 1, nullptr, arrays, &value), "wi");
     EXPECT_EQ(value, 7);
     EXPECT_EQ(stratus_slice_channels(nullptr), 0);
     EXPECT_EQ(stratus_slice_bytes(nullptr), 0u);
@@ -514,20 +494,20 @@ TEST_F(C, RefusesLookupsOfNull) {
     stratus_table_close(nullptr);
     stratus_slice_free(nullptr);
     // No numbers, no arrays.
-    EXPECT_EQ(stratus_table_reflection(handle_, 0, nullptr, nullptr), STRATUS_OK);
-    EXPECT_EQ(stratus_slice_reflection_many(slice.get(), 0, nullptr, nullptr, nullptr, nullptr),
-              STRATUS_OK);
+    check_ok(stratus_table_reflection(handle_, 0, nullptr, nullptr));
+    check_ok(stratus_slice_reflection_many(slice.get(), 0, nullptr, nullptr, nullptr, nullptr));
 }
 
 TEST(CErrors, StayOnTheirThread) {
     stratus_table* table = nullptr;
-    expect_refused(stratus_table_open("mine.h5", &table), STRATUS_FAILED, "mine.h5");
+    expect_refused(stratus_table_open("mine.h5", &table), "mine.h5", STRATUS_FAILED);
     std::thread([] {
         EXPECT_STREQ(stratus_last_error(), "");
         stratus_table* other = nullptr;
-        expect_refused(stratus_table_open("theirs.h5", &other), STRATUS_FAILED, "theirs.h5");
+        expect_refused(stratus_table_open("theirs.h5", &other), "theirs.h5", STRATUS_FAILED);
     }).join();
-    EXPECT_NE(std::string(stratus_last_error()).find("mine.h5"), std::string::npos);
+    expect_holds(stratus_last_error(), {"mine.h5"});
 }
 
 }  // namespace
+}  // namespace stratus::test

@@ -20,15 +20,14 @@
 #include <string>
 #include <vector>
 
+namespace stratus::test {
 namespace {
-
-using stratus::test::make_synthetic_table;
 
 using Handle = std::unique_ptr<stratus_table, decltype(&stratus_table_close)>;
 
 Handle opened(const std::filesystem::path& path) {
     stratus_table* table = nullptr;
-    EXPECT_EQ(stratus_table_open(path.c_str(), &table), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_table_open(path.c_str(), &table));
     return {table, &stratus_table_close};
 }
 
@@ -58,40 +57,36 @@ struct Points {
 
 class PackedInC : public testing::Test {
   protected:
-    PackedInC() : bytes_(stratus::pack(make_synthetic_table())), same_(bytes_) {
-        stratus::test::set_content(path_, {bytes_.begin(), bytes_.end()});
+    PackedInC() : bytes_(pack(make_synthetic_table())), same_(bytes_) {
+        set_content(path_, {bytes_.begin(), bytes_.end()});
     }
 
-    const stratus::test::TemporaryFolder folder_;
+    const TemporaryFolder folder_;
     const std::filesystem::path path_ = folder_ / "table.stratus";
     const std::vector<char> bytes_;
-    const stratus::PackedTable same_;
+    const PackedTable same_;
 };
 
 TEST_F(PackedInC, AreMappedAndBound) {
     const Handle packed = opened(path_);
     EXPECT_EQ(stratus_table_text(packed.get(), "phase_function"),
               same_.header().phase_function.text());
-    stratus_table_info info{};
-    info.size = sizeof info;
-    ASSERT_EQ(stratus_table_describe(packed.get(), &info), STRATUS_OK);
+    const stratus_table_info info = described(packed.get());
     EXPECT_EQ(info.is_packed, 1);
     EXPECT_EQ(info.has_transmission, 1);
     const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered value{};
-    ASSERT_EQ(stratus_table_reflection(packed.get(), 1, &point, &value), STRATUS_OK);
-    const stratus::Scattered expected =
-        stratus::reflection(same_.view(), point.albedo, point.optical_depth,
-                            {point.mu_in, point.mu_out, point.azimuth});
+    check_ok(stratus_table_reflection(packed.get(), 1, &point, &value));
+    const Scattered expected = reflection(same_.view(), point.albedo, point.optical_depth,
+                                          {point.mu_in, point.mu_out, point.azimuth});
     EXPECT_EQ(value.single, expected.single);
     EXPECT_EQ(value.multiple, expected.multiple);
     const double depth = 1, albedo = 0.8;
     stratus_slice* slice = nullptr;
-    ASSERT_EQ(stratus_slice_bind(packed.get(), 1, &depth, &albedo, nullptr, &slice), STRATUS_OK)
-        << stratus_last_error();
+    check_ok(stratus_slice_bind(packed.get(), 1, &depth, &albedo, nullptr, &slice));
     float bound = 0;
-    ASSERT_EQ(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, &bound), STRATUS_OK);
-    EXPECT_EQ(bound, stratus::bind(same_.view(), depth, albedo).reflection(0.5f, 0.7f, 1));
+    check_ok(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, &bound));
+    EXPECT_EQ(bound, bind(same_.view(), depth, albedo).reflection(0.5f, 0.7f, 1));
     stratus_slice_free(slice);
 }
 
@@ -99,25 +94,23 @@ TEST_F(PackedInC, AreLookedUpManyAtOnce) {
     const Handle packed = opened(path_);
     const Points points;
     std::vector<float> r(points.count), t(points.count), expected(points.count);
-    const stratus::PackedPoints in_cpp{points.albedo.data(),  points.optical_depth.data(),
-                                       points.mu_in.data(),   points.mu_out.data(),
-                                       points.azimuth.data(), points.count};
-    ASSERT_EQ(stratus_table_reflection_many(packed.get(), points.count, points.optical_depth.data(),
-                                            points.albedo.data(), points.mu_in.data(),
-                                            points.mu_out.data(), points.azimuth.data(), r.data()),
-              STRATUS_OK);
+    const PackedPoints in_cpp{points.albedo.data(),  points.optical_depth.data(),
+                              points.mu_in.data(),   points.mu_out.data(),
+                              points.azimuth.data(), points.count};
+    check_ok(stratus_table_reflection_many(packed.get(), points.count, points.optical_depth.data(),
+                                           points.albedo.data(), points.mu_in.data(),
+                                           points.mu_out.data(), points.azimuth.data(), r.data()));
     same_.reflection(in_cpp, expected.data());
     EXPECT_EQ(r, expected);
-    ASSERT_EQ(stratus_table_transmission_many(
-                  packed.get(), points.count, points.optical_depth.data(), points.albedo.data(),
-                  points.mu_in.data(), points.mu_out.data(), points.azimuth.data(), t.data()),
-              STRATUS_OK);
+    check_ok(stratus_table_transmission_many(
+        packed.get(), points.count, points.optical_depth.data(), points.albedo.data(),
+        points.mu_in.data(), points.mu_out.data(), points.azimuth.data(), t.data()));
     same_.transmission(in_cpp, expected.data());
     EXPECT_EQ(t, expected);
     for (std::size_t i = 0; i < points.count; ++i) {
         const stratus_point at = points.at(i);
         stratus_scattered one{};
-        ASSERT_EQ(stratus_table_reflection(packed.get(), 1, &at, &one), STRATUS_OK);
+        check_ok(stratus_table_reflection(packed.get(), 1, &at, &one));
         EXPECT_NEAR(static_cast<double>(r[i]) / (one.single + one.multiple), 1, 1e-5) << i;
     }
 }
@@ -130,36 +123,32 @@ TEST_F(PackedInC, AreReadWhereTheyLieInMemory) {
     ASSERT_NE(std::align(64, bytes_.size(), place, left), nullptr);
     std::memcpy(place, bytes_.data(), bytes_.size());
     stratus_table* table = nullptr;
-    ASSERT_EQ(stratus_table_open_memory(place, bytes_.size(), &table), STRATUS_OK)
-        << stratus_last_error();
+    check_ok(stratus_table_open_memory(place, bytes_.size(), &table));
     const Handle handle(table, &stratus_table_close);
     const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered value{};
-    ASSERT_EQ(stratus_table_transmission(table, 1, &point, &value), STRATUS_OK);
+    check_ok(stratus_table_transmission(table, 1, &point, &value));
     EXPECT_EQ(value.multiple, same_.transmission(1, 0.8, {0.5, 0.7, 1}).multiple);
 
     stratus_table* none = table;
-    expect_refused(stratus_table_open_memory(place, bytes_.size() - 1, &none),
-                   STRATUS_INVALID_ARGUMENT, "data");
+    expect_refused(stratus_table_open_memory(place, bytes_.size() - 1, &none), "data");
     EXPECT_EQ(none, nullptr);
-    expect_refused(stratus_table_open_memory(nullptr, 10, &none), STRATUS_INVALID_ARGUMENT,
-                   "data must be given");
+    expect_refused(stratus_table_open_memory(nullptr, 10, &none), "data must be given");
     std::vector<char> beside(bytes_.size() + 128);
     place = beside.data();
     left = beside.size();
     ASSERT_NE(std::align(64, bytes_.size() + 8, place, left), nullptr);
     char* const odd = static_cast<char*>(place) + 8;
     std::memcpy(odd, bytes_.data(), bytes_.size());
-    expect_refused(stratus_table_open_memory(odd, bytes_.size(), &none), STRATUS_INVALID_ARGUMENT,
-                   "a multiple of 64 bytes");
+    expect_refused(stratus_table_open_memory(odd, bytes_.size(), &none), "a multiple of 64 bytes");
 }
 
 TEST_F(PackedInC, AreRefusedInWords) {
     stratus_table* table = nullptr;
     const std::filesystem::path no_table = folder_ / "no_table.stratus";
-    stratus::test::set_content(no_table, "no table");
-    expect_refused(stratus_table_open(no_table.c_str(), &table), STRATUS_FAILED,
-                   "no_table.stratus");
+    set_content(no_table, "no table");
+    expect_refused(stratus_table_open(no_table.c_str(), &table), "no_table.stratus",
+                   STRATUS_FAILED);
     EXPECT_EQ(table, nullptr);
 
     const float x = 0.5f;
@@ -167,18 +156,15 @@ TEST_F(PackedInC, AreRefusedInWords) {
     const Handle packed = opened(path_);
     const auto refused = [&](const stratus_table* of, const float* depth, float* to,
                              const char* part) {
-        expect_refused(stratus_table_reflection_many(of, 1, depth, &x, &x, &x, &x, to),
-                       STRATUS_INVALID_ARGUMENT, part);
-        expect_refused(stratus_table_transmission_many(of, 1, depth, &x, &x, &x, &x, to),
-                       STRATUS_INVALID_ARGUMENT, part);
+        expect_refused(stratus_table_reflection_many(of, 1, depth, &x, &x, &x, &x, to), part);
+        expect_refused(stratus_table_transmission_many(of, 1, depth, &x, &x, &x, &x, to), part);
     };
     refused(nullptr, &x, &total, "table must be given");
     refused(packed.get(), nullptr, &total, "every array must be given");
     refused(packed.get(), &x, nullptr, "every array must be given");
-    EXPECT_EQ(stratus_table_reflection_many(packed.get(), 0, nullptr, nullptr, nullptr, nullptr,
-                                            nullptr, nullptr),
-              STRATUS_OK);
-    stratus::write_table(make_synthetic_table(), folder_ / "table.h5");
+    check_ok(stratus_table_reflection_many(packed.get(), 0, nullptr, nullptr, nullptr, nullptr,
+                                           nullptr, nullptr));
+    write_table(make_synthetic_table(), folder_ / "table.h5");
     const Handle dense = opened(folder_ / "table.h5");
     refused(dense.get(), &x, &total, "table must be a packed one, got one with samples");
     EXPECT_EQ(total, 0);
@@ -188,25 +174,25 @@ TEST_F(PackedInC, AreRefusedInWords) {
 class MixedInC : public testing::TestWithParam<const char*> {
   protected:
     MixedInC() {
-        stratus::test::SyntheticOptions other;
+        SyntheticOptions other;
         other.phase_function = "henyey_greenstein:g=0.3";
-        table_ = stratus::mixed(make_synthetic_table(), make_synthetic_table(other));
+        table_ = mixed(make_synthetic_table(), make_synthetic_table(other));
         const std::filesystem::path path = folder_ / GetParam();
         if (path.extension() == ".h5")
-            stratus::write_table(table_, path);
+            write_table(table_, path);
         else {
-            const std::vector<char> bytes = stratus::pack(table_);
-            stratus::test::set_content(path, {bytes.begin(), bytes.end()});
-            packed_ = std::make_unique<stratus::PackedTable>(bytes);
+            const std::vector<char> bytes = pack(table_);
+            set_content(path, {bytes.begin(), bytes.end()});
+            packed_ = std::make_unique<PackedTable>(bytes);
         }
         all_ = opened(path);
     }
 
-    stratus::TableView view() const { return packed_ ? packed_->view() : table_.view(); }
+    TableView view() const { return packed_ ? packed_->view() : table_.view(); }
 
-    const stratus::test::TemporaryFolder folder_;
-    stratus::Table table_;
-    std::unique_ptr<stratus::PackedTable> packed_;
+    const TemporaryFolder folder_;
+    Table table_;
+    std::unique_ptr<PackedTable> packed_;
     Handle all_{nullptr, &stratus_table_close};
 };
 
@@ -216,9 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Files, MixedInC, testing::Values("mixed.h5", "mixed.str
                          });
 
 TEST_P(MixedInC, AreLookedUpAtOneMixture) {
-    stratus_table_info info{};
-    info.size = sizeof info;
-    ASSERT_EQ(stratus_table_describe(all_.get(), &info), STRATUS_OK);
+    const stratus_table_info info = described(all_.get());
     EXPECT_EQ(info.mixture.lowest, 0);
     EXPECT_EQ(info.mixture.highest, 1);
     EXPECT_EQ(info.mixture.samples, 2u);
@@ -226,30 +210,28 @@ TEST_P(MixedInC, AreLookedUpAtOneMixture) {
                  "henyey_greenstein:g=0.3");
     stratus_table* one = nullptr;
     const double share = 0.3;
-    ASSERT_EQ(stratus_table_at(all_.get(), 1, &share, &one), STRATUS_OK) << stratus_last_error();
+    check_ok(stratus_table_at(all_.get(), 1, &share, &one));
     const Handle mixed(one, &stratus_table_close);
     all_.reset();  // samples are shared
     const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered r{}, t{};
-    ASSERT_EQ(stratus_table_reflection(one, 1, &point, &r), STRATUS_OK) << stratus_last_error();
-    ASSERT_EQ(stratus_table_transmission(one, 1, &point, &t), STRATUS_OK);
-    const stratus::TableView same = view().at({0.3});
-    EXPECT_EQ(r.single, stratus::reflection(same, 1, 0.8, {0.5, 0.7, 1}).single);
-    EXPECT_EQ(r.multiple, stratus::reflection(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
-    EXPECT_EQ(t.multiple, stratus::transmission(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
+    check_ok(stratus_table_reflection(one, 1, &point, &r));
+    check_ok(stratus_table_transmission(one, 1, &point, &t));
+    const TableView same = view().at({0.3});
+    EXPECT_EQ(r.single, reflection(same, 1, 0.8, {0.5, 0.7, 1}).single);
+    EXPECT_EQ(r.multiple, reflection(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
+    EXPECT_EQ(t.multiple, transmission(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
     const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
     stratus_slice* slice = nullptr;
-    ASSERT_EQ(stratus_slice_bind(one, 3, depths, albedos, nullptr, &slice), STRATUS_OK)
-        << stratus_last_error();
+    check_ok(stratus_slice_bind(one, 3, depths, albedos, nullptr, &slice));
     float value[3] = {};
-    ASSERT_EQ(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, value), STRATUS_OK);
-    EXPECT_EQ(value[2], stratus::bind_rgb(same, depths, albedos).reflection(0.5f, 0.7f, 1).b);
+    check_ok(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, value));
+    EXPECT_EQ(value[2], bind_rgb(same, depths, albedos).reflection(0.5f, 0.7f, 1).b);
     stratus_slice_free(slice);
     if (!packed_) return;
     const float depth = 0.8f, w = 1, mu = 0.5f, mu_out = 0.7f, azimuth = 1;
     float total = 0, expected = 0;
-    ASSERT_EQ(stratus_table_reflection_many(one, 1, &depth, &w, &mu, &mu_out, &azimuth, &total),
-              STRATUS_OK);
+    check_ok(stratus_table_reflection_many(one, 1, &depth, &w, &mu, &mu_out, &azimuth, &total));
     packed_->reflection({&w, &depth, &mu, &mu_out, &azimuth, 1}, &expected, 0.3);
     EXPECT_EQ(total, expected);
 }
@@ -257,16 +239,15 @@ TEST_P(MixedInC, AreLookedUpAtOneMixture) {
 TEST_P(MixedInC, TellTheirFamily) {
     const char* name = nullptr;
     stratus_range range{};
-    ASSERT_EQ(stratus_table_family(all_.get(), 0, &name, &range), STRATUS_OK);
+    check_ok(stratus_table_family(all_.get(), 0, &name, &range));
     EXPECT_STREQ(name, "mixture");
     EXPECT_EQ(range.highest, 1);
     EXPECT_EQ(range.samples, 2u);
-    expect_refused(stratus_table_family(all_.get(), 1, &name, &range), STRATUS_INVALID_ARGUMENT,
+    expect_refused(stratus_table_family(all_.get(), 1, &name, &range),
                    "axis must be below 1, got 1");
     const double two[] = {0.3, 0.4};
     stratus_table* chosen = nullptr;
-    expect_refused(stratus_table_at(all_.get(), 2, two, &chosen), STRATUS_INVALID_ARGUMENT,
-                   "got 2");
+    expect_refused(stratus_table_at(all_.get(), 2, two, &chosen), "got 2");
     EXPECT_EQ(chosen, nullptr);
 }
 
@@ -274,41 +255,37 @@ TEST_P(MixedInC, AreRefusedAtNone) {
     const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered value{};
     expect_refused(stratus_table_reflection(all_.get(), 1, &point, &value),
-                   STRATUS_INVALID_ARGUMENT,
                    "table must be of one point of its family, by stratus_table_at()");
     const double one = 1;
     stratus_slice* slice = nullptr;
     expect_refused(stratus_slice_bind(all_.get(), 1, &one, &one, nullptr, &slice),
-                   STRATUS_INVALID_ARGUMENT, "stratus_table_at");
+                   "stratus_table_at");
     stratus_table* mixed = nullptr;
-    for (const double share : {1.5, -0.1, std::nan("")})
-        expect_refused(stratus_table_at(all_.get(), 1, &share, &mixed), STRATUS_INVALID_ARGUMENT,
+    for (const double share : {1.5, -0.1, double{NAN}})
+        expect_refused(stratus_table_at(all_.get(), 1, &share, &mixed),
                        "mixture must be in [0, 1]");
-    expect_refused(stratus_table_at(nullptr, 1, &one, &mixed), STRATUS_INVALID_ARGUMENT,
-                   "table must be given");
+    expect_refused(stratus_table_at(nullptr, 1, &one, &mixed), "table must be given");
     EXPECT_EQ(mixed, nullptr);
 }
 
 TEST(StacksInC, ScatterOnce) {
     const stratus_layer layers[2] = {{"rayleigh", 1, 0.1}, {"henyey_greenstein:g=0.7", 0.9, 0.4}};
-    const std::vector<stratus::StackLayer> same = {
-        {stratus::parse_phase_function("rayleigh"), 1, 0.1},
-        {stratus::parse_phase_function("henyey_greenstein:g=0.7"), 0.9, 0.4}};
+    const std::vector<StackLayer> same = {
+        {parse_phase_function("rayleigh"), 1, 0.1},
+        {parse_phase_function("henyey_greenstein:g=0.7"), 0.9, 0.4}};
     stratus_slice* slice = nullptr;
-    ASSERT_EQ(stratus_slice_bind_single_stack(2, layers, 1, nullptr, &slice), STRATUS_OK)
-        << stratus_last_error();
+    check_ok(stratus_slice_bind_single_stack(2, layers, 1, nullptr, &slice));
     float r = 0, t = 0;
-    ASSERT_EQ(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, &r), STRATUS_OK);
-    ASSERT_EQ(stratus_slice_transmission(slice, 0.5f, 0.7f, 1, &t), STRATUS_OK);
-    const double single = stratus::stack_single_reflection(same, {0.5, 0.7, 1});
+    check_ok(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, &r));
+    check_ok(stratus_slice_transmission(slice, 0.5f, 0.7f, 1, &t));
+    const double single = stack_single_reflection(same, {0.5, 0.7, 1});
     EXPECT_NEAR(static_cast<double>(r), single, 1e-5 * single);  // single precision
-    const double through = stratus::stack_single_transmission(same, {0.5, 0.7, 1});
+    const double through = stack_single_transmission(same, {0.5, 0.7, 1});
     EXPECT_NEAR(static_cast<double>(t), through, 1e-5 * through);
     stratus_slice_free(slice);
 
     const auto refused = [&](std::size_t count, const stratus_layer* of, const char* part) {
-        expect_refused(stratus_slice_bind_single_stack(count, of, 1, nullptr, &slice),
-                       STRATUS_INVALID_ARGUMENT, part);
+        expect_refused(stratus_slice_bind_single_stack(count, of, 1, nullptr, &slice), part);
         EXPECT_EQ(slice, nullptr);
     };
     refused(0, layers, "layer_count must be at least 1, got 0");
@@ -322,3 +299,4 @@ TEST(StacksInC, ScatterOnce) {
 }
 
 }  // namespace
+}  // namespace stratus::test

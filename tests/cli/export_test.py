@@ -1,6 +1,7 @@
 """stratus export: every format of tables and stacks, what it says, and every refusal."""
 
 import re
+import struct
 
 from expect import *
 
@@ -81,6 +82,24 @@ expect_says(read("haze.bsdf"),
 write("free.toml", read(haze).partition("\n[below]")[0])
 export("free.toml free.toml free.toml --over 0.1,0.2,0.3 --nodes 16 --format tensor-rgb -o m.bsdf")
 
+# --- grounds with laws, one for each colour: the samples of a slice are what `solve --over` answers
+
+grounds = "ocean:wind=5", "rpv:rho0=0.1,k=0.8,theta=-0.1", "table:file=full.stratus,optical_depth=1,albedo=0.9"
+expect_ok("pack full.h5 -o full.stratus --quiet")
+write_stack("haze.toml", low)
+export("haze.toml --over " + " --over ".join(grounds) + " --nodes 16 --format slice -o grounds.safetensors --quiet")
+data = Path("grounds.safetensors").read_bytes()
+start_of_arrays = 8 + int.from_bytes(data[:8], "little")
+samples = start_of_arrays + json.loads(data[8:start_of_arrays])["reflection"]["data_offsets"][0]
+mu = [math.sin(math.pi / 2 * k / 63) ** 2 for k in range(64)]
+places = [(20, 40, 10), (50, 15, 64), (45, 44, 1)]
+write("query.csv", "mu_in,mu_out,azimuth_deg", *(f"{mu[i]},{mu[o]},{a * 180 / 64}" for i, o, a in places))
+for colour, ground in enumerate(grounds):
+    solved = expect_ok(f"solve --phase henyey_greenstein:g=0.35 --albedo 0.9 --optical-depth 1 --over {ground} --nodes 16 --query query.csv")
+    for row, (i, o, a) in zip(solved.rows, places):
+        sample, = struct.unpack_from("<f", data, samples + 4 * (((colour * 64 + i) * 64 + o) * 65 + a))
+        expect_near(sample / (mu[i] + mu[o]), row.reflection, 1e-6 * row.reflection)
+
 expect_ok("export --help", out="stratus export baked/saturn_rings.stratus | solved again | fourier | exr-atlas")
 
 # --- refusals
@@ -100,6 +119,10 @@ expect_refused(
     "full.h5 free.toml full.h5 --optical-depth 1 --albedo 1 => alone",
     "free.toml --optical-depth 1 => --optical-depth | left out | 1",
     f"{haze} --over 0.5 => --over | on something | 0.5",
+    "free.toml --over 1.5 => albedo | [0, 1] | 1.5",
+    "free.toml --over ocean:wind=99 => wind | [0, 50] | 99",
+    "free.toml --over 0.1,0.2 => --over | three | 2",
+    "free.toml --over ocean:wind=5 --over 0.1 => --over | three | 2",
     "full.h5 --optical-depth inf --albedo 1 --over 0.5 => --over | infinite | 0.5",
     "full.h5 --optical-depth 1 --albedo 1 --nodes 0 => --nodes | [1, 512] | 0",
     "coloured.toml coloured.toml 0.4.toml => coloured.toml, line 1 | without lists of three",

@@ -2,20 +2,17 @@
 // within two of them as should, whatever is fitted by whichever model.
 #include "observed_clouds.h"
 #include "observed_rings.h"
+#include "row_name.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <ostream>
 #include <string>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::Circumstances;
-using test::Ring;
 
 constexpr int rings = 20, noises_per_ring = 10;
 
@@ -34,19 +31,17 @@ struct Mode {
     bool g2_free = false;
 };
 
-void PrintTo(const Mode& mode, std::ostream* out) { *out << mode.name; }
-
 std::vector<Observation> joined_views(std::vector<Observation> first,
                                       const std::vector<Observation>& second) {
     first.insert(first.end(), second.begin(), second.end());
     return first;
 }
 
-std::unique_ptr<LayerModel> ring_table_model() { return table_model(test::ring_table().view()); }
+std::unique_ptr<LayerModel> ring_table_model() { return table_model(ring_table().view()); }
 
 std::unique_ptr<LayerModel> one_kind_table_model() {
     static const Table table = [] {
-        Recipe recipe = test::ring_recipe();
+        Recipe recipe = ring_recipe();
         recipe.family.clear();
         return solve_table(recipe);
     }();
@@ -60,8 +55,8 @@ const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.4);  // where fits
 std::unique_ptr<LayerModel> solver_of_few_nodes() { return solver_model(spheres, lobe, 8); }
 
 std::vector<Mode> modes() {
-    const std::vector<Observation> both = test::views(true), lit = test::views(false);
-    const std::vector<Observation> occulted = joined_views(lit, test::occultations());
+    const std::vector<Observation> both = views(true), lit = views(false);
+    const std::vector<Observation> occulted = joined_views(lit, occultations());
     std::vector<Observation> few;
     for (const double mu_out : {0.35, 0.8})
         for (const double azimuth : {0.2, 1.4, 3.0})
@@ -83,7 +78,7 @@ std::vector<Mode> modes() {
         {"SingleScattering", single, both, once, {}, false, true},
         {"SingleScatteringOfDenseLayers", single, occulted, {true, 0.1, dense.opposition}},
         {"Solver", solver_of_few_nodes, few, {}, {fit_w1}, false, true},
-        {"Occultations", beam_model, test::occultations()},
+        {"Occultations", beam_model, occultations()},
     };
 }
 
@@ -124,13 +119,13 @@ TEST_P(FitCoverage, IsNominal) {
     for (int r = 0; r < rings; ++r) {
         const Ring ring = random_ring(mode, random);
         std::vector<Observation> views = mode.views;
-        test::solve_views(ring, views, mode.circumstances);
+        solve_views(ring, views, mode.circumstances);
         const FitOptions options = make_options(mode, ring);
         free = free_parameters(*model, views, options);
         const std::array<double, fit_parameters> truth{ring.optical_depth, ring.w1, ring.w2, 0,
                                                        ring.g2};
         for (int n = 0; n < noises_per_ring; ++n) {
-            const std::vector<Observation> observed = test::with_noise(views, random);
+            const std::vector<Observation> observed = with_noise(views, random);
             const Fit fit = fit_layer(*model, observed, options);
             for (std::size_t p = 0; p < fit_parameters; ++p)
                 within[p] +=
@@ -163,23 +158,22 @@ TEST_P(FitCoverage, IsNominal) {
     EXPECT_LE(refused, 2);  // a probability below 1e-3
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, FitCoverage, testing::ValuesIn(modes()),
-                         [](const auto& mode) { return mode.param.name; });
+INSTANTIATE_TEST_SUITE_P(Of, FitCoverage, testing::ValuesIn(modes()), row_name);
 
 TEST(FitCoverageOfClouds, IsNominal) {
-    const auto model = table_model(test::droplet_table().view());
+    const auto model = table_model(droplet_table().view());
     constexpr FitParameter fitted[] = {fit_optical_depth, fit_w1, fit_radius};
     std::mt19937 random(1990);
     std::uniform_real_distribution<double> uniform(0, 1);
     int within[std::size(fitted)] = {}, refused = 0;
     double chi_square = 0, degrees = 0;
     for (int c = 0; c < 20; ++c) {
-        const test::Cloud cloud{0.4 * std::pow(7, uniform(random)), 0.86 + 0.11 * uniform(random),
-                                0.24 * std::pow(1.8, uniform(random))};
-        const std::vector<Observation> exact = test::seen(cloud, test::cloud_views(true));
+        const Cloud cloud{0.4 * std::pow(7, uniform(random)), 0.86 + 0.11 * uniform(random),
+                          0.24 * std::pow(1.8, uniform(random))};
+        const std::vector<Observation> exact = seen(cloud, cloud_views(true));
         const double truth[] = {cloud.optical_depth, cloud.w, cloud.radius};
         for (int n = 0; n < 10; ++n) {
-            const Fit fit = fit_layer(*model, test::with_noise(exact, random));
+            const Fit fit = fit_layer(*model, with_noise(exact, random));
             for (std::size_t k = 0; k < std::size(fitted); ++k) {
                 const FittedValue& found = fit.estimate[fitted[k]];
                 within[k] += std::abs(found.value - truth[k]) <= 2 * found.sigma;
@@ -199,4 +193,4 @@ TEST(FitCoverageOfClouds, IsNominal) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

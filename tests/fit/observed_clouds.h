@@ -55,7 +55,7 @@ inline std::vector<Observation> cloud_views(bool is_spectrum) {
             for (const double azimuth : {0.3, 1.6, 2.9})
                 for (const Light light : {Light::reflected, Light::transmitted}) {
                     all.push_back({{0.7, mu_out, azimuth}, light, 0, 0});
-                    if (is_spectrum) all.back().known = {std::nan(""), wavelength};
+                    if (is_spectrum) all.back().known = {NAN, wavelength};
                 }
     return all;
 }
@@ -65,10 +65,8 @@ inline void solve_cloud_views(const PhaseFunction& phase_function, const Cloud& 
                               double wavelength, std::vector<Observation>& all) {
     std::vector<double> mu;
     for (const Observation& at : all) mu.insert(mu.end(), {at.geometry.mu_in, at.geometry.mu_out});
-    SolverOptions solver;
-    solver.nodes = 24;
     const LayerSolution solution =
-        solve_layer(phase_function, cloud.w, cloud.optical_depth, mu, solver);
+        solve_layer(phase_function, cloud.w, cloud.optical_depth, mu, SolverOptions{.nodes = 24});
     for (std::size_t i = 0; i < all.size(); ++i) {
         Observation& at = all[i];
         if (at.known.size() > 1 && at.known[1] != wavelength) continue;

@@ -72,12 +72,10 @@ inline void solve_views(const Ring& ring, std::vector<Observation>& views,
         mu.push_back(view.geometry.mu_in);
         mu.push_back(view.geometry.mu_out);
     }
-    SolverOptions solver;
-    solver.nodes = 24;
     const LayerSolution solution =
         solve_layer(PhaseFunction::mixture(ring.w1 / albedo, PhaseFunction::lambert_sphere(),
                                            PhaseFunction::henyey_greenstein(ring.g2)),
-                    albedo, depth, mu, solver);
+                    albedo, depth, mu, SolverOptions{.nodes = 24});
     for (std::size_t i = 0; i < views.size(); ++i) {
         Observation& view = views[i];
         const auto& [mu_in, mu_out, azimuth] = view.geometry;

@@ -5,6 +5,8 @@
 #include <stratus/base/angle.h>
 #include <stratus/io/csv.h>
 
+#include "row_name.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -93,7 +95,7 @@ TEST_P(SaturnProfile, IsAsBrightAsObserved) {
 INSTANTIATE_TEST_SUITE_P(In, SaturnProfile,
                          testing::Values(Colour{"red", 1.0}, Colour{"green", 0.97},
                                          Colour{"blue", 0.84}),
-                         [](const auto& colour) { return colour.param.name; });
+                         row_name);
 
 }  // namespace
 }  // namespace stratus

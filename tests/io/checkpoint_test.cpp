@@ -1,5 +1,6 @@
 #include <stratus/io/checkpoint.h>
 
+#include "refusal.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>

@@ -1,15 +1,15 @@
 #include <stratus/io/image.h>
 
+#include "refusal.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 Image ramp() {
@@ -20,28 +20,28 @@ Image ramp() {
 }
 
 TEST(ExrImage, RoundTripIsExact) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const Image image = ramp();
     write_exr_image(image, {{"scene", "title = 'x'"}}, folder / "a.exr");
     const Image read = read_exr_image(folder / "a.exr");
     EXPECT_EQ(read.width, 5);
     EXPECT_EQ(read.height, 3);
     EXPECT_EQ(read.rgb, image.rgb);
-    EXPECT_NE(test::content(folder / "a.exr").find("title = 'x'"), std::string::npos);
+    expect_holds(content(folder / "a.exr"), {"title = 'x'"});
 }
 
 TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.exr";
     write_exr_image(ramp(), {}, path);
     const std::uintmax_t file = std::filesystem::file_size(path);
     const std::uintmax_t pixels = ramp().rgb.size() * sizeof(float);
     const auto refusal_of = [&](std::uintmax_t max_memory) {
-        return test::refusal<std::runtime_error>([&] { read_exr_image(path, max_memory); });
+        return refusal<std::runtime_error>([&] { read_exr_image(path, max_memory); });
     };
     const auto starts = [&](const std::string& message, const std::string& reason) {
         EXPECT_TRUE(message.starts_with(path.string() + ": " + reason)) << message;
-        EXPECT_NE(message.find("more than the limit of "), std::string::npos) << message;
+        expect_holds(message, {"more than the limit of "});
     };
     starts(refusal_of(file - 1), "reading the file needs ");
     starts(refusal_of(file + pixels - 1), "reading the picture needs ");
@@ -49,15 +49,13 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
 }
 
 TEST(ExrImage, NamesAnUnreadableFile) {
-    const test::TemporaryFolder folder;
-    test::set_content(folder / "a.exr", "no picture");
-    EXPECT_NE(
-        test::refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }).find("a.exr"),
-        std::string::npos);
-    EXPECT_NE(
-        test::refusal<std::runtime_error>([&] { read_exr_image(folder / "b.exr"); }).find("b.exr"),
-        std::string::npos);
+    const TemporaryFolder folder;
+    set_content(folder / "a.exr", "no picture");
+    EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }).find("a.exr"),
+              std::string::npos);
+    EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "b.exr"); }).find("b.exr"),
+              std::string::npos);
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -5,6 +5,7 @@
 
 #include "sample_table.h"
 #include "temporary_folder.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
@@ -16,11 +17,10 @@
 #include <cstdlib>
 #include <iostream>
 #include <malloc.h>
-#include <string>
 #include <thread>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 constexpr int thread_count = 64;
@@ -31,13 +31,12 @@ struct Query {
 };
 
 std::vector<Query> random_queries() {
-    std::mt19937 random(64);
-    std::uniform_real_distribution<double> share(0, 1);
+    Uniform share(64);
     std::vector<Query> all(512);
     for (Query& at : all)
-        at = {share(random),
-              0.01 * std::pow(1000, share(random)),
-              {0.03 + 0.97 * share(random), 0.03 + 0.97 * share(random), 2 * pi * share(random)}};
+        at = {share(),
+              0.01 * std::pow(1000, share()),
+              {0.03 + 0.97 * share(), 0.03 + 0.97 * share(), 2 * pi * share()}};
     return all;
 }
 
@@ -74,10 +73,10 @@ double seconds_to_run() {
 }
 
 TEST(Load, OnManyThreadsChangesNeitherResultsNorHeapUse) {
-    const test::TemporaryFolder folder;
-    const Table table = test::sample_table({5, 8, true, 16, 16, 9});
+    const TemporaryFolder folder;
+    const Table table = sample_table({5, 8, true, 16, 16, 9});
     const std::vector<std::filesystem::path> paths{folder / "other.h5", folder / "other.exr"};
-    for (const auto& path : paths) write_table(test::sample_table({4, 6, true, 12, 12, 7}), path);
+    for (const auto& path : paths) write_table(sample_table({4, 6, true, 12, 12, 7}), path);
     const std::vector<Query> queries = random_queries();
     const std::vector<Answer> expected = answers(table.view(), queries);
 
@@ -120,4 +119,4 @@ TEST(Load, OnManyThreadsChangesNeitherResultsNorHeapUse) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -3,6 +3,7 @@
 
 #include <stratus/io/table_file.h>
 
+#include "refusal.h"
 #include "temporary_folder.h"
 
 #include <filesystem>

@@ -6,11 +6,9 @@
 
 #include "../table/table_equality.h"
 
-#include <gtest/gtest.h>
+#include "../base/uniform.h"
 
-#include <random>
-#include <string>
-#include <vector>
+#include <gtest/gtest.h>
 
 namespace stratus::test {
 
@@ -50,11 +48,10 @@ inline Table sample_table(const Shape& shape = {}) {
             table.extrapolation_lengths.push_back(0.8 + m / 7.0);
     }
 
-    std::mt19937 random(1982);
-    std::uniform_real_distribution<float> sample(-1e-3F, 2.0F);
+    Uniform<float> sample(1982, -1e-3F, 2.0F);
     const auto fill = [&](auto& values, std::size_t count) {
         values.resize(count);
-        for (auto& value : values) value = sample(random);
+        for (auto& value : values) value = sample();
     };
     const std::size_t albedos = table.member_count() * table.albedo.values.size();
     const std::size_t layers = albedos * table.optical_depth.values.size();

@@ -4,6 +4,7 @@
 // Runs 1000 mutations of each kind; with STRATUS_ALL_DAMAGE in the environment, 20000.
 #include <stratus/io/table_file.h>
 
+#include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
 
@@ -16,9 +17,7 @@
 #include <cstring>
 #include <exception>
 #include <random>
-#include <string>
 #include <unistd.h>
-#include <vector>
 
 /// HDF5 itself leaks memory on damaged files; of all tests of the program.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
@@ -80,10 +79,6 @@ struct Format {
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
-std::ostream& operator<<(std::ostream& stream, const Format& format) {
-    return stream << format.name;
-}
-
 class Damaged : public testing::TestWithParam<Format> {
   protected:
     /// Ends the program by SIGALRM if reading takes hundreds of times longer than usual.
@@ -110,7 +105,7 @@ class Damaged : public testing::TestWithParam<Format> {
 INSTANTIATE_TEST_SUITE_P(Formats, Damaged,
                          testing::Values(Format{"h5", io::encode_hdf5, io::decode_hdf5},
                                          Format{"exr", io::encode_exr, io::decode_exr}),
-                         [](const auto& row) { return row.param.name; });
+                         row_name);
 
 TEST_P(Damaged, IsRefusedWhenTruncated) {
     for (std::size_t length = 0; length < whole.size(); length += 512)

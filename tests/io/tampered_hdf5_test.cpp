@@ -3,6 +3,7 @@
 #include <stratus/io/table_file.h>
 
 #include "refusal_of_reading.h"
+#include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
 #include "temporary_folder.h"
@@ -13,7 +14,6 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
-#include <ostream>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,8 +28,6 @@ struct Tampering {
     std::function<void(hid_t file)> work;
     std::string reason;
 };
-
-std::ostream& operator<<(std::ostream& stream, const Tampering& row) { return stream << row.name; }
 
 /// Replaces the dataset `name` by a new one over `sizes`.
 void replace_dataset(hid_t file, const char* name, std::vector<hsize_t> sizes,
@@ -164,8 +162,7 @@ TEST_P(TamperedHdf5, IsRefused) {
     EXPECT_TRUE(message.starts_with(path.string() + ": " + GetParam().reason)) << message;
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, TamperedHdf5, testing::ValuesIn(tamperings),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(Files, TamperedHdf5, testing::ValuesIn(tamperings), row_name);
 
 TEST_F(Hdf5Table, SaysHowToSealWhatWasChangedOnPurpose) {
     tamper(change_sample);

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstddef>
 #include <random>
-#include <stdexcept>
 #include <vector>
 
 namespace stratus {
@@ -229,14 +228,13 @@ TEST(Opposition, IsSeenInALayerOfItsDensity) {
 }
 
 TEST(Opposition, RefusesNumbersOutOfRange) {
-    using Error = std::invalid_argument;
-    expect_refusal<Error>([] { Opposition::blinn(0); }, {"density", "(0, 1)", "got 0"});
-    expect_refusal<Error>([] { Opposition::blinn(1); }, {"density", "(0, 1)", "got 1"});
-    expect_refusal<Error>([] { Opposition::hapke(1.5); }, {"amplitude", "[0, 1]", "1.5"});
-    expect_refusal<Error>([] { Opposition::hapke(1, 0); }, {"width", "(0, inf)", "got 0"});
-    expect_refusal<Error>([] { seen_opposition(Opposition::blinn(), 0); },
-                          {"density", "(0, 1)", "got 0"});
-    expect_refusal<Error>([] { OppositionTable{Opposition::blinn()}; }, {"opposition.width"});
+    expect_refusal([] { Opposition::blinn(0); }, {"density must be in (0, 1), got 0"});
+    expect_refusal([] { Opposition::blinn(1); }, {"density must be in (0, 1), got 1"});
+    expect_refusal([] { Opposition::hapke(1.5); }, {"amplitude must be in [0, 1], got 1.5"});
+    expect_refusal([] { Opposition::hapke(1, 0); }, {"width must be in (0, inf), got 0"});
+    expect_refusal([] { seen_opposition(Opposition::blinn(), 0); },
+                   {"density must be in (0, 1), got 0"});
+    expect_refusal([] { OppositionTable{Opposition::blinn()}; }, {"opposition.width"});
 }
 
 }  // namespace

@@ -4,14 +4,13 @@
 #include <stratus/base/constants.h>
 #include <stratus/phase/phase_function.h>
 
+#include "../reference/discrete_ordinates.h"
+#include "csv_rows.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <functional>
-#include <map>
-#include <sstream>
-#include <string>
 
 namespace stratus {
 namespace {
@@ -19,47 +18,22 @@ namespace {
 const double scattering_cosines[] = {0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
 const double scattering_depths[] = {1e-6, 0.01, 0.3, 1.0, 7.0, 40.0};
 
-const std::map<std::string, std::string>& reference_phase_functions() {
-    static const std::map<std::string, std::string> text = {
-        {"iso", "isotropic"},
-        {"rayl", "rayleigh"},
-        {"lin", "anisotropic:x=-0.5"},
-        {"lambert", "lambert_sphere"},
-        {"hg50", "henyey_greenstein:g=0.5"},
-        {"hg75", "henyey_greenstein:g=0.75"},
-        {"hg85", "henyey_greenstein:g=0.85"},
-        {"hg95", "henyey_greenstein:g=0.95"},
-        {"dhg", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5"},
-    };
-    return text;
-}
-
 TEST(SingleScattering, EqualsTheReferenceRows) {
-    std::ifstream file(STRATUS_REFERENCE_FOLDER "/single_scattering.csv");
-    std::string line;
-    int rows = 0;
-    while (std::getline(file, line)) {
-        if (line[0] == '#' || line.rfind("phase,", 0) == 0) continue;
-        std::istringstream fields(line);
-        std::string phase;
-        std::getline(fields, phase, ',');
-        double w, tau, mu0, mu, azimuth_deg, r, t;
-        char comma;
-        fields >> w >> comma >> tau >> comma >> mu0 >> comma >> mu >> comma >> azimuth_deg;
-        fields >> comma >> r >> comma >> t;
-        ASSERT_FALSE(fields.fail()) << line;
-        const PhaseFunction phi = parse_phase_function(reference_phase_functions().at(phase));
-        const Geometry geometry{mu0, mu, radians(azimuth_deg)};
+    const std::vector<CsvRow> rows = csv_rows("single_scattering.csv");
+    EXPECT_GE(rows.size(), 40u);
+    for (const auto& [phase, row] : rows) {  // w tau mu0 mu dphi_deg R T
+        const PhaseFunction phi = test::reference_phase_function(phase);
+        const double w = row.at(0), tau = row.at(1), mu0 = row.at(2), mu = row.at(3);
+        const Geometry geometry{mu0, mu, radians(row.at(4))};
         const double up = phi(cos_scattering_angle_reflected(geometry));
         const double down = phi(cos_scattering_angle_transmitted(geometry));
         // 14 digits printed; where Theta is near 0 a peak of g = 0.95 adds the rounding of cos
         // Theta
-        EXPECT_NEAR(single_reflection(up, w, tau, mu0, mu) / r, 1, 4e-13) << line;
-        const double transmitted = single_transmission(down, w, tau, mu0, mu);
-        EXPECT_NEAR(transmitted, t, 4e-13 * std::abs(t)) << line;
-        ++rows;
+        EXPECT_NEAR(single_reflection(up, w, tau, mu0, mu) / row.at(5), 1, 4e-13) << phase;
+        EXPECT_NEAR(single_transmission(down, w, tau, mu0, mu), row.at(6),
+                    4e-13 * std::abs(row.at(6)))
+            << phase;
     }
-    EXPECT_GE(rows, 40);
 }
 
 TEST(SingleScattering, IsReciprocal) {

@@ -3,18 +3,17 @@
 
 #include "fourier_reader.h"
 #include "material_check.h"
+#include "refusal.h"
+#include "row_name.h"
 #include "solved_stack.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 FourierReader table_of(const Material& material) {
     return FourierReader(written(material, MaterialFormat::fourier));
@@ -78,26 +77,26 @@ TEST_P(FourierFile, IsTheSolverAtRandomPairs) {
 
 INSTANTIATE_TEST_SUITE_P(
     Layers, FourierFile,
-    testing::Values(
-        Case{"thin", layer("rayleigh", 1, 0.1)},
-        Case{"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
-        Case{"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
-        Case{"deep", layer("henyey_greenstein:g=0.85", 0.999, 100)},
-        Case{"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
-        Case{"rings",
-             layer("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5", 0.95, 1.5)},
-        Case{"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
-        Case{"stack", cloud_in_haze()}, Case{"stack_over_ground", over(cloud_in_haze(), 0.5)}),
-    [](const auto& info) { return std::string(info.param.name); });
+    testing::ValuesIn<Case>(
+        {{"thin", layer("rayleigh", 1, 0.1)},
+         {"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
+         {"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
+         {"deep", layer("henyey_greenstein:g=0.85", 0.999, 100)},
+         {"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
+         {"rings",
+          layer("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5", 0.95, 1.5)},
+         {"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
+         {"stack", cloud_in_haze()},
+         {"stack_over_ground", over(cloud_in_haze(), 0.5)}}),
+    row_name);
 
 // Another way to the same numbers, which knows no solver: forward and back, up and down.
 TEST(FourierTable, IsWhatPhotonsTell) {
     const PhaseFunction phase = parse_phase_function("henyey_greenstein:g=0.5");
     const FourierReader table = table_of({{{{{phase, 0.9, 1}}, {}}}, ""});
-    PhotonOptions options;
-    options.photons = 200'000;
     const std::vector<Geometry> geometries{{0.6, 0.8, 0.1}, {0.6, 0.3, 2.9}, {0.6, 0.5, 1.6}};
-    const PhotonSolution photons = solve_photons(phase, 0.9, 1, geometries, options);
+    const PhotonSolution photons =
+        solve_photons(phase, 0.9, 1, geometries, PhotonOptions{.photons = 200'000});
     for (std::size_t k = 0; k < geometries.size(); ++k) {
         const PhotonValue &R = photons.geometries[k].reflection,
                           &T = photons.geometries[k].transmission;
@@ -155,10 +154,11 @@ TEST(FourierTable, KeepsMeansAtMostEight) {
 }
 
 TEST(FourierTable, RefusesAPeakThatItsSamplerCannotDraw) {
-    const std::string said = refusal<std::invalid_argument>([] {
-        make_material({{layer("henyey_greenstein:g=0.97", 1, 1)}, ""}, MaterialFormat::fourier);
-    });
-    EXPECT_NE(said.find("at most 8, got "), std::string::npos) << said;
+    expect_refusal(
+        [] {
+            make_material({{layer("henyey_greenstein:g=0.97", 1, 1)}, ""}, MaterialFormat::fourier);
+        },
+        {"at most 8, got "});
 }
 
 TEST(FourierTable, HoldsRedGreenAndBlue) {
@@ -201,8 +201,7 @@ TEST(FourierTable, HasTheLayoutThatReadersExpect) {
     EXPECT_NEAR(table.mean(half, half - 20), table.mean(half + 1, half - 20),
                 0.05f * table.mean(half, half - 20));
     EXPECT_GT(table.mean(half, half - 20), 0);
-    EXPECT_NE(table.text.find("A layer"), std::string::npos);
-    EXPECT_NE(table.text.find("Without the beam"), std::string::npos);
+    expect_holds(table.text, {"A layer", "Without the beam"});
 }
 
 // The peaks of droplets, straight on and straight back, are narrower than the steps between cosines.
@@ -240,10 +239,10 @@ TEST(FourierTable, TellsThatTheBeamIsNotInIt) {
         return make_material({{stack}, ""}, MaterialFormat::fourier).notes;
     };
     ASSERT_EQ(notes(layer("isotropic", 1, 0.5)).size(), 1);
-    EXPECT_NE(notes(layer("isotropic", 1, 0.5))[0].find("tau = 0.5"), std::string::npos);
+    expect_holds(notes(layer("isotropic", 1, 0.5))[0], {"tau = 0.5"});
     EXPECT_TRUE(notes(layer("isotropic", 1, infinity)).empty());
     EXPECT_TRUE(notes(over(layer("isotropic", 1, 0.5), 0.2)).empty());
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <stratus/base/constants.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/material/material.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
@@ -13,8 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
-#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -96,7 +93,7 @@ class Errors {
     double quantile(double share) {
         std::sort(all_.begin(), all_.end());
         return all_.empty()
-                   ? std::numeric_limits<double>::quiet_NaN()
+                   ? NAN
                    : all_[static_cast<std::size_t>(share * static_cast<double>(all_.size() - 1))];
     }
 

@@ -2,16 +2,12 @@
 
 #include "material_check.h"
 #include "mqdiffuse_reader.h"
+#include "refusal.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <stdexcept>
-
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 MqdiffuseReader grid_of(const Stack& stack) {
     const TemporaryFolder folder;
@@ -72,11 +68,11 @@ TEST(Mqdiffuse, LosesNoLightInAWhiteFurnace) {
 
 TEST(Mqdiffuse, RefusesColours) {
     const Stack grey = layer("isotropic", 0.9, 1);
-    EXPECT_EQ(refusal<std::invalid_argument>([&] {
+    EXPECT_EQ(refusal([&] {
                   make_material({{grey, grey, grey}, ""}, MaterialFormat::netcdf);
               }),
               "export: colours of netcdf must be one, it holds grey, got 3");
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -1,4 +1,5 @@
 // Slices, read as their layout says, beside the solver.
+#include "row_name.h"
 #include "slice_reader.h"
 
 #include "material_check.h"
@@ -10,10 +11,8 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 /// A layer whose slice is to be close to the solver.
 struct Row {
@@ -21,8 +20,6 @@ struct Row {
     Stack stack;
     double median, most;  // 99 %
 };
-
-std::string row_name(const testing::TestParamInfo<Row>& row) { return row.param.name; }
 
 class SliceFile : public testing::TestWithParam<Row> {};
 
@@ -134,4 +131,4 @@ TEST(SliceFile, HoldsColoursAndStacks) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

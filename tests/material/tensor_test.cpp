@@ -1,6 +1,9 @@
 #include <stratus/material/material.h>
+#include <stratus/table/ground.h>
 
 #include "material_check.h"
+#include "refusal.h"
+#include "row_name.h"
 #include "solved_stack.h"
 #include "tensor_reader.h"
 
@@ -8,10 +11,8 @@
 
 #include <cmath>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using namespace test;
 
 TensorReader table_of(const Material& material, MaterialFormat format = MaterialFormat::tensor) {
     return TensorReader(written(material, format));
@@ -47,17 +48,17 @@ TEST_P(TensorFile, IsTheSolverAtRandomPairs) {
 
 INSTANTIATE_TEST_SUITE_P(
     Layers, TensorFile,
-    testing::Values(Case{"thin", layer("rayleigh", 1, 0.1)},
-                    Case{"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
-                    Case{"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
-                    Case{"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
-                    Case{"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
-                    Case{"stack_over_ground",
-                         over({{{parse_phase_function("rayleigh"), 1, 0.2},
-                                {parse_phase_function("henyey_greenstein:g=0.7"), 0.98, 2}},
-                               {}},
-                              0.5)}),
-    [](const auto& info) { return std::string(info.param.name); });
+    testing::ValuesIn<Case>(
+        {{"thin", layer("rayleigh", 1, 0.1)},
+         {"forward", layer("henyey_greenstein:g=0.5", 0.9, 1)},
+         {"peaked", layer("henyey_greenstein:g=0.85", 1, 1)},
+         {"endless", layer("henyey_greenstein:g=0.5", 0.9, infinity)},
+         {"over_sea", {layer("rayleigh", 1, 0.2).layers, read_ground("ocean:wind=5")}},
+         {"stack_over_ground", over({{{parse_phase_function("rayleigh"), 1, 0.2},
+                                      {parse_phase_function("henyey_greenstein:g=0.7"), 0.98, 2}},
+                                     {}},
+                                    0.5)}}),
+    row_name);
 
 /// The integral of f cos over wi: cosines even in their square root.
 double albedo_of(const TensorReader& table, double mu_o) {
@@ -213,7 +214,7 @@ TEST(TensorTable, HasTheShapesThatReadersExpect) {
     EXPECT_EQ(shape("luminance"), (Shape{1, 96, 96, 96}));
     EXPECT_EQ(shape("spectra"), (Shape{1, 96, 1, 96, 96}));
     EXPECT_EQ(table.fields.at("jacobian").text, std::string(1, '\1'));
-    EXPECT_NE(table.fields.at("description").text.find("A layer"), std::string::npos);
+    expect_holds(table.fields.at("description").text, {"A layer"});
     for (const float value : table.fields.at("luminance").values) ASSERT_GT(value, 0);
 }
 
@@ -223,10 +224,10 @@ TEST(TensorTable, TellsWhatIsNotInIt) {
     };
     const std::vector<std::string> said = notes(layer("isotropic", 1, 0.5));
     ASSERT_EQ(said.size(), 2);
-    EXPECT_NE(said[0].find("beam"), std::string::npos);
-    EXPECT_NE(said[1].find("transmission"), std::string::npos);
+    expect_holds(said[0], {"beam"});
+    expect_holds(said[1], {"transmission"});
     EXPECT_TRUE(notes(over(layer("isotropic", 1, 0.5), 0.2)).empty());
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -7,14 +7,14 @@
 #include "phase/droplet_sizes.h"
 #include "phase/mie_scattering.h"
 
+#include "csv_rows.h"
+#include "row_name.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <fstream>
-#include <sstream>
-#include <string>
 #include <vector>
 
 namespace stratus {
@@ -47,25 +47,25 @@ TEST_P(PublishedSphere, HasItsEfficiencyAndAsymmetry) {
 // index 1.5 from Appl. Opt. 19, 1505 (1980).
 INSTANTIATE_TEST_SUITE_P(
     Wiscombe, PublishedSphere,
-    testing::Values(Published{"LightSmaller", {0.75, 0}, 0.099, 7e-6, 1e-6, 0.001448},
-                    Published{"LightSmall", {0.75, 0}, 0.101, 8e-6, 1e-6, 0.001507},
-                    Published{"Light", {0.75, 0}, 10, 2.232265, 1e-6, 0.896473},
-                    Published{"LightLarge", {0.75, 0}, 1000, 1.997908, 1e-6, 0.844944},
-                    Published{"Water", {1.33, 1e-5}, 1, 0.093923, 1e-6, 0.184517},
-                    Published{"WaterLarge", {1.33, 1e-5}, 100, 2.096594, 1e-6, 0.868959},
-                    Published{"WaterHuge", {1.33, 1e-5}, 10000, 1.723857, 1e-6, 0.907840},
-                    Published{"DarkSmall", {1.5, 1}, 0.055, 1.1e-5, 1e-6, 0.000491},
-                    Published{"Dark", {1.5, 1}, 1, 0.6634538, 1e-6, 0.192136},
-                    Published{"DarkLarge", {1.5, 1}, 100, 1.283697, 1e-6, 0.850252},
-                    Published{"DarkHuge", {1.5, 1}, 10000, 1.236575, 1e-6, 0.846310},
-                    Published{"Metal", {10, 10}, 1, 2.049405, 1e-6, -0.110664},
-                    Published{"MetalLarge", {10, 10}, 100, 1.836785, 1e-6, 0.556215},
-                    Published{"MetalHuge", {10, 10}, 10000, 1.795393, 1e-6, 0.548194},
-                    Published{"Glass", {1.5, 0}, 10, 2.8820, 1e-4, std::nan("")},
-                    Published{"GlassLarge", {1.5, 0}, 100, 2.0944, 1e-4, std::nan("")},
-                    Published{"GlassLarger", {1.5, 0}, 1000, 2.0139, 1e-4, std::nan("")},
-                    Published{"GlassHuge", {1.5, 0}, 5000, 2.0086, 1e-4, std::nan("")}),
-    [](const auto& row) { return row.param.name; });
+    testing::ValuesIn<Published>({{"LightSmaller", {0.75, 0}, 0.099, 7e-6, 1e-6, 0.001448},
+                                  {"LightSmall", {0.75, 0}, 0.101, 8e-6, 1e-6, 0.001507},
+                                  {"Light", {0.75, 0}, 10, 2.232265, 1e-6, 0.896473},
+                                  {"LightLarge", {0.75, 0}, 1000, 1.997908, 1e-6, 0.844944},
+                                  {"Water", {1.33, 1e-5}, 1, 0.093923, 1e-6, 0.184517},
+                                  {"WaterLarge", {1.33, 1e-5}, 100, 2.096594, 1e-6, 0.868959},
+                                  {"WaterHuge", {1.33, 1e-5}, 10000, 1.723857, 1e-6, 0.907840},
+                                  {"DarkSmall", {1.5, 1}, 0.055, 1.1e-5, 1e-6, 0.000491},
+                                  {"Dark", {1.5, 1}, 1, 0.6634538, 1e-6, 0.192136},
+                                  {"DarkLarge", {1.5, 1}, 100, 1.283697, 1e-6, 0.850252},
+                                  {"DarkHuge", {1.5, 1}, 10000, 1.236575, 1e-6, 0.846310},
+                                  {"Metal", {10, 10}, 1, 2.049405, 1e-6, -0.110664},
+                                  {"MetalLarge", {10, 10}, 100, 1.836785, 1e-6, 0.556215},
+                                  {"MetalHuge", {10, 10}, 10000, 1.795393, 1e-6, 0.548194},
+                                  {"Glass", {1.5, 0}, 10, 2.8820, 1e-4, NAN},
+                                  {"GlassLarge", {1.5, 0}, 100, 2.0944, 1e-4, NAN},
+                                  {"GlassLarger", {1.5, 0}, 1000, 2.0139, 1e-4, NAN},
+                                  {"GlassHuge", {1.5, 0}, 5000, 2.0086, 1e-4, NAN}}),
+    row_name);
 
 TEST(MieAmplitudes, ArePublishedOnesAtThirtyDegreeSteps) {
     // The same, case 14: x = 1, m = 1.5 + i; our amplitudes for exp(-i omega t) are the conjugates.
@@ -236,22 +236,13 @@ TEST(SizesOf, AreDenseEnough) {
 // ---- A cloud of 10 um
 
 TEST(WaterCloud, HasIndependentlyComputedMoments) {
-    std::ifstream file(STRATUS_REFERENCE_FOLDER "/water_cloud_10um_moments.csv");
     // of the index of Hale and Querry (1973) at 0.55 um
     const std::vector<double> chi =
         parse_phase_function("mie:radius=10um,variance=0.1,index=1.333+1.96e-9i").moments(768);
-    std::string line;
-    int rows = 0;
-    while (std::getline(file, line)) {
-        std::size_t l;
-        double expected;
-        char comma;
-        if (!(std::istringstream(line) >> l >> comma >> expected)) continue;  // comments, header
-        // both sample sizes, between which resonances lie: see SizesOf.AreDenseEnough; here all 768
-        EXPECT_NEAR(chi[l], expected, 3e-4) << "l = " << l;
-        ++rows;
-    }
-    EXPECT_EQ(rows, 768);
+    const std::vector<CsvRow> rows = csv_rows("water_cloud_10um_moments.csv");
+    ASSERT_EQ(rows.size(), 768u);
+    // both sample sizes, between which resonances lie: see SizesOf.AreDenseEnough; here all 768
+    for (std::size_t l = 0; l < 768; ++l) EXPECT_NEAR(chi[l], rows[l].numbers.at(1), 3e-4) << l;
 }
 
 TEST(WaterCloud, HasTheKnownFeatures) {
@@ -290,7 +281,7 @@ TEST(Mie, HasTheValuesOfItsSeries) {
 
 TEST(Mie, IsNotANumberAtNotANumber) {
     const PhaseFunction cloud = parse_phase_function("mie:radius=1um,index=1.33");
-    EXPECT_TRUE(std::isnan(std::get<Mie>(cloud.terms()[0].second)(std::nan(""))));
+    EXPECT_TRUE(std::isnan(std::get<Mie>(cloud.terms()[0].second)(NAN)));
 }
 
 TEST(Mie, IsTheSameWhetherComputedOrShared) {

@@ -3,6 +3,8 @@
 #include <stratus/base/angle.h>
 
 #include "refusal.h"
+#include "row_name.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +14,6 @@
 #include <cstring>
 #include <random>
 #include <sstream>
-#include <stdexcept>
 #include <vector>
 
 namespace stratus {
@@ -76,10 +77,9 @@ TEST_P(EveryPhaseFunction, ComesBackFromItsTextBitForBit) {
     const PhaseFunction before = phi();
     const PhaseFunction after = parse_phase_function(before.text());
     EXPECT_EQ(after.text(), before.text());
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> cosine(-1, 1);
+    Uniform cosine(7, -1, 1);
     for (int i = 0; i < 1000; ++i) {
-        const double c = cosine(random), one = before(c), other = after(c);
+        const double c = cosine(), one = before(c), other = after(c);
         EXPECT_EQ(std::memcmp(&one, &other, sizeof one), 0) << c;
     }
 }
@@ -98,31 +98,32 @@ TEST_P(EveryPhaseFunction, IsIsotropicOnlyWhenFlat) {
 
 INSTANTIATE_TEST_SUITE_P(
     Each, EveryPhaseFunction,
-    testing::Values(Case{"Isotropic", "isotropic", 0}, Case{"Rayleigh", "rayleigh", 0},
-                    Case{"Anisotropic", "anisotropic:x=0.5", -0.5 / 3},
-                    Case{"AnisotropicForward", "anisotropic:x=-1", 1.0 / 3},
-                    Case{"AnisotropicFlat", "anisotropic:x=0", 0},
-                    Case{"LambertSphere", "lambert_sphere", -4.0 / 9},
-                    Case{"HenyeyGreenstein", "henyey_greenstein:g=0.75", 0.75},
-                    Case{"HenyeyGreensteinBackward", "henyey_greenstein:g=-0.325", -0.325},
-                    Case{"HenyeyGreensteinFlat", "henyey_greenstein:g=0", 0},
-                    Case{"Moments", "moments:chi=1 0.6 0.3 0.1 0.02", 0.6},
-                    Case{"MomentsFlat", "moments:chi=1", 0},
-                    Case{"Tabulated", points, std::nan("")},
-                    Case{"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", std::nan("")},
-                    Case{"SmallDroplets", "mie:radius=0.15um,variance=0.1", std::nan("")},
-                    Case{"OneDroplet", "mie:radius=500nm,wavelength=1064nm,index=1.5+0.01i",
-                         std::nan("")},
-                    Case{"IceCrystals",
-                         "mie:radius=0.2um, variance=0.2, distribution=lognormal, material=ice, "
-                         "wavelength=2um",
-                         std::nan("")},
-                    Case{"Saturn", saturn, 0.5 * (0.404 - 0.596)},
-                    Case{"SumOfEveryKind",
-                         "0.1*rayleigh + 0.2*lambert_sphere + 0.3*henyey_greenstein:g=0.1 + "
-                         "0.15*tabulated:points=0 1/90 0/180 0.25 + 0.25*moments:chi=1 0.1",
-                         std::nan("")}),
-    [](const auto& row) { return row.param.name; });
+    testing::ValuesIn<Case>(
+        {{"Isotropic", "isotropic", 0},
+         {"Rayleigh", "rayleigh", 0},
+         {"Anisotropic", "anisotropic:x=0.5", -0.5 / 3},
+         {"AnisotropicForward", "anisotropic:x=-1", 1.0 / 3},
+         {"AnisotropicFlat", "anisotropic:x=0", 0},
+         {"LambertSphere", "lambert_sphere", -4.0 / 9},
+         {"HenyeyGreenstein", "henyey_greenstein:g=0.75", 0.75},
+         {"HenyeyGreensteinBackward", "henyey_greenstein:g=-0.325", -0.325},
+         {"HenyeyGreensteinFlat", "henyey_greenstein:g=0", 0},
+         {"Moments", "moments:chi=1 0.6 0.3 0.1 0.02", 0.6},
+         {"MomentsFlat", "moments:chi=1", 0},
+         {"Tabulated", points, NAN},
+         {"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", NAN},
+         {"SmallDroplets", "mie:radius=0.15um,variance=0.1", NAN},
+         {"OneDroplet", "mie:radius=500nm,wavelength=1064nm,index=1.5+0.01i", NAN},
+         {"IceCrystals",
+          "mie:radius=0.2um, variance=0.2, distribution=lognormal, material=ice, "
+          "wavelength=2um",
+          NAN},
+         {"Saturn", saturn, 0.5 * (0.404 - 0.596)},
+         {"SumOfEveryKind",
+          "0.1*rayleigh + 0.2*lambert_sphere + 0.3*henyey_greenstein:g=0.1 + "
+          "0.15*tabulated:points=0 1/90 0/180 0.25 + 0.25*moments:chi=1 0.1",
+          NAN}}),
+    row_name);
 
 // ---- Each kind
 
@@ -314,8 +315,7 @@ TEST(Tabulated, KeepsItsOptionsInItsText) {
     const PhaseFunction again = parse_phase_function(phi.text());
     for (const double c : {-1.0, -0.3, 0.95, 1.0}) EXPECT_EQ(again(c), phi(c));
     ASSERT_EQ(notes.size(), 1u);
-    EXPECT_NE(notes[0].find("below 5 and beyond 150 degrees"), std::string::npos) << notes[0];
-    EXPECT_NE(notes[0].find("fitted to the outer rows"), std::string::npos) << notes[0];
+    expect_holds(notes[0], {"below 5 and beyond 150 degrees", "fitted to the outer rows"});
 }
 
 TEST(Moments, MayBeSlightlyNegative) {
@@ -335,16 +335,13 @@ TEST(Moments, AreSoonChecked) {  // 16 s for 20,000 when each angle summed them 
     EXPECT_NEAR(phase(0.0) / PhaseFunction(HenyeyGreenstein(0.999))(0.0), 1, 1e-2);
 }
 
-TEST(Moments, AreRefusedWhereTheirSumIsNegative) {
+TEST(Moments, AreRefusedWhereTheirSumIsNegativeOrTheyAreMoreThan65536) {
     // 1 + 3 chi_1 cos x + 5 chi_2 P_2 is lowest between the angles of a coarse grid.
-    expect_refusal<std::invalid_argument>([] { Moments({1, 0.3, 0.9}); }, {"no lower than"});
-    expect_refusal<std::invalid_argument>([] { Moments({1, 0.5}); }, {"got -0.5"});
-}
-
-TEST(Moments, AreAtMost65536) {
+    expect_refusal([] { Moments({1, 0.3, 0.9}); }, {"no lower than"});
+    expect_refusal([] { Moments({1, 0.5}); }, {"got -0.5"});
     std::vector<double> chi(65'537);
     chi[0] = 1;
-    expect_refusal<std::invalid_argument>([&] { Moments{chi}; }, {"at most 65536", "got 65537"});
+    expect_refusal([&] { Moments{chi}; }, {"at most 65536 moments, got 65537"});
 }
 
 TEST(Moments, AreDividedByTheFirst) {
@@ -395,7 +392,7 @@ TEST(ParsePhaseFunction, NotesWeightsThatDidNotSumToOne) {
     std::vector<std::string> notes;
     parse_phase_function("0.5*rayleigh + 0.7*isotropic", &notes);
     ASSERT_EQ(notes.size(), 1u);
-    EXPECT_NE(notes[0].find("1.2"), std::string::npos) << notes[0];
+    expect_holds(notes[0], {"1.2"});
     notes.clear();
     parse_phase_function(saturn, &notes);
     EXPECT_TRUE(notes.empty());
@@ -439,147 +436,153 @@ TEST(PhaseFunction, HasACaption) {
 class ParsePhaseFunctionRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(ParsePhaseFunctionRefuses, NamingWhatIsWrong) {
-    expect_refusal<std::invalid_argument>([] { parse_phase_function(GetParam().text); },
-                                          GetParam().fragments);
+    expect_refusal([] { parse_phase_function(GetParam().text); }, GetParam().fragments);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Each, ParsePhaseFunctionRefuses,
-    testing::Values(
-        Refusal{"Nothing", "", {"phase function must stand here"}},
-        Refusal{
-            "UnknownName", "raleigh", {"'raleigh'", "did you mean 'rayleigh'", "lambert_sphere"}},
-        Refusal{"Initials", "HG:g=0.7", {"'HG'", "did you mean 'henyey_greenstein'"}},
-        Refusal{"FirstWord", "lambert", {"'lambert'", "did you mean 'lambert_sphere'"}},
-        Refusal{"UnknownKey", "henyey_greenstein:h=0.5", {"henyey_greenstein", "'h'", "'g'"}},
-        Refusal{"NearestKey", "tabulated:fiel=x.csv", {"'fiel'", "did you mean 'file'"}},
-        Refusal{"NoKey", "henyey_greenstein", {"henyey_greenstein needs g="}},
-        Refusal{"FileWithoutKey",
-                "tabulated:moon.csv",
-                {"must be written file=... or points=...", "got 'moon.csv'"}},
-        Refusal{"NoKeyAtAll", "tabulated", {"tabulated needs file=... or points=..."}},
-        Refusal{"NeedlessKey", "isotropic:g=0", {"isotropic takes no parameter", "g=0"}},
-        Refusal{"NoEquals", "henyey_greenstein:g 0.5", {"'='", "g", "0.5"}},
-        Refusal{"NoNumber", "henyey_greenstein:g=half", {"g must be a number", "half"}},
-        Refusal{"NotANumber", "henyey_greenstein:g=nan", {"g must be a number", "nan"}},
-        Refusal{"GOfOne", "henyey_greenstein:g=1", {"g", "(-1, 1)", "got 1"}},
-        Refusal{"GBelow", "henyey_greenstein:g=-1.5", {"g", "(-1, 1)", "got -1.5"}},
-        Refusal{"GInfinite", "henyey_greenstein:g=inf", {"g", "(-1, 1)", "got inf"}},
-        Refusal{"XAbove", "anisotropic:x=1.01", {"x", "[-1, 1]", "1.01"}},
-        Refusal{"TrailingWord", "rayleigh please", {"'please'", "'+'"}},
-        Refusal{"TrailingKey", "henyey_greenstein:g=0.5,g=0.2", {"',g=0.2'"}},
-        Refusal{"TrailingPlus", "rayleigh + ", {"phase function must stand here"}},
-        Refusal{"NoStar", "0.5 rayleigh", {"'*' must follow the weight 0.5", "'rayleigh'"}},
-        Refusal{"NegativeWeight", "-0.5*rayleigh", {"weight", "at least 0", "-0.5"}},
-        Refusal{"InfiniteWeight", "inf*rayleigh", {"weight", "finite", "inf"}},
-        Refusal{"NoWeightAtAll", "0*rayleigh + 0*isotropic", {"total weight", "above 0"}},
-        Refusal{"TwoPoints", "tabulated:points=0 1/180 1", {"at least 3 rows", "got 2"}},
-        Refusal{"HalfAPoint", "tabulated:points=0 1/90/180 1", {"value of a point", "'/180 1'"}},
-        Refusal{"Tail",
-                "tabulated:points=0 1/90 1/170 1,tail=flat",
-                {"tail must be hg or constant", "'flat'"}},
-        Refusal{"FewOuterRows",
-                "tabulated:points=0 1/90 1/130 2/170 3,tail=hg",
-                {"at least 4 rows within 40 degrees", "got 2"}},
-        Refusal{"DarkOuterRow",
-                "tabulated:points=0 1/140 1/150 2/160 0/170 3,tail=hg",
-                {"value (row 4)", "above 0 for tail=hg", "got 0"}},
-        Refusal{"BrightParticle",
-                "tabulated:points=0 1/90 1/180 1,geometric_albedo=0.3",
-                {"geometric_albedo", "[0, 0.25]", "got 0.3"}},
-        Refusal{"UnknownOption", "tabulated:points=0 1/90 1/180 1,tial=hg", {"tail"}},
-        Refusal{"DarkTable", "tabulated:points=0 0/90 0/180 0", {"above 0 somewhere"}},
-        Refusal{"UnsortedRow", "tabulated:points=0 1/90 1/80 1/180 1", {"row 3", "got 80"}},
-        Refusal{"ChiZero", "moments:chi=0.9 0.5", {"chi_0", "1", "0.9"}},
-        Refusal{"ChiAboveOne", "moments:chi=1 3.5", {"chi_1", "must be in [-1, 1], got 3.5"}},
-        Refusal{"WeightedChi",
-                "moments:chi=1 1.5 1",
-                {"chi_1", "[-1, 1], which (2 l + 1) chi_l divided by 2 l + 1 would be, got 1.5"}},
-        Refusal{"NegativeSeries", "moments:chi=1 0.5", {"-1e-3", "got -0.5"}},
-        Refusal{"NoChi", "moments:chi=", {"chi must be a number"}},
-        Refusal{"FileWithoutReader", "moments:file=haze.csv", {"moments", "must be chi", "'file'"}},
-        Refusal{"BareNumber",
-                "henyey_greenstein:0.5",
-                {"parameter of henyey_greenstein must be written g=0.5", "got '0.5'"}},
-        Refusal{"BareNegativeNumber",
-                "0.5*anisotropic: -0.5 + 0.5*rayleigh",
-                {"parameter of anisotropic must be written x=-0.5", "got '-0.5'"}},
-        Refusal{"NoRadius", "mie:variance=0.1", {"mie needs radius="}},
-        Refusal{"NoParameter", "mie", {"mie needs radius=... or variance=..."}},
-        Refusal{"UnknownParameter",
-                "mie:radius=1um,varience=0.1",
-                {"parameter of mie", "'varience'", "did you mean 'variance'"}},
-        Refusal{"ParameterTwice", "mie:radius=1um,radius=2um", {"radius", "once"}},
-        Refusal{"RadiusWithoutUnit", "mie:radius=1", {"radius", "unit", "um or nm", "got '1'"}},
-        Refusal{"WavelengthWithoutUnit",
-                "mie:radius=1um,wavelength=0.55",
-                {"wavelength", "unit", "um or nm", "got '0.55'"}},
-        Refusal{"NegativeRadius", "mie:radius=-1um", {"radius", "above 0", "got -1"}},
-        Refusal{"InfiniteRadius", "mie:radius=infum", {"radius"}},
-        Refusal{"NegativeVariance", "mie:radius=1um,variance=-0.1", {"variance", "got -0.1"}},
-        Refusal{"VarianceAbove",
-                "mie:radius=1um,variance=0.51",
-                {"variance", "0 or in [1e-6, 0.5]", "got 0.51"}},
-        Refusal{"NoWavelength", "mie:radius=1um,wavelength=0um", {"wavelength", "above 0"}},
-        Refusal{"WavelengthOfWater",
-                "mie:radius=1um,wavelength=5.1um",
-                {"wavelength", "[0.19010783, 5.046613] um in water", "got 5.1"}},
-        Refusal{"WavelengthOfIce",
-                "mie:radius=1um,material=ice,wavelength=240nm",
-                {"wavelength", "[0.25, 4]", "got 0.24"}},
-        Refusal{
-            "NegativeIndex", "mie:radius=1um,index=-1.33", {"index", "[0.01, 10]", "got -1.33"}},
-        Refusal{"TinyIndex", "mie:radius=1um,index=1e-300", {"index", "[0.01, 10]", "got 1e-300"}},
-        Refusal{"GainInIndex",
-                "mie:radius=1um,index=1.33-1e-6i",
-                {"imaginary part of index", "[0, 10]", "got -1e-06"}},
-        Refusal{"IndexOfVacuum", "mie:radius=1um,index=1", {"index", "from 1", "got 1"}},
-        Refusal{"IndexAndMaterial",
-                "mie:radius=1um,material=ice,index=1.3",
-                {"index", "absent", "material"}},
-        Refusal{"UnknownMaterial",
-                "mie:radius=1um,material=steam",
-                {"material", "water or ice", "'steam'"}},
-        Refusal{"UnknownDistribution",
-                "mie:radius=1um,variance=0.1,distribution=normal",
-                {"distribution", "gamma, lognormal, modified_gamma or", "'normal'"}},
-        Refusal{"DropletTooLarge",
-                "mie:radius=900um",
-                {"2 pi radius / wavelength", "at most 10000", "got 10281"}},
-        Refusal{"LargestDropletTooLarge",
-                "mie:radius=220um,variance=0.1",
-                {"largest droplet", "at most 10000"}},
-        Refusal{"DropletTooSmall", "mie:radius=1e-6um", {"at least 1e-4"}},
-        Refusal{"BareRadius", "mie:10um", {"must be written radius=10", "got '10'"}},
-        Refusal{"BareMoments", "moments:1 0.5", {"must be written chi=1", "got '1'"}}),
-    [](const auto& row) { return row.param.name; });
+    testing::ValuesIn<Refusal>(
+        {{"Nothing", "", {"phase function must stand here"}},
+         {"UnknownName", "raleigh", {"'raleigh'", "did you mean 'rayleigh'", "lambert_sphere"}},
+         {"Initials", "HG:g=0.7", {"'HG'; did you mean 'henyey_greenstein'"}},
+         {"FirstWord", "lambert", {"'lambert'", "did you mean 'lambert_sphere'"}},
+         {"UnknownKey", "henyey_greenstein:h=0.5", {"henyey_greenstein", "'h'", "'g'"}},
+         {"NearestKey", "tabulated:fiel=x.csv", {"'fiel'; did you mean 'file'"}},
+         {"NoKey", "henyey_greenstein", {"henyey_greenstein needs g="}},
+         {"FileWithoutKey",
+          "tabulated:moon.csv",
+          {"must be written file=... or points=..., got 'moon.csv'"}},
+         {"NoKeyAtAll", "tabulated", {"tabulated needs file=... or points=..."}},
+         {"NeedlessKey", "isotropic:g=0", {"isotropic takes no parameter, got 'g=0'"}},
+         {"NoEquals", "henyey_greenstein:g 0.5", {"'=' must follow g, got '0.5'"}},
+         {"NoNumber", "henyey_greenstein:g=half", {"g must be a number, got 'half'"}},
+         {"NotANumber", "henyey_greenstein:g=nan", {"g must be a number, got 'nan'"}},
+         {"GOfOne", "henyey_greenstein:g=1", {"henyey_greenstein: g must be in (-1, 1), got 1"}},
+         {"GBelow",
+          "henyey_greenstein:g=-1.5",
+          {"henyey_greenstein: g must be in (-1, 1), got -1.5"}},
+         {"GInfinite",
+          "henyey_greenstein:g=inf",
+          {"henyey_greenstein: g must be in (-1, 1), got inf"}},
+         {"XAbove", "anisotropic:x=1.01", {"x must be in [-1, 1], got 1.01"}},
+         {"TrailingWord", "rayleigh please", {"'please' must be '+'"}},
+         {"TrailingKey", "henyey_greenstein:g=0.5,g=0.2", {"',g=0.2'"}},
+         {"TrailingPlus", "rayleigh + ", {"phase function must stand here"}},
+         {"NoStar", "0.5 rayleigh", {"'*' must follow the weight 0.5, got 'rayleigh'"}},
+         {"NegativeWeight", "-0.5*rayleigh", {"weight must be finite and at least 0, got -0.5"}},
+         {"InfiniteWeight", "inf*rayleigh", {"weight must be finite and at least 0, got inf"}},
+         {"NoWeightAtAll", "0*rayleigh + 0*isotropic", {"total weight must be above 0"}},
+         {"TwoPoints", "tabulated:points=0 1/180 1", {"at least 3 rows, got 2"}},
+         {"HalfAPoint",
+          "tabulated:points=0 1/90/180 1",
+          {"value of a point must be a number, got '/180 1'"}},
+         {"Tail",
+          "tabulated:points=0 1/90 1/170 1,tail=flat",
+          {"tail must be hg or constant, got 'flat'"}},
+         {"FewOuterRows",
+          "tabulated:points=0 1/90 1/130 2/170 3,tail=hg",
+          {"at least 4 rows within 40 degrees of the ends that tail=hg continues, got 2"}},
+         {"DarkOuterRow",
+          "tabulated:points=0 1/140 1/150 2/160 0/170 3,tail=hg",
+          {"value (row 4) must be above 0 for tail=hg, got 0"}},
+         {"BrightParticle",
+          "tabulated:points=0 1/90 1/180 1,geometric_albedo=0.3",
+          {"geometric_albedo", "[0, 0.25]", "got 0.3"}},
+         {"UnknownOption", "tabulated:points=0 1/90 1/180 1,tial=hg", {"tail"}},
+         {"DarkTable", "tabulated:points=0 0/90 0/180 0", {"above 0 somewhere"}},
+         {"UnsortedRow",
+          "tabulated:points=0 1/90 1/80 1/180 1",
+          {"row 3) must be above the one before it, got 80"}},
+         {"ChiZero", "moments:chi=0.9 0.5", {"chi_0 must be 1 (to 1e-6), got 0.9"}},
+         {"ChiAboveOne", "moments:chi=1 3.5", {"chi_1 must be in [-1, 1], got 3.5"}},
+         {"WeightedChi",
+          "moments:chi=1 1.5 1",
+          {"chi_1 must be in [-1, 1], which (2 l + 1) chi_l divided by 2 l + 1 would be, got 1.5"}},
+         {"NegativeSeries", "moments:chi=1 0.5", {"-1e-3 of its largest value, got -0.5"}},
+         {"NoChi", "moments:chi=", {"chi must be a number"}},
+         {"FileWithoutReader", "moments:file=haze.csv", {"moments", "must be chi", "'file'"}},
+         {"BareNumber",
+          "henyey_greenstein:0.5",
+          {"parameter of henyey_greenstein must be written g=0.5, got '0.5'"}},
+         {"BareNegativeNumber",
+          "0.5*anisotropic: -0.5 + 0.5*rayleigh",
+          {"parameter of anisotropic must be written x=-0.5, got '-0.5'"}},
+         {"NoRadius", "mie:variance=0.1", {"mie needs radius="}},
+         {"NoParameter", "mie", {"mie needs radius=... or variance=..."}},
+         {"UnknownParameter",
+          "mie:radius=1um,varience=0.1",
+          {"parameter of mie", "'varience'", "did you mean 'variance'"}},
+         {"ParameterTwice",
+          "mie:radius=1um,radius=2um",
+          {"radius=1um,radius=2um': mie: radius must be given once"}},
+         {"RadiusWithoutUnit",
+          "mie:radius=1",
+          {"radius=1': mie: radius must have a unit, um or nm, as in radius=0.55um, got '1'"}},
+         {"WavelengthWithoutUnit",
+          "mie:radius=1um,wavelength=0.55",
+          {"wavelength", "unit", "um or nm", "got '0.55'"}},
+         {"NegativeRadius", "mie:radius=-1um", {"radius (um) must be above 0 and finite, got -1"}},
+         {"InfiniteRadius", "mie:radius=infum", {"radius"}},
+         {"NegativeVariance",
+          "mie:radius=1um,variance=-0.1",
+          {"variance must be 0 or in [1e-6, 0.5], got -0.1"}},
+         {"VarianceAbove",
+          "mie:radius=1um,variance=0.51",
+          {"variance must be 0 or in [1e-6, 0.5], got 0.51"}},
+         {"NoWavelength", "mie:radius=1um,wavelength=0um", {"wavelength (um) must be above 0"}},
+         {"WavelengthOfWater",
+          "mie:radius=1um,wavelength=5.1um",
+          {"wavelength must be in [0.19010783, 5.046613] um in water, got 5.1"}},
+         {"WavelengthOfIce",
+          "mie:radius=1um,material=ice,wavelength=240nm",
+          {"wavelength must be in [0.25, 4] um in ice, got 0.24"}},
+         {"NegativeIndex",
+          "mie:radius=1um,index=-1.33",
+          {"index must be in [0.01, 10], got -1.33"}},
+         {"TinyIndex", "mie:radius=1um,index=1e-300", {"index must be in [0.01, 10], got 1e-300"}},
+         {"GainInIndex",
+          "mie:radius=1um,index=1.33-1e-6i",
+          {"imaginary part of index, which absorbs, must be in [0, 10], got -1e-06"}},
+         {"IndexOfVacuum", "mie:radius=1um,index=1", {"index must be at least 1e-3 from 1, got 1"}},
+         {"IndexAndMaterial",
+          "mie:radius=1um,material=ice,index=1.3",
+          {"index=1.3': mie: index must be absent where material"}},
+         {"UnknownMaterial",
+          "mie:radius=1um,material=steam",
+          {"material=steam': mie: material must be water or ice, got 'steam'"}},
+         {"UnknownDistribution",
+          "mie:radius=1um,variance=0.1,distribution=normal",
+          {"distribution", "gamma, lognormal, modified_gamma or", "'normal'"}},
+         {"DropletTooLarge",
+          "mie:radius=900um",
+          {"2 pi radius / wavelength", "at most 10000", "got 10281"}},
+         {"LargestDropletTooLarge",
+          "mie:radius=220um,variance=0.1",
+          {"largest droplet must be at most 10000"}},
+         {"DropletTooSmall", "mie:radius=1e-6um", {"at least 1e-4"}},
+         {"BareRadius", "mie:10um", {"must be written radius=10, got '10'"}},
+         {"BareMoments", "moments:1 0.5", {"must be written chi=1, got '1'"}}}),
+    row_name);
 
-TEST(PhaseFunction, RefusesSumsWithoutWeight) {
+TEST(PhaseFunction, RefusesSumsWithoutWeightUnequalColumnsAndNoMoments) {
     const PhaseFunction phi;
-    expect_refusal<std::invalid_argument>([] { PhaseFunction::sum({}); }, {"total weight"});
-    expect_refusal<std::invalid_argument>(
+    expect_refusal([] { PhaseFunction::sum({}); }, {"total weight"});
+    expect_refusal(
         [&] {
             PhaseFunction::sum({{-1, phi}});
         },
-        {"weight", "-1"});
-    expect_refusal<std::invalid_argument>(
+        {"weight must be finite and at least 0, got -1"});
+    expect_refusal(
         [&] {
-            PhaseFunction::sum({{std::nan(""), phi}});
+            PhaseFunction::sum({{NAN, phi}});
         },
-        {"weight", "nan"});
-}
-
-TEST(PhaseFunction, RefusesTablesOfUnequalColumns) {
-    expect_refusal<std::invalid_argument>(
+        {"weight must be finite and at least 0, got nan"});
+    expect_refusal(
         [] {
             PhaseFunction::tabulated({0, 90, 180}, {1, 1});
         },
-        {"value", "as many", "got 2"});
-}
-
-TEST(PhaseFunction, RefusesACountOfZeroMoments) {
-    expect_refusal<std::invalid_argument>([] { PhaseFunction().moments(0); },
-                                          {"count", "at least 1", "got 0"});
+        {"value must be as many numbers as phase_angle_deg, got 2"});
+    expect_refusal([&] { phi.moments(0); }, {"count must be at least 1, got 0"});
 }
 
 TEST(PhaseFunction, IsIsotropicByDefault) {

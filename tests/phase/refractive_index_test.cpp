@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -122,17 +121,23 @@ TEST_P(WaterWithoutARow, IsFoundBetweenTheOthers) {
     EXPECT_GT(worst, 0.8 * band.worst);  // what is stated is what is met
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Bands, WaterWithoutARow,
-    testing::Values(Band{0.19, 0.3, 0.031, 0.11}, Band{0.3, 0.4, 0.0046, 0.011},
-                    Band{0.4, 0.7, 0.015, 0.053}, Band{0.7, 1.3, 0.017, 0.051},
-                    Band{1.3, 1.6, 0.043, 0.15}, Band{1.6, 1.8, 0.0085, 0.017},
-                    Band{1.8, 2.1, 0.045, 0.19}, Band{2.1, 2.6, 0.014, 0.035},
-                    Band{2.6, 3.4, 0.028, 0.11}, Band{3.4, 5.1, 0.0094, 0.02}),
-    [](const auto& row) {
-        return "From" + std::to_string(static_cast<int>(std::lround(1000 * row.param.begin))) +
-               "nm";
-    });
+INSTANTIATE_TEST_SUITE_P(Bands, WaterWithoutARow,
+                         testing::ValuesIn<Band>({{0.19, 0.3, 0.031, 0.11},
+                                                  {0.3, 0.4, 0.0046, 0.011},
+                                                  {0.4, 0.7, 0.015, 0.053},
+                                                  {0.7, 1.3, 0.017, 0.051},
+                                                  {1.3, 1.6, 0.043, 0.15},
+                                                  {1.6, 1.8, 0.0085, 0.017},
+                                                  {1.8, 2.1, 0.045, 0.19},
+                                                  {2.1, 2.6, 0.014, 0.035},
+                                                  {2.6, 3.4, 0.028, 0.11},
+                                                  {3.4, 5.1, 0.0094, 0.02}}),
+                         [](const auto& row) {
+                             return "From" +
+                                    std::to_string(
+                                        static_cast<int>(std::lround(1000 * row.param.begin))) +
+                                    "nm";
+                         });
 
 // ---- Between rows
 
@@ -197,33 +202,32 @@ TEST(IndexFile, IsOfOneWavelength) {
     const PhaseFunction phi = with_file("mie:radius=1um,wavelength=1um,index=my.csv", three_rows);
     EXPECT_EQ(with_parameter(phi, PhaseParameter::radius, 2).text(),
               "mie:radius=2um,variance=0,wavelength=1um,index=1.4+0.02i");
-    expect_refusal<std::invalid_argument>(
-        [&] { with_parameter(phi, PhaseParameter::wavelength, 1.5); },
-        {"wavelength (um)", "must be 1,", "index was read from a file", "got 1.5"});
+    expect_refusal([&] { with_parameter(phi, PhaseParameter::wavelength, 1.5); },
+                   {"wavelength (um)", "must be 1,", "index was read from a file", "got 1.5"});
 }
 
 TEST(IndexFile, IsRefusedWithItsRow) {
     const auto refused = [](const std::vector<std::vector<double>>& columns,
-                            const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>(
-            [&] { with_file("mie:radius=1um,wavelength=1um,index=my.csv", columns); }, fragments);
+                            const Fragments& fragments) {
+        expect_refusal([&] { with_file("mie:radius=1um,wavelength=1um,index=my.csv", columns); },
+                       fragments);
     };
     refused({{0.5, 0.5, 2}, {1, 1, 1}, {0, 0, 0}},
-            {"wavelength_um (my.csv, line 3)", "above the one before", "got 0.5"});
-    refused({{0, 2}, {1.5, 1.5}, {0, 0}}, {"wavelength_um (my.csv, line 2)", "above 0", "got 0"});
-    refused({{0.5, 2}, {1.5, 0}, {0, 0}}, {"n (my.csv, line 3)", "(0, 10]", "got 0"});
-    refused({{0.5, 2}, {1.5, 1.5}, {-0.1, 0}}, {"k (my.csv, line 2)", "[0, 10]", "got -0.1"});
-    refused({{1}, {1.5}, {0}}, {"my.csv", "at least 2 rows", "got 1"});
-    refused({{1.5, 2}, {1.5, 1.5}, {0, 0}}, {"wavelength", "[1.5, 2] um", "my.csv", "got 1"});
+            {"wavelength_um (my.csv, line 3) must be above the one before it, got 0.5"});
+    refused({{0, 2}, {1.5, 1.5}, {0, 0}},
+            {"wavelength_um (my.csv, line 2) must be above 0 and finite, got 0"});
+    refused({{0.5, 2}, {1.5, 0}, {0, 0}}, {"n (my.csv, line 3) must be in (0, 10], got 0"});
+    refused({{0.5, 2}, {1.5, 1.5}, {-0.1, 0}}, {"k (my.csv, line 2) must be in [0, 10], got -0.1"});
+    refused({{1}, {1.5}, {0}}, {"my.csv must be of at least 2 rows, got 1"});
+    refused({{1.5, 2}, {1.5, 1.5}, {0, 0}},
+            {"wavelength must be in [1.5, 2] um, the rows of my.csv, got 1"});
 }
 
 TEST(IndexFile, IsRefusedWhereNoFilesAreRead) {
-    expect_refusal<std::invalid_argument>(
-        [] { parse_phase_function("mie:radius=1um,index=my.csv"); },
-        {"index must be n or n+ki where no files are read", "'my.csv'"});
-    expect_refusal<std::invalid_argument>(
-        [] { parse_phase_function("mie:radius=1um,index=glass"); },
-        {"index", "n+ki", ".csv", "'glass'"});
+    expect_refusal([] { parse_phase_function("mie:radius=1um,index=my.csv"); },
+                   {"index must be n or n+ki where no files are read, got 'my.csv'"});
+    expect_refusal([] { parse_phase_function("mie:radius=1um,index=glass"); },
+                   {"index", "n+ki", ".csv", "'glass'"});
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 /// Two rows of one panel with lobes of one shape, of these radii.
@@ -20,10 +20,10 @@ LobePlot two_rows(double first, double second) {
 }
 
 std::string svg_of(LobePlot plot, bool common_scale) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     plot.common_scale = common_scale;
     draw_lobe_plot(plot, folder / "plot.svg");
-    return test::content(folder / "plot.svg");
+    return content(folder / "plot.svg");
 }
 
 /// The outlines drawn; cairo numbers the rest of a file anew in each.
@@ -62,4 +62,4 @@ TEST(LobePlot, IsAsWideAsItsTitleAndItsNames) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

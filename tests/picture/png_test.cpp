@@ -1,24 +1,24 @@
 #include <stratus/picture/png.h>
 
+#include "refusal.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 TEST(Srgb, EncodesAndDecodes) {
     // [IEC 61966-2-1]: a number of 188 of 255 is half the light.
     EXPECT_NEAR(255 * srgb_encoded(0.5), 187.5, 0.1);
     EXPECT_EQ(srgb_encoded(-1), 0);
-    EXPECT_EQ(srgb_encoded(std::numeric_limits<double>::quiet_NaN()), 0);
+    EXPECT_EQ(srgb_encoded(NAN), 0);
     EXPECT_DOUBLE_EQ(srgb_encoded(3), 1);
     for (const double light : {0.0, 0.001, 0.0031308, 0.02, 0.7, 1.0})
         EXPECT_NEAR(srgb_decoded(srgb_encoded(light)), light,
@@ -26,7 +26,7 @@ TEST(Srgb, EncodesAndDecodes) {
 }
 
 TEST(Png, RoundTripsToEightBits) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     Image image(3, 2);
     const float light[] = {0, 0.01f, 0.2f, 0.5f, 1, 2};
     for (int k = 0; k < 6; ++k)
@@ -45,7 +45,7 @@ TEST(Png, RoundTripsToEightBits) {
 }
 
 TEST(Png, ReadsNumbersAsLightOrAsTheyAre) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     Image image(1, 1);
     for (float& channel : image.rgb) channel = static_cast<float>(srgb_decoded(128 / 255.0));
     write_png(image, 1, {}, folder / "grey.png");
@@ -54,7 +54,7 @@ TEST(Png, ReadsNumbersAsLightOrAsTheyAre) {
 }
 
 TEST(Png, ShowsLabels) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const Image image(60, 30);
     write_png(image, 1, {{5, 20, 50, "words"}}, folder / "a.png");
     double sum = 0;
@@ -63,7 +63,7 @@ TEST(Png, ShowsLabels) {
 }
 
 TEST(Png, TruncatesLabelsAndShowsThemInOneLine) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const auto shown = [&](const std::string& text) {
         write_png(Image(120, 30), 1, {{5, 20, 50, text}}, folder / "a.png");
         return read_png(folder / "a.png").rgb;
@@ -76,35 +76,34 @@ TEST(Png, TruncatesLabelsAndShowsThemInOneLine) {
 }
 
 TEST(Png, NamesAFileThatIsNotOne) {
-    const test::TemporaryFolder folder;
-    test::set_content(folder / "a.png", "no picture");
+    const TemporaryFolder folder;
+    set_content(folder / "a.png", "no picture");
     for (const char* const name : {"a.png", "b.png"})
-        EXPECT_NE(test::refusal<std::runtime_error>([&] { read_png(folder / name); }).find(name),
+        EXPECT_NE(refusal<std::runtime_error>([&] { read_png(folder / name); }).find(name),
                   std::string::npos);
 }
 
 TEST(Png, RespectsTheMemoryLimit) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.png";
     write_png(Image(30, 20), 1, {}, path);
     constexpr std::uintmax_t needed = 30 * 20 * 20;
-    const std::string message =
-        test::refusal<std::runtime_error>([&] { read_png(path, needed - 1); });
+    const std::string message = refusal<std::runtime_error>([&] { read_png(path, needed - 1); });
     EXPECT_TRUE(message.starts_with(path.string() + ": reading the picture needs ")) << message;
     EXPECT_EQ(read_png(path, needed).width, 30);
 }
 
 TEST(Png, RefusesSidesAboveTheMaximum) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.png";
     write_png(Image(3, 2), 1, {}, path);
-    const std::string whole = test::content(path);
+    const std::string whole = content(path);
     for (const std::size_t side_at : {16U, 20U}) {
-        test::set_content(path, std::string(whole).replace(side_at, 4, {0, 0, 0x40, 1}));
-        EXPECT_EQ(test::refusal<std::runtime_error>([&] { read_png(path); }),
+        set_content(path, std::string(whole).replace(side_at, 4, {0, 0, 0x40, 1}));
+        EXPECT_EQ(refusal<std::runtime_error>([&] { read_png(path); }),
                   path.string() + ": a picture must have sides in [1, 16384]");
     }
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

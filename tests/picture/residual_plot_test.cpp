@@ -6,15 +6,14 @@
 
 #include <cstddef>
 #include <string>
-#include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 std::size_t count_paths(const ResidualPlot& plot) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     draw_residual_plot(plot, folder / "plot.svg");
-    const std::string svg = test::content(folder / "plot.svg");
+    const std::string svg = content(folder / "plot.svg");
     std::size_t count = 0;
     for (std::size_t at = svg.find("<path"); at != svg.npos; at = svg.find("<path", at + 1))
         ++count;
@@ -34,4 +33,4 @@ TEST(ResidualPlot, TakesValuesOfOneSizeAndOfEitherSign) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -3,10 +3,9 @@
 
 #include <stratus/phase/phase_function.h>
 
-#include <cstdlib>
-#include <fstream>
+#include "../base/csv_rows.h"
+
 #include <map>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,35 +34,20 @@ struct ReferenceLayer {
     std::vector<std::vector<double>> rows;
 };
 
-/// A number of the file; some are below the smallest normal ones, which std::stod refuses.
-inline double read_reference_number(const std::string& field) {
-    char* end = nullptr;
-    const double number = std::strtod(field.c_str(), &end);
-    if (field.empty() || *end) throw std::runtime_error("not a number: '" + field + "'");
-    return number;
-}
-
 /// All layers of one phase function in a file of tests/reference.
 ///
 /// Errors   std::runtime_error for a missing file, a line that is not numbers, a file without such
 ///          rows.
 inline std::vector<ReferenceLayer> read_reference(const std::string& file_name,
                                                   const std::string& phase) {
-    std::ifstream file(STRATUS_REFERENCE_FOLDER "/" + file_name);
     std::vector<ReferenceLayer> layers;
-    std::string last, line;
-    while (std::getline(file, line)) {
-        if (line.rfind(phase + ",", 0) != 0) continue;
-        std::istringstream fields(line);
-        std::string albedo, depth, field;
-        std::getline(fields, field, ',');
-        std::getline(fields, albedo, ',');
-        std::getline(fields, depth, ',');
-        if (layers.empty() || albedo + "," + depth != last)
-            layers.push_back({read_reference_number(albedo), read_reference_number(depth), {}});
-        last = albedo + "," + depth;
-        std::vector<double>& row = layers.back().rows.emplace_back();
-        while (std::getline(fields, field, ',')) row.push_back(read_reference_number(field));
+    for (const auto& [label, numbers] : csv_rows(file_name)) {
+        if (label != phase) continue;
+        const double albedo = numbers.at(0), depth = numbers.at(1);
+        if (layers.empty() || albedo != layers.back().albedo ||
+            depth != layers.back().optical_depth)
+            layers.push_back({albedo, depth, {}});
+        layers.back().rows.push_back({numbers.begin() + 2, numbers.end()});
     }
     if (layers.empty()) throw std::runtime_error(file_name + ": no rows for " + phase);
     return layers;

@@ -7,11 +7,11 @@
 #include <stratus/scene/render.h>
 
 #include "small_scene.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 namespace stratus {
 namespace {
@@ -94,8 +94,7 @@ void expect_within(const Range& range, double value, double rounding, const char
 
 /// All rays of a picture look up what its ranges tell, within the table that its recipe makes.
 TEST(SeenDirections, HoldThoseOfEveryRay) {
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> unit(0, 1);
+    Uniform unit(3);
     int looked_up = 0, narrow = 0;
     for (int n = 0; n < 240; ++n) {
         Scene scene = n % 3 == 0   ? small_slab(1, 0.5)
@@ -106,16 +105,14 @@ TEST(SeenDirections, HoldThoseOfEveryRay) {
         scene.effects.multiple = false;
         scene.effects.ringshine = scene.effects.planetshine = false;
         scene.camera.position =
-            (1.5 + 8 * unit(random)) *
-            direction_at(std::asin(2 * unit(random) - 1), 2 * pi * unit(random));
+            (1.5 + 8 * unit()) * direction_at(std::asin(2 * unit() - 1), 2 * pi * unit());
         scene.camera.look_at =
-            n % 3 == 2 ? Vector3{0, 0, 0}
-                       : Vector3{3 * unit(random), 3 * unit(random), unit(random) - 0.5};
+            n % 3 == 2 ? Vector3{0, 0, 0} : Vector3{3 * unit(), 3 * unit(), unit() - 0.5};
         scene.camera.orthographic = n % 2 == 0;
-        scene.camera.width = n % 2 == 0 ? 4 : radians(4 + 116 * std::pow(unit(random), 2));
+        scene.camera.width = n % 2 == 0 ? 4 : radians(4 + 116 * std::pow(unit(), 2));
         if (n % 5 > 0) scene.background.colour = {0, 0, 0};
-        scene.to_sun = direction_at(std::asin(2 * unit(random) - 1), 2 * pi * unit(random));
-        if (n % 4 == 0) scene.sun_diameter = radians(4 * unit(random));
+        scene.to_sun = direction_at(std::asin(2 * unit() - 1), 2 * pi * unit());
+        if (n % 4 == 0) scene.sun_diameter = radians(4 * unit());
         const SeenDirections seen = seen_directions(scene);
         const SeenLight light = seen_light(scene);
         LayerLight lookups(scene, nullptr);

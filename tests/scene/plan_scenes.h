@@ -7,9 +7,7 @@
 
 #include "random_scene.h"
 
-#include <algorithm>
 #include <cmath>
-#include <random>
 #include <string>
 #include <utility>
 

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 Scene planned(const Scene& scene, const Plan& plan) {
@@ -18,7 +18,7 @@ Scene planned(const Scene& scene, const Plan& plan) {
 }
 
 TEST(PlannedPicture, DiffersFromThatWithEverythingByLessThanTheTolerance) {
-    test::RandomScenes scenes(15);
+    RandomScenes scenes(15);
     int less = 0, without_table = 0;
     for (int n = 0; n < 200; ++n) {
         const Scene scene = scenes.next();
@@ -27,7 +27,7 @@ TEST(PlannedPicture, DiffersFromThatWithEverythingByLessThanTheTolerance) {
         ++less;
         const Scene lean = planned(scene, plan);
         without_table += needed_paths(lean).empty();
-        EXPECT_LE(test::max_change(test::picture(scene), test::picture(lean)), scene.tolerance)
+        EXPECT_LE(max_change(picture(scene), picture(lean)), scene.tolerance)
             << "scene " << n << " without " << plan.left_out[0].name << ", "
             << plan.left_out[0].change.where;
     }
@@ -55,7 +55,7 @@ TEST(PlannedPicture, KeepsTheOrdersThatABrightRingletInAFaintRingNeeds) {
     scene.camera.width = 6 * half_width;
     scene.width = 32;
     scene.height = 4;
-    EXPECT_GT(test::max_change(test::picture(scene), test::picture(once(scene))), 0.2);
+    EXPECT_GT(max_change(picture(scene), picture(once(scene))), 0.2);
     // Without the ringlet, the ring needs no table.
     for (std::vector<double>* const values : {&profile.optical_depth, &profile.w1, &profile.w2})
         std::ranges::fill(*values, values->front());
@@ -85,12 +85,12 @@ TEST(PlannedPicture, KeepsAnOppositionSpotThatWasAskedFor) {
     const Plan plan = plan_scene(scene);
     EXPECT_TRUE(plan.effects.opposition);
     EXPECT_FALSE(plan.effects.multiple);
-    const Image all = test::picture(scene);
-    EXPECT_LE(test::max_change(all, test::picture(planned(scene, plan))), scene.tolerance);
+    const Image all = picture(scene);
+    EXPECT_LE(max_change(all, picture(planned(scene, plan))), scene.tolerance);
     Scene without = scene;
     without.effects.opposition = false;
-    EXPECT_GT(test::max_change(all, test::picture(without)), 0.2);
+    EXPECT_GT(max_change(all, picture(without)), 0.2);
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

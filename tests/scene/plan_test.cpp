@@ -6,16 +6,16 @@
 
 #include "plan_scenes.h"
 #include "temporary_folder.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 Scene with_effects(Scene scene, const SceneEffects& effects) {
@@ -111,21 +111,18 @@ TEST(Plan, NeedsATableForTheGroundUnderAThinLayer) {
 /// What a plan changes: the largest relative change of a ray's light, found at random places of the
 /// scene by the solver.
 TEST(OrderEstimates, AreNotExceededByRays) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> unit(0, 1);
+    Uniform unit(7);
     int estimated = 0;
     for (int n = 0; n < 30; ++n) {
-        Scene scene = small_planet(180 * unit(random), std::pow(10, 2 * unit(random) - 2),
-                                   0.3 * unit(random));
-        const double g = 0.8 * unit(random) - 0.2;
+        Scene scene = small_planet(180 * unit(), std::pow(10, 2 * unit() - 2), 0.3 * unit());
+        const double g = 0.8 * unit() - 0.2;
         scene.layer.components = {PhaseFunction::henyey_greenstein(g)};
         const OrderEstimates estimates = estimate_orders(scene, infinity);
         ASSERT_LE(estimates.multiple.found, estimates.multiple.change);
         estimated += estimates.multiple.change < 1;
         const double phase = std::acos(std::clamp(dot({1, 0, 0}, scene.to_sun), -1.0, 1.0));
         for (int k = 0; k < 20; ++k) {
-            const Vector3 normal =
-                direction_at(std::asin(2 * unit(random) - 1), 2 * pi * unit(random));
+            const Vector3 normal = direction_at(std::asin(2 * unit() - 1), 2 * pi * unit());
             const Vector3 to_eye{1, 0, 0};
             if (dot(normal, scene.to_sun) < 0.01 || dot(normal, to_eye) < 0.01) continue;
             const Geometry at = scattering_geometry(normal, scene.to_sun, to_eye);
@@ -148,13 +145,13 @@ TEST(OrderEstimates, AreNotExceededByRays) {
 TEST(OrderEstimates, AreNotExceededByPicturesOfRandomScenes) {
     int judged = 0;
     for (unsigned seed = 1; seed <= 18; ++seed) {
-        test::RandomScenes scenes(seed);
+        RandomScenes scenes(seed);
         Scene scene = seed % 3 == 0   ? scenes.next()
                       : seed % 3 == 1 ? scenes.adversarial()
                                       : scenes.stack();
         scene.tolerance = 0.03;
         scene.effects.ringshine = scene.effects.planetshine = false;
-        for (const auto& [effect, estimate, found, where] : test::changes_of(scene)) {
+        for (const auto& [effect, estimate, found, where] : changes_of(scene)) {
             EXPECT_LE(found, estimate + scene.tolerance)
                 << "without " << effect << ", " << where << ", " << seed;
             ++judged;
@@ -272,7 +269,7 @@ TEST(PlanReport, CountsOrdersOnBothSidesThatAreSeen) {
 }
 
 TEST(PlanReport, KeepsItsChoicesForTheRender) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     const Scene scene = wide_slab(1, 0.9);
     const FileReport first = report_plans({scene}, {}, &cache);
@@ -284,7 +281,7 @@ TEST(PlanReport, KeepsItsChoicesForTheRender) {
 }
 
 TEST(PlanReport, CountsNothingForTablesThatAreKept) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     const Scene scene = wide_slab(1, 0.9);
     const auto alone = bake_for({scene});
@@ -322,4 +319,4 @@ TEST(PlanReport, CountsTheTablesThatChannelsShareOnce) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -369,7 +369,7 @@ TEST(Render, SumsWhatItsRaysSeeOneByOne) {
                     const Rgb3 along =
                         radiance_along(scene, light, rays.through(x + 0.5, y + 0.5), scene.to_sun);
                     for (std::size_t c = 0; c < 3; ++c)
-                        ASSERT_NEAR(double{image.pixel(x, y)[c]}, along[c], 1e-5 * along[c])
+                        ASSERT_NEAR(image.pixel(x, y)[c], along[c], 1e-5 * along[c])
                             << x << ' ' << y << ' ' << c;
                 }
         }

@@ -11,139 +11,138 @@
 #include <set>
 #include <string>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
-const test::KeyedFile slab({{"title", "'Clouds'"},
-                            {"tolerance", "1e-2"},
-                            {"effects", "['-multiple']"},
-                            {"columns", "1"},
-                            {"panels", "[{ title = 'first' }]"},
-                            {"animation.frames", "3"},
-                            {"animation.keys", "[{ frame = 1 }]"},
-                            {"picture.width", "8"},
-                            {"picture.height", "8"},
-                            {"picture.samples", "1"},
-                            {"picture.white", "1.0"},
-                            {"camera.look_at", "[0, 0, 1]"},
-                            {"camera.distance", "4"},
-                            {"camera.elevation_deg", "30"},
-                            {"camera.azimuth_deg", "30"},
-                            {"camera.field_of_view_deg", "30"},
-                            {"sun.elevation_deg", "30"},
-                            {"sun.azimuth_deg", "30"},
-                            {"sun.angular_diameter_deg", "1"},
-                            {"sun.colour", "[1.0, 0.5, 0.25]"},
-                            {"sun.visible", "false"},
-                            {"background.colour", "0.5"},
-                            {"layer.phase_function", "'isotropic'"},
-                            {"layer.albedo", "0.5"},
-                            {"layer.density", "0.1"},
-                            {"layer.optical_depth.clouds", "true"},
-                            {"layer.optical_depth.most", "4"},
-                            {"layer.optical_depth.scale", "2"},
-                            {"layer.optical_depth.coverage", "0.4"},
-                            {"layer.optical_depth.seed", "3"},
-                            {"layer.optical_depth.offset", "[0, 0, 1]"},
-                            {"layer.opposition.law", "'hapke'"},
-                            {"layer.opposition.amplitude", "0.5"},
-                            {"layer.opposition.width", "0.1"},
-                            {"slab.surface", "0.5"},
-                            {"slab.height", "1"},
-                            {"slab.size", "8"},
-                            {"slab.image_size", "2"}});
+const KeyedFile slab({{"title", "'Clouds'"},
+                      {"tolerance", "1e-2"},
+                      {"effects", "['-multiple']"},
+                      {"columns", "1"},
+                      {"panels", "[{ title = 'first' }]"},
+                      {"animation.frames", "3"},
+                      {"animation.keys", "[{ frame = 1 }]"},
+                      {"picture.width", "8"},
+                      {"picture.height", "8"},
+                      {"picture.samples", "1"},
+                      {"picture.white", "1.0"},
+                      {"camera.look_at", "[0, 0, 1]"},
+                      {"camera.distance", "4"},
+                      {"camera.elevation_deg", "30"},
+                      {"camera.azimuth_deg", "30"},
+                      {"camera.field_of_view_deg", "30"},
+                      {"sun.elevation_deg", "30"},
+                      {"sun.azimuth_deg", "30"},
+                      {"sun.angular_diameter_deg", "1"},
+                      {"sun.colour", "[1.0, 0.5, 0.25]"},
+                      {"sun.visible", "false"},
+                      {"background.colour", "0.5"},
+                      {"layer.phase_function", "'isotropic'"},
+                      {"layer.albedo", "0.5"},
+                      {"layer.density", "0.1"},
+                      {"layer.optical_depth.clouds", "true"},
+                      {"layer.optical_depth.most", "4"},
+                      {"layer.optical_depth.scale", "2"},
+                      {"layer.optical_depth.coverage", "0.4"},
+                      {"layer.optical_depth.seed", "3"},
+                      {"layer.optical_depth.offset", "[0, 0, 1]"},
+                      {"layer.opposition.law", "'hapke'"},
+                      {"layer.opposition.amplitude", "0.5"},
+                      {"layer.opposition.width", "0.1"},
+                      {"slab.surface", "0.5"},
+                      {"slab.height", "1"},
+                      {"slab.size", "8"},
+                      {"slab.image_size", "2"}});
 
-const test::KeyedFile planet({{"camera.position", "[4, 0, 0]"},
+const KeyedFile planet({{"camera.position", "[4, 0, 0]"},
+                        {"camera.orthographic_width", "2"},
+                        {"sun.phase_angle_deg", "30"},
+                        {"background.image", "'grey.png'"},
+                        {"background.encoding", "'data'"},
+                        {"layer.phase_function",
+                         "['mie:radius=0.2um,wavelength=0.6um', "
+                         "'mie:radius=0.2um,wavelength=0.5um', 'mie:radius=0.2um,wavelength="
+                         "0.4um']"},
+                        {"layer.albedo", "'phase_function'"},
+                        {"layer.density.number", "1e6"},
+                        {"layer.density.radius", "3e-3"},
+                        {"layer.extinction", "'phase_function'"},
+                        {"layer.optical_depth.image", "'grey.png'"},
+                        {"layer.optical_depth.encoding", "'srgb'"},
+                        {"layer.optical_depth.most", "4"},
+                        {"layer.opposition.law", "'blinn'"},
+                        {"layer.opposition.density", "0.1"},
+                        {"planet.surface.pattern", "'squares'"},
+                        {"planet.surface.colour", "0.1"},
+                        {"planet.surface.other", "0.6"},
+                        {"planet.surface.scale", "4"},
+                        {"planet.surface.seed", "2"}});
+
+const KeyedFile painted = planet.with("planet.surface", "0.1")
+                              .with("planet.surface.image", "'grey.png'")
+                              .with("planet.surface.encoding", "'data'");
+
+const KeyedFile sea = planet.with("planet.surface", "{}")
+                          .with("planet.surface.wind", "5")
+                          .with("planet.surface.index", "1.3")
+                          .with("planet.surface.colour", "0.05");
+
+const KeyedFile stacked({{"camera.position", "[4, 0, 0]"},
+                         {"camera.orthographic_width", "2"},
+                         {"sun.phase_angle_deg", "30"},
+                         {"layer.stack", "'stack.toml'"},
+                         {"planet.surface", "0.1"}});
+
+const KeyedFile shelled({{"camera.position", "[4, 0, 0]"},
+                         {"camera.orthographic_width", "2"},
+                         {"sun.phase_angle_deg", "30"},
+                         {"layer.phase_function", "'isotropic'"},
+                         {"layer.albedo", "0.5"},
+                         {"layer.optical_depth", "0.5"},
+                         {"planet.shell", "0.01"}});
+
+const KeyedFile rings({{"camera.position", "[4, 0, 1]"},
+                       {"camera.orthographic_width", "2"},
+                       {"sun.direction", "[1, 0, 1]"},
+                       {"layer.components", "['isotropic', 'rayleigh']"},
+                       {"rings.profile", "'rings.csv'"},
+                       {"rings.planet_radius", "1.0"},
+                       {"rings.inner", "1.25"},
+                       {"rings.outer", "1.5"},
+                       {"rings.surface", "0.5"},
+                       {"rings.flattening", "0.1"}});
+
+const KeyedFile cloudy_rings({{"camera.position", "[4, 0, 1]"},
                               {"camera.orthographic_width", "2"},
-                              {"sun.phase_angle_deg", "30"},
-                              {"background.image", "'grey.png'"},
-                              {"background.encoding", "'data'"},
-                              {"layer.phase_function",
-                               "['mie:radius=0.2um,wavelength=0.6um', "
-                               "'mie:radius=0.2um,wavelength=0.5um', 'mie:radius=0.2um,wavelength="
-                               "0.4um']"},
-                              {"layer.albedo", "'phase_function'"},
-                              {"layer.density.number", "1e6"},
-                              {"layer.density.radius", "3e-3"},
-                              {"layer.extinction", "'phase_function'"},
-                              {"layer.optical_depth.image", "'grey.png'"},
-                              {"layer.optical_depth.encoding", "'srgb'"},
-                              {"layer.optical_depth.most", "4"},
-                              {"layer.opposition.law", "'blinn'"},
-                              {"layer.opposition.density", "0.1"},
-                              {"planet.surface.pattern", "'squares'"},
-                              {"planet.surface.colour", "0.1"},
-                              {"planet.surface.other", "0.6"},
-                              {"planet.surface.scale", "4"},
-                              {"planet.surface.seed", "2"}});
+                              {"sun.direction", "[1, 0, 1]"},
+                              {"layer.components", "['isotropic', 'rayleigh']"},
+                              {"rings.profile", "'rings.csv'"},
+                              {"planet.layer",
+                               "{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
+                               "= 1.0 }"},
+                              {"planet.surface", "0.5"}});
 
-const test::KeyedFile painted = planet.with("planet.surface", "0.1")
-                                    .with("planet.surface.image", "'grey.png'")
-                                    .with("planet.surface.encoding", "'data'");
+const KeyedFile keyed_lobes({{"lobes.phase_function", "'isotropic'"},
+                             {"lobes.incident_deg", "[30]"},
+                             {"lobes.optical_depths", "[1]"},
+                             {"lobes.albedos", "[1]"},
+                             {"lobes.common_scale", "true"}});
 
-const test::KeyedFile sea = planet.with("planet.surface", "{}")
-                                .with("planet.surface.wind", "5")
-                                .with("planet.surface.index", "1.3")
-                                .with("planet.surface.colour", "0.05");
-
-const test::KeyedFile stacked({{"camera.position", "[4, 0, 0]"},
-                               {"camera.orthographic_width", "2"},
-                               {"sun.phase_angle_deg", "30"},
-                               {"layer.stack", "'stack.toml'"},
-                               {"planet.surface", "0.1"}});
-
-const test::KeyedFile shelled({{"camera.position", "[4, 0, 0]"},
-                               {"camera.orthographic_width", "2"},
-                               {"sun.phase_angle_deg", "30"},
-                               {"layer.phase_function", "'isotropic'"},
-                               {"layer.albedo", "0.5"},
-                               {"layer.optical_depth", "0.5"},
-                               {"planet.shell", "0.01"}});
-
-const test::KeyedFile rings({{"camera.position", "[4, 0, 1]"},
-                             {"camera.orthographic_width", "2"},
-                             {"sun.direction", "[1, 0, 1]"},
-                             {"layer.components", "['isotropic', 'rayleigh']"},
-                             {"rings.profile", "'rings.csv'"},
-                             {"rings.planet_radius", "1.0"},
-                             {"rings.inner", "1.25"},
-                             {"rings.outer", "1.5"},
-                             {"rings.surface", "0.5"},
-                             {"rings.flattening", "0.1"}});
-
-const test::KeyedFile cloudy_rings({{"camera.position", "[4, 0, 1]"},
-                                    {"camera.orthographic_width", "2"},
-                                    {"sun.direction", "[1, 0, 1]"},
-                                    {"layer.components", "['isotropic', 'rayleigh']"},
-                                    {"rings.profile", "'rings.csv'"},
-                                    {"planet.layer",
-                                     "{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
-                                     "= 1.0 }"},
-                                    {"planet.surface", "0.5"}});
-
-const test::KeyedFile keyed_lobes({{"lobes.phase_function", "'isotropic'"},
-                                   {"lobes.incident_deg", "[30]"},
-                                   {"lobes.optical_depths", "[1]"},
-                                   {"lobes.albedos", "[1]"},
-                                   {"lobes.common_scale", "true"}});
-
-const test::KeyedFile lambert({{"lambert.phase_function", "'isotropic'"},
-                               {"lambert.albedo", "1"},
-                               {"lambert.optical_depth", "inf"},
-                               {"lambert.mu_in", "[0.5]"}});
+const KeyedFile lambert({{"lambert.phase_function", "'isotropic'"},
+                         {"lambert.albedo", "1"},
+                         {"lambert.optical_depth", "inf"},
+                         {"lambert.mu_in", "[0.5]"}});
 
 TEST(SceneKeys, AreAllRead) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     write_png(Image(2, 2), 1, {}, folder / "grey.png");
-    test::set_content(folder / "rings.csv",
-                      "radius,optical_depth,w1,w2\n1.2,1,0.6,0.2\n1.6,3,0.2,0.2\n");
-    test::set_content(folder / "stack.toml",
-                      "[[layers]]\nphase_function = 'isotropic'\nalbedo = 0.5\n"
-                      "optical_depth = 1.0\n");
+    set_content(folder / "rings.csv", "radius,optical_depth,w1,w2\n1.2,1,0.6,0.2\n1.6,3,0.2,0.2\n");
+    set_content(folder / "stack.toml",
+                "[[layers]]\nphase_function = 'isotropic'\nalbedo = 0.5\n"
+                "optical_depth = 1.0\n");
     std::vector<Key> keys;  // but one, of tables that follow one another (Film tests)
     for (const Key& key : scene_keys())
         if (key.section != std::string("animation.keys")) keys.push_back(key);
-    test::expect_keys_are_read(
+    expect_keys_are_read(
         keys, "scene",
         {slab, planet, painted, sea, stacked, shelled, rings, cloudy_rings, keyed_lobes, lambert},
         [&](const std::string& text) { parse_scene(text, folder.path().string()); },
@@ -159,4 +158,4 @@ TEST(SceneKeys, StandOnceInTheirTable) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -1,8 +1,8 @@
 // Planets whose layer is a spherical shell, against photons and limits.
 #include <stratus/base/angle.h>
 #include <stratus/scene/render.h>
-#include <stratus/transfer/reference/shell_photons.h>
 
+#include "shell_photons.h"
 #include "small_scene.h"
 #include "subjects.h"
 
@@ -10,7 +10,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 
 namespace stratus {
 namespace {
@@ -70,9 +69,12 @@ TEST_P(ShellAndPhotons, AgreeAsStated) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Heights, ShellAndPhotons,
-                         testing::Values(ShellCase{0.001, 10, 0.05}, ShellCase{0.01, 0.1, 0.03},
-                                         ShellCase{0.01, 1, 0.05}, ShellCase{0.01, 5, 0.13},
-                                         ShellCase{0.05, 0.1, 0.06}, ShellCase{0.05, 1, 0.09}),
+                         testing::ValuesIn<ShellCase>({{0.001, 10, 0.05},
+                                                       {0.01, 0.1, 0.03},
+                                                       {0.01, 1, 0.05},
+                                                       {0.01, 5, 0.13},
+                                                       {0.05, 0.1, 0.06},
+                                                       {0.05, 1, 0.09}}),
                          [](const auto& each) { return std::to_string(each.index); });
 
 TEST(Shell, OfNoHeightIsPlane) {

@@ -14,7 +14,7 @@
 #include <fstream>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
 
 std::vector<char> keep(TableCache& cache, const Recipe& recipe, const Table& table) {
@@ -40,7 +40,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 }
 
 TEST(TableCache, FindsWhatItKept) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path() / "new", 1 << 30);
     const Recipe recipe = quick_recipe(0.5);
     EXPECT_FALSE(cache.find(recipe));
@@ -56,7 +56,7 @@ TEST(TableCache, FindsWhatItKept) {
 }
 
 TEST(TableCache, FindsWiderTablesAndNoOthers) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     Recipe wide = quick_recipe(0.5);
     wide.albedo = {0.5, 0.9};
@@ -91,7 +91,7 @@ TEST(TableCache, FindsWiderTablesAndNoOthers) {
 }
 
 TEST(TableCache, FindsNoTableOfFewerDirections) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     Recipe asked = quick_recipe(0.5);
     asked.mu_in = {0.4, 0.4};
@@ -110,7 +110,7 @@ TEST(TableCache, FindsNoTableOfFewerDirections) {
 }
 
 TEST(TableCache, PassesOverDamagedAndForeignFiles) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache cache(folder.path(), 1 << 30);
     const Recipe recipe = quick_recipe(0.5), other = quick_recipe(0.6);
     keep(cache, other, bake(other));
@@ -140,7 +140,7 @@ TEST(TableCache, PassesOverDamagedAndForeignFiles) {
 }
 
 TEST(TableCache, RemovesWhatWasLongestUnused) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     TableCache plenty(folder.path(), 1 << 30);
     std::vector<Recipe> recipes;
     std::uintmax_t size = 0;
@@ -166,7 +166,7 @@ TEST(TableCache, RemovesWhatWasLongestUnused) {
 }
 
 TEST(TableCache, GoesOnWithoutAFolder) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     std::ofstream(folder.path() / "file") << "in the way";
     TableCache cache(folder.path() / "file" / "folder", 1 << 30);
     const Recipe recipe = quick_recipe(0.5);
@@ -176,4 +176,4 @@ TEST(TableCache, GoesOnWithoutAFolder) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

@@ -5,6 +5,8 @@
 #include <stratus/base/angle.h>
 #include <stratus/picture/png.h>
 
+#include "refusal.h"
+#include "row_name.h"
 #include "synthetic_table.h"
 #include "temporary_folder.h"
 
@@ -22,15 +24,12 @@
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::make_synthetic_table;
-using test::SyntheticOptions;
 
 class TablePortrait : public ::testing::Test {
   protected:
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
 };
 
 /// Number of different colours in a rectangle.
@@ -96,8 +95,7 @@ const Kind kinds[] = {
     {"Peaked", {.phase_function = "henyey_greenstein:g=0.95", .and_infinity = true}},
     {"Black", {.lowest_albedo = 0, .highest_albedo = 0, .albedos = 1}},
 };
-INSTANTIATE_TEST_SUITE_P(TablePortrait, EveryTable, ::testing::ValuesIn(kinds),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(TablePortrait, EveryTable, ::testing::ValuesIn(kinds), row_name);
 
 TEST_F(TablePortrait, ShowsALowerBoundary) {
     Table bare = make_synthetic_table({.transmission = false});
@@ -106,7 +104,7 @@ TEST_F(TablePortrait, ShowsALowerBoundary) {
     prepare(table);
     draw_portrait(make_portrait(bare, bare.view()), folder / "bare.png");
     draw_portrait(make_portrait(table, table.view()), folder / "ground.png");
-    EXPECT_NE(test::content(folder / "bare.png"), test::content(folder / "ground.png"));
+    EXPECT_NE(content(folder / "bare.png"), content(folder / "ground.png"));
 }
 
 /// The law for a layer that scatters once: I/F = w phi / 4 mu0 / (mu + mu0) where tau = inf.
@@ -116,8 +114,8 @@ TEST_F(TablePortrait, SphereShowsSingleScatteringInClosedForm) {
     const PortraitColumn column = make_portrait(table, table.view()).columns.at(0);
     const Image& sphere = column.single_sphere;
     const double mu_in = std::cos(radians(40));
-    EXPECT_NEAR(double{sphere.pixel(sphere.width / 2, sphere.height / 2)[0]},
-                0.25 * mu_in / (1 + mu_in), 1e-3);
+    EXPECT_NEAR(sphere.pixel(sphere.width / 2, sphere.height / 2)[0], 0.25 * mu_in / (1 + mu_in),
+                1e-3);
     EXPECT_GT(column.sphere.pixel(sphere.width / 2, sphere.height / 2)[0],
               sphere.pixel(sphere.width / 2, sphere.height / 2)[0]);
 }
@@ -126,7 +124,7 @@ TEST_F(TablePortrait, IsReproducible) {
     const Table table = make_synthetic_table();
     draw_portrait(make_portrait(table, table.view()), folder / "first.png");
     draw_portrait(make_portrait(table, table.view()), folder / "second.png");
-    EXPECT_EQ(test::content(folder / "first.png"), test::content(folder / "second.png"));
+    EXPECT_EQ(content(folder / "first.png"), content(folder / "second.png"));
 }
 
 TEST_F(TablePortrait, TruncatesLongText) {
@@ -150,9 +148,9 @@ TEST_F(TablePortrait, NeedsNoTitle) {
 TEST_F(TablePortrait, RefusesAPathThatCannotBeWritten) {
     const Table table = make_synthetic_table();
     const std::filesystem::path png = folder / "absent" / "portrait.png";
-    const std::string refusal = test::refusal<std::runtime_error>(
+    const std::string said = refusal<std::runtime_error>(
         [&] { draw_portrait(make_portrait(table, table.view()), png); });
-    EXPECT_EQ(refusal, png.string() + ": No such file or directory");
+    EXPECT_EQ(said, png.string() + ": No such file or directory");
 }
 
 TEST_F(TablePortrait, ReportsAFullDisk) {
@@ -163,4 +161,4 @@ TEST_F(TablePortrait, ReportsAFullDisk) {
 }
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

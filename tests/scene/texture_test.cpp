@@ -1,11 +1,9 @@
 #include <stratus/scene/texture.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/instruction_set.h>
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 

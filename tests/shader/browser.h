@@ -63,6 +63,7 @@ function tell(text) { out.textContent = text; throw new Error(text); }
 const gl = document.createElement("canvas").getContext("webgl2");
 if (!gl) tell("no WebGL2");
 if (!gl.getExtension("EXT_color_buffer_float")) tell("no EXT_color_buffer_float");
+const linear = ["stratus_weights", "stratus_path_functions"];
 const program = gl.createProgram();
 for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
   const shader = gl.createShader(type);
@@ -87,7 +88,7 @@ textures.forEach(({name, width, height, depth, halves, texels}, unit) => {
     return;
   }
   gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-  const filter = name === "stratus_weights" ? gl.LINEAR : gl.NEAREST;
+  const filter = linear.includes(name) ? gl.LINEAR : gl.NEAREST;
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
   for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, axis, gl.CLAMP_TO_EDGE);
@@ -148,10 +149,7 @@ inline void write_page(const std::vector<ShaderTexture>& textures,
              << base64(data, bytes) << "'},\n";
     };
     for (const ShaderTexture& of : textures)
-        put(of.name, of.width, of.height, of.halves, of.bytes.data(), of.bytes.size());
-    if (filtered != nullptr)
-        put("stratus_light", filtered->width, filtered->height, true, filtered->bytes.data(),
-            filtered->bytes.size(), filtered->depth);
+        put(of.name, of.width, of.height, of.halves, of.bytes.data(), of.bytes.size(), of.depth);
     for (const auto& [name, numbers] : {std::pair{"layers", &layers}, {"directions", &directions}})
         put(name, points_in_row, rows, false, numbers->data(), numbers->size() * sizeof(float));
     page << "];" << page_end;

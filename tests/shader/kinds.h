@@ -8,7 +8,6 @@
 #include "small_table.h"
 
 #include <cmath>
-#include <string>
 #include <vector>
 
 namespace stratus::test {

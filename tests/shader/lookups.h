@@ -4,18 +4,21 @@
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_table.h>
 
+#include "../base/uniform.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <ostream>
-#include <random>
 #include <vector>
 
 namespace stratus::test {
 
 struct Lookup {
     float albedo, optical_depth, mu_in, mu_out, azimuth;
+
+    Geometry geometry() const { return {double{mu_in}, double{mu_out}, double{azimuth}}; }
 };
 
 /// R and T, each of light scattered once and more often.
@@ -28,12 +31,11 @@ inline std::vector<Lookup> random_lookups(const PackedTable& table, int count) {
     const AxisView &albedo = view.albedo, &depth = view.optical_depth;
     const double shallowest = depth.lowest / (view.is_stack() ? 1 : 2),
                  deepest = depth.highest * (depth.ends_at_infinity ? 4 : 1);
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> uniform(0, 1);
+    Uniform uniform(1);
     std::vector<Lookup> all;
     for (int n = 0; n < count; ++n) {
         const auto between = [&](double low, double high) {
-            return static_cast<float>(low + (high - low) * uniform(random));
+            return static_cast<float>(low + (high - low) * uniform());
         };
         const float optical_depth =
             depth.count == 0 ? static_cast<float>(infinity)

@@ -36,8 +36,11 @@ int main(int argc, char** argv) {
                   << '\n';
         if (table.view().is_stack()) return 0;
         const FilteredLight filtered = filtered_layers(table);
-        std::cout << "stratus_light: " << filtered.width << " x " << filtered.height << " x "
-                  << filtered.depth << " halves\nfiltered GLSL: "
+        for (const ShaderTexture& of : filtered.textures)
+            std::cout << of.name << ": " << of.width << " x " << of.height << " x " << of.depth
+                      << ", " << static_cast<double>(of.bytes.size()) / 1e6 << " MB\n";
+        std::cout << "filtered C++: " << filtered.median_error << ' ' << filtered.usual_error << ' '
+                  << filtered.worst_error << "\nfiltered GLSL: "
                   << test::differences(
                          test::by_browser(filtered.textures, lookups, test::both_sides, &filtered),
                          expected, 1e-4)

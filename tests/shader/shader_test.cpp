@@ -10,22 +10,18 @@
 #include "refusal.h"
 #ifdef STRATUS_RUN_CHROMIUM
 #include "browser.h"
+#include "row_name.h"
+#include "uniform.h"
 #endif
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <string>
 #include <vector>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::differences, test::Differences, test::droplets, test::Kind, test::kinds, test::Light,
-    test::Lookup, test::stacks, test::table_of;
-
-std::string row_name(const testing::TestParamInfo<Kind>& row) { return row.param.name; }
 
 std::vector<Light> as_cxx(const PackedTable& table, const std::vector<Lookup>& lookups) {
     shader::AsCxx shader(shader_textures(table));
@@ -42,7 +38,7 @@ class ShaderOf : public testing::TestWithParam<Kind> {};
 
 TEST_P(ShaderOf, IsTheRuntimeAsCxx) {
     const PackedTable table(pack(table_of(GetParam())));
-    const std::vector<Lookup> lookups = test::random_lookups(table, 2000);
+    const std::vector<Lookup> lookups = random_lookups(table, 2000);
     const std::vector<Light> found = as_cxx(table, lookups), expected = by_runtime(table, lookups);
     const Differences off = differences(found, expected);
     EXPECT_LE(off.median, 1e-6);
@@ -57,18 +53,17 @@ TEST(Shader, IsTheRuntimeBehindDeepDroplets) {
     for (float& sample : path_law_alone.transmission_multiple) sample = 0;
     const PackedTable table(pack(path_law_alone));
     shader::AsCxx shader(shader_textures(table));
-    std::mt19937 random(1);
-    std::uniform_real_distribution<float> uniform(0, 1);
+    Uniform<float> uniform(1);
     for (int n = 0; n < 1000; ++n) {
-        const float w = 0.9f + 0.1f * uniform(random), tau = 30 + 20 * uniform(random),
-                    mu_in = 0.9f + 0.1f * uniform(random), mu_out = mu_in - 0.1f * uniform(random),
-                    azimuth = 0.3f * uniform(random);
+        const float w = 0.9f + 0.1f * uniform(), tau = 30 + 20 * uniform(),
+                    mu_in = 0.9f + 0.1f * uniform(), mu_out = mu_in - 0.1f * uniform(),
+                    azimuth = 0.3f * uniform();
         const double expected = table
                                     .transmission(double{w}, double{tau},
                                                   {double{mu_in}, double{mu_out}, double{azimuth}})
                                     .multiple;
         const float found = shader.stratus_transmission(w, tau, mu_in, mu_out, azimuth).multiple;
-        EXPECT_NEAR(double{found}, expected, 1e-3 * std::abs(expected) + 2e-8);
+        EXPECT_NEAR(found, expected, 1e-3 * std::abs(expected) + 2e-8);
     }
 }
 
@@ -79,21 +74,20 @@ TEST(Shader, TakesOneMixtureOfATable) {
     for (float& sample : second.reflection_multiple) sample *= 1.2f;
     const Table mixture = mixed(table_of(kinds()[0]), second);
     const PackedTable packed(pack(mixture)), one(pack(table_at(mixture, {0.4})));
-    const std::vector<Lookup> lookups = test::random_lookups(one, 1000);
+    const std::vector<Lookup> lookups = random_lookups(one, 1000);
     std::vector<Light> expected;
-    for (const auto& [w, tau, mu_in, mu_out, azimuth] : lookups) {
-        const Geometry along{double{mu_in}, double{mu_out}, double{azimuth}};
-        const Scattered r = packed.reflection(double{w}, double{tau}, along, 0.4),
-                        t = packed.transmission(double{w}, double{tau}, along, 0.4);
+    for (const Lookup& at : lookups) {
+        const double w = double{at.albedo}, tau = double{at.optical_depth};
+        const Scattered r = packed.reflection(w, tau, at.geometry(), 0.4),
+                        t = packed.transmission(w, tau, at.geometry(), 0.4);
         expected.push_back({static_cast<float>(r.single), static_cast<float>(r.multiple),
                             static_cast<float>(t.single), static_cast<float>(t.multiple)});
     }
     const Differences off = differences(as_cxx(one, lookups), expected);
     EXPECT_LE(off.median, 1e-4);
     EXPECT_LE(off.worst, 1e-3);  // the table's tolerance
-    expect_refusal<std::invalid_argument>(
-        [&] { shader_textures(packed); },
-        {"TABLE", "of one phase function", "got one of a family"});
+    expect_refusal([&] { shader_textures(packed); },
+                   {"TABLE", "of one phase function", "got one of a family"});
 }
 
 constexpr Medium<3> three_layers{{0.4, 1, 6}, {0.9, 0.7, 0.99}};
@@ -118,20 +112,19 @@ TEST_P(ShaderLayerOf, IsTheTableAtThatLayer) {
     const PackedTable table(pack(table_of(GetParam())));
     shader::AsCxx shader(with_layer(table));
     const Medium<3> medium = make_medium(table);
-    for (const Lookup& at : test::random_lookups(table, 300)) {
+    for (const Lookup& at : random_lookups(table, 300)) {
         const auto r = shader.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth);
         const auto t = shader.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth);
         const auto direct = shader.stratus_layer_direct(at.mu_out);
         const auto expect_colour = [&](int c, float found_r, float found_t, float found_direct) {
-            const Geometry geometry{double{at.mu_in}, double{at.mu_out}, double{at.azimuth}};
             const double w = medium.albedo[c], tau = medium.optical_depth[c];
-            const double expected_r = table.reflection(w, tau, geometry).total(),
-                         expected_t = table.transmission(w, tau, geometry).total();
-            EXPECT_NEAR(double{found_r}, expected_r, 1e-5 * expected_r + 1e-6);
-            EXPECT_NEAR(double{found_t}, expected_t, 1e-5 * expected_t + 1e-6);
+            const double expected_r = table.reflection(w, tau, at.geometry()).total(),
+                         expected_t = table.transmission(w, tau, at.geometry()).total();
+            EXPECT_NEAR(found_r, expected_r, 1e-5 * expected_r + 1e-6);
+            EXPECT_NEAR(found_t, expected_t, 1e-5 * expected_t + 1e-6);
             const double beam =
                 GetParam().below.is_present() ? 0 : direct_transmittance(tau, double{at.mu_out});
-            EXPECT_NEAR(double{found_direct}, beam, 1e-6);
+            EXPECT_NEAR(found_direct, beam, 1e-6);
         };
         expect_colour(0, r.single.x + r.multiple.x, t.single.x + t.multiple.x, direct.x);
         expect_colour(1, r.single.y + r.multiple.y, t.single.y + t.multiple.y, direct.y);
@@ -144,7 +137,7 @@ TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
     const RgbBsdf bsdf(RgbSlice(table.view(), make_medium(table)));
     shader::AsCxx shader(with_layer(table));
     EXPECT_EQ(shader.stratus_is_peaked(), std::string(GetParam().name) == "droplets");
-    for (const Lookup& at : test::random_lookups(table, 300)) {
+    for (const Lookup& at : random_lookups(table, 300)) {
         const float sine = std::sqrt((1 - at.mu_in) * (1 + at.mu_in));
         const float z = at.azimuth < 1 ? -at.mu_in : at.mu_in;  // some from below
         const Vector wi{sine * std::cos(at.azimuth), sine * std::sin(at.azimuth), z};
@@ -153,18 +146,18 @@ TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
         const auto found = shader.stratus_layer_sample({wi.x, wi.y, wi.z}, u1, u2, u3);
         ASSERT_EQ(expected.pdf > 0, found.pdf > 0);
         if (!(expected.pdf > 0)) continue;
-        EXPECT_NEAR(double{found.wo.x}, double{expected.wo.x}, 1e-4);
-        EXPECT_NEAR(double{found.wo.y}, double{expected.wo.y}, 1e-4);
-        EXPECT_NEAR(double{found.wo.z}, double{expected.wo.z}, 1e-4);
-        EXPECT_NEAR(double{found.pdf}, double{expected.pdf}, 1e-3 * double{expected.pdf});
+        EXPECT_NEAR(found.wo.x, expected.wo.x, 1e-4);
+        EXPECT_NEAR(found.wo.y, expected.wo.y, 1e-4);
+        EXPECT_NEAR(found.wo.z, expected.wo.z, 1e-4);
+        EXPECT_NEAR(found.pdf, expected.pdf, 1e-3 * double{expected.pdf});
         const float pdf = bsdf.pdf(wi, expected.wo);
-        EXPECT_NEAR(double{shader.stratus_layer_pdf({wi.x, wi.y, wi.z},
-                                                    {expected.wo.x, expected.wo.y, expected.wo.z})},
-                    double{pdf}, 1e-3 * double{pdf});
+        EXPECT_NEAR(shader.stratus_layer_pdf({wi.x, wi.y, wi.z},
+                                             {expected.wo.x, expected.wo.y, expected.wo.z}),
+                    pdf, 1e-3 * double{pdf});
         const auto value = shader.stratus_layer_bsdf({wi.x, wi.y, wi.z}, found.wo);
         EXPECT_EQ(value.y, found.value.y);
         const auto [red, green, blue] = bsdf.eval(wi, {found.wo.x, found.wo.y, found.wo.z});
-        EXPECT_NEAR(double{value.y}, double{green}, 1e-3 * double{green});
+        EXPECT_NEAR(value.y, green, 1e-3 * double{green});
     }
     if (!table.view().is_stack() && !table.view().has_lower_boundary()) return;
     EXPECT_EQ(shader.stratus_layer_bsdf({0, 0.6f, -0.8f}, {0, 0.6f, 0.8f}).y, 0);
@@ -183,12 +176,11 @@ std::vector<Light> filtered_light(const PackedTable& table, const std::vector<Lo
     const Medium<3> medium = make_medium(table);
     std::vector<Light> all;
     for (const Lookup& at : lookups) {
-        const Geometry along{double{at.mu_in}, double{at.mu_out}, double{at.azimuth}};
         const auto total = [&](Side side, int c) {
             const double w = medium.albedo[c], tau = medium.optical_depth[c];
             return static_cast<float>(side == Side::reflection
-                                          ? table.reflection(w, tau, along).total()
-                                          : table.transmission(w, tau, along).total());
+                                          ? table.reflection(w, tau, at.geometry()).total()
+                                          : table.transmission(w, tau, at.geometry()).total());
         };
         all.push_back({total(Side::reflection, 0), total(Side::reflection, 2),
                        total(Side::transmission, 0), total(Side::transmission, 2)});
@@ -213,7 +205,7 @@ TEST_P(FilteredLayerOf, IsTheTableAtThatLayerByEightFetches) {
     const FilteredLight layer = filtered_layer(table, make_medium(table));
     EXPECT_LE(layer.usual_error, 2e-3);
     shader::FilteredAsCxx shader(layer);
-    const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
+    const std::vector<Lookup> lookups = random_lookups(table, 1000);
     std::vector<Light> found;
     for (const Lookup& at : lookups) {
         shader.fetches = 0;
@@ -252,7 +244,7 @@ TEST_P(FilteredLayersOf, AreTheTableBy27Fetches) {
     const FilteredLight layers = filtered_layers(table);
     EXPECT_LE(layers.usual_error, 2e-3);
     shader::FilteredAsCxx shader(layers);
-    const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
+    const std::vector<Lookup> lookups = random_lookups(table, 1000);
     const bool narrow_peak = table.view().path_law != nullptr;
     const int of_words = GetParam().azimuths > 1 ? 8 : 4;
     // One of the phase function's samples, if it has any.
@@ -277,13 +269,10 @@ INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayersOf,
 TEST(Shader, HasFilteredLayersWithoutEnd) {
     const PackedTable table(pack(table_of(kinds()[0])));
     shader::FilteredAsCxx shader(filtered_layers(table));
-    for (const Lookup& at : test::random_lookups(table, 300)) {
+    for (const Lookup& at : random_lookups(table, 300)) {
         const auto r = shader.stratus_reflection(at.albedo, 1e9f, at.mu_in, at.mu_out, at.azimuth);
         const double expected =
-            table
-                .reflection(double{at.albedo}, infinity,
-                            {double{at.mu_in}, double{at.mu_out}, double{at.azimuth}})
-                .total();
+            table.reflection(double{at.albedo}, infinity, at.geometry()).total();
         EXPECT_NEAR(double{r.single} + double{r.multiple}, expected, 4e-3 * expected);
     }
 }
@@ -301,32 +290,31 @@ TEST(Shader, HasFilteredLayersOfFewAzimuths) {
 TEST(Shader, RefusesWhatItDoesNotRead) {
     const Table table = table_of(kinds()[0]);
     const PackedTable mixture(pack(mixed(table, table)));
-    expect_refusal<std::invalid_argument>([&] { shader_textures(mixture); },
-                                          {"shader", "TABLE", "of one phase function", "family"});
+    expect_refusal(
+        [&] { shader_textures(mixture); },
+        {"shader: TABLE must be of one phase function: table_at(), --at, got one of a family"});
     const PackedTable narrowed(pack(table_of(kinds()[7])));
-    expect_refusal<std::invalid_argument>([&] { shader_layer(narrowed, three_layers); },
-                                          {"shader", "TABLE", "narrowed"});
+    expect_refusal(
+        [&] { shader_layer(narrowed, three_layers); },
+        {"shader: TABLE must be one of all directions, which are sampled, got one narrowed"});
     const PackedTable rings(pack(table_of(kinds()[0])));
     const FilteredLight layer = filtered_layer(rings, make_medium(rings));
     const PackedTable stack(pack(table_of(stacks()[0])));
-    expect_refusal<std::invalid_argument>([&] { filtered_layers(stack); },
-                                          {"shader", "TABLE", "of one layer", "a stack"});
-    expect_refusal<std::invalid_argument>([&] { shader_text(ShaderLanguage::osl, &layer); },
-                                          {"shader", "--filtered", "glsl or hlsl", "osl"});
+    expect_refusal(
+        [&] { filtered_layers(stack); },
+        {"shader: TABLE must be of one layer, whose depth and albedo vary, got a stack"});
+    expect_refusal([&] { shader_text(ShaderLanguage::osl, &layer); },
+                   {"shader: --filtered must be with glsl or hlsl, got osl"});
     const PackedTable finite(pack(table_of(kinds()[2])));
-    expect_refusal<std::invalid_argument>(
-        [&] {
-            shader_layer(finite, {{100, 1, 1}, {1, 1, 1}});
-        },
-        {"100"});
+    expect_refusal([&] { shader_layer(finite, {{100, 1, 1}, {1, 1, 1}}); }, {"100"});
 }
 
 #ifdef STRATUS_RUN_CHROMIUM
 TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
     const PackedTable table(pack(table_of(kinds()[0])));
     const RgbBsdf bsdf(RgbSlice(table.view(), make_medium(table)));
-    const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
-    const std::vector<Light> found = test::by_browser(with_layer(table), lookups, R"glsl(
+    const std::vector<Lookup> lookups = random_lookups(table, 1000);
+    const std::vector<Light> found = by_browser(with_layer(table), lookups, R"glsl(
         vec3 wi = vec3(sqrt((1.0 - along.x) * (1.0 + along.x)), 0.0, along.x);
         StratusSample drawn = stratus_layer_sample(wi, along.y, along.z / 6.2831854, layer.x);
         light = vec4(drawn.wo.xz, drawn.pdf, stratus_layer_pdf(wi, drawn.wo));
@@ -351,22 +339,21 @@ TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
 TEST(ShaderInABrowser, FiltersABoundLayer) {
     const PackedTable table(pack(table_of(kinds()[0])));
     const FilteredLight layer = filtered_layer(table, make_medium(table));
-    const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
-    const std::vector<Light> found = test::by_browser(layer.textures, lookups, R"glsl(
+    const std::vector<Lookup> lookups = random_lookups(table, 1000);
+    const std::vector<Light> found = by_browser(layer.textures, lookups, R"glsl(
         StratusColours r = stratus_layer_reflection(along.x, along.y, along.z);
         StratusColours t = stratus_layer_transmission(along.x, along.y, along.z);
         light = vec4((r.single + r.multiple).xz, (t.single + t.multiple).xz);
     )glsl",
-                                                      &layer);
+                                                &layer);
     EXPECT_LE(share_off(found, filtered_light(table, lookups)), 2e-3);
 }
 
 TEST(ShaderInABrowser, FiltersLayersOfAnyDepth) {
     const PackedTable table(pack(table_of(without_infinity(kinds()[0]))));
     const FilteredLight layers = filtered_layers(table);
-    const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
-    const std::vector<Light> found =
-        test::by_browser(layers.textures, lookups, test::both_sides, &layers);
+    const std::vector<Lookup> lookups = random_lookups(table, 1000);
+    const std::vector<Light> found = by_browser(layers.textures, lookups, both_sides, &layers);
     EXPECT_LE(share_off(totals(found), totals(by_runtime(table, lookups))), 2e-3);
 }
 
@@ -374,8 +361,8 @@ class ShaderInABrowserOf : public testing::TestWithParam<Kind> {};
 
 TEST_P(ShaderInABrowserOf, IsTheRuntime) {
     const PackedTable table(pack(table_of(GetParam())));
-    const std::vector<Lookup> lookups = test::random_lookups(table, 10000);
-    const std::vector<Light> found = test::by_browser(shader_textures(table), lookups);
+    const std::vector<Lookup> lookups = random_lookups(table, 10000);
+    const std::vector<Light> found = by_browser(shader_textures(table), lookups);
     const Differences off = differences(found, by_runtime(table, lookups));
     std::cout << GetParam().name << ", 10000 points: " << off << '\n';
     EXPECT_LE(off.median, 1e-5);
@@ -389,4 +376,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ShaderInABrowserOf,
 #endif
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

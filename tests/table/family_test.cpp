@@ -11,13 +11,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
-
-using Error = std::invalid_argument;
 
 FamilyAxis range_of(PhaseParameter parameter, double low, double high, int count) {
     return {parameter, make_axis(parameter_scale(parameter), low, high, count), false};
@@ -32,25 +28,17 @@ double level_of(const PhaseFunction& phase_function) {
 /// Tables of `axes` whose members differ in their level alone.
 Table family_table(const std::vector<FamilyAxis>& axes, const PhaseFunction& first,
                    const PhaseFunction& second = {}) {
-    Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true});
-    const Table one = table;
+    Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true}), one = table;
     table.phase_function = first;
     table.second_phase_function = second;
     table.family = axes;
     table.diffusion_exponent.clear();
     for (std::size_t m = 0; m < table.member_count(); ++m) {
         const double level = level_of(phase_function_at(first, second, axes, member_at(axes, m)));
-        const auto add = [](std::vector<float>& all, const std::vector<float>& more) {
-            all.insert(all.end(), more.begin(), more.end());
-        };
-        add(table.reflection_multiple,
-            tabulate(one, [&](const Point& p) { return level * small_table_reflection_scale(p); }));
-        add(table.transmission_multiple, tabulate(one, [&](const Point& p) {
-                return level * small_table_transmission_scale(p);
-            }));
-        table.diffusion_exponent.insert(table.diffusion_exponent.end(),
-                                        one.diffusion_exponent.begin(),
-                                        one.diffusion_exponent.end());
+        fill(one, [level](const Point&) { return level; });
+        for_each_of_members(
+            [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); },
+            table, one);
         table.extrapolation_lengths.push_back(small_table_length);
     }
     table.tolerance = 1e-3;
@@ -91,10 +79,7 @@ TEST(Family, IsBoundByItsValues) {
     const Slice slice = bind(table.view(), 0.9, 0.9, {0.6});
     for (const Geometry& at : three_geometries) {
         const double R = reflection(table.view().at({0.6}), 0.9, 0.9, at).total();
-        EXPECT_NEAR(
-            double{slice.reflection(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
-                                    static_cast<float>(at.azimuth))},
-            R, 2e-3 * R);
+        EXPECT_NEAR(value_of(slice, Side::reflection, at), R, 2e-3 * R);
     }
 }
 
@@ -117,11 +102,7 @@ TEST(Family, OfTwoAxesIsTheirProduct) {
             const double phase = PhaseFunction::mixture(share, full, even)(0.3);
             EXPECT_NEAR(view.phase(0.3), phase, 1e-14 * phase);
         }
-    expect_refusal<Error>(
-        [&] {
-            table.view().at({0.5, 0.4});
-        },
-        {"at", "g", "one of 0.3, 0.5, 0.8"});
+    expect_refusal([&] { table.view().at({0.5, 0.4}); }, {"at: g must be one of 0.3, 0.5, 0.8"});
 }
 
 /// Lookups at a point against those of the table of its own there, at samples of layers.
@@ -150,8 +131,9 @@ TEST(Family, HasATableOfItsOwnAtEveryPoint) {
     prepare(table);
     for (const double g : {0.2, 0.37, 0.9}) expect_same_at(table, {g});
     for (const double g : {0.1, 0.91})
-        expect_refusal<Error>([&] { table_at(table, {g}); }, {"table_at", "g", "[0.2, 0.9]"});
-    expect_refusal<Error>([&] { table_at(table, {}); }, {"at", "1, one for each axis", "got 0"});
+        expect_refusal([&] { table_at(table, {g}); }, {"table_at: g must be in [0.2, 0.9]"});
+    expect_refusal([&] { table_at(table, {}); },
+                   {"at: values of parameters must be 1, one for each axis of the family, got 0"});
     const Table two =
         family_table({range_of(PhaseParameter::mixture, 0, 1, 2),
                       {PhaseParameter::g, {AxisScale::linear, {0.3, 0.5, 0.8}}, true}},
@@ -188,10 +170,8 @@ TEST(Family, PackedIsThatOfItsTable) {
             EXPECT_NEAR(found.multiple, expected.multiple, 4e-4 * expected.total());
             EXPECT_EQ(found.single, expected.single);
             const Slice slice = bind(packed.view(), 1, 0.9, {g});
-            EXPECT_NEAR(
-                double{slice.reflection(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
-                                        static_cast<float>(at.azimuth))},
-                expected.total(), 2e-3 * expected.total());
+            EXPECT_NEAR(value_of(slice, Side::reflection, at), expected.total(),
+                        2e-3 * expected.total());
         }
     EXPECT_TRUE(std::isnan(packed.reflection(0.9, 1, three_geometries[0]).total()));
 }
@@ -199,22 +179,29 @@ TEST(Family, PackedIsThatOfItsTable) {
 TEST(Family, NotChosenGivesNotANumberAndCannotBeBound) {
     const Table table = lobes();
     EXPECT_TRUE(std::isnan(reflection(table.view(), 0.9, 1, three_geometries[0]).total()));
-    expect_refusal<Error>([&] { bind(table.view(), 1, 0.9); }, {"at", "g", "chosen", "nan"});
+    expect_refusal([&] { bind(table.view(), 1, 0.9); },
+                   {"at: g must be chosen for this table, got nan"});
 }
 
 TEST(Family, RefusesWhatItDoesNotHold) {
     const Table table = lobes();
-    expect_refusal<Error>([&] { bind(table.view(), 1, 0.9, {0.95}); },
-                          {"bind", "g", "in [0.2, 0.9]", "0.95"});
+    expect_refusal([&] { bind(table.view(), 1, 0.9, {0.95}); },
+                   {"bind: g must be in [0.2, 0.9] of the table, got 0.95"});
     EXPECT_TRUE(bind(table.view(), 1, 0.9, {0.95}, {}, OutsideTable::clamp).clamped());
-    expect_refusal<Error>([&] { table.view().at({0.5, 0.5}); }, {"at", "values", "1", "got 2"});
-    expect_refusal<Error>([&] { table.view().at({}); }, {"at", "values", "1", "got 0"});
-    expect_refusal<Error>([&] { table.view().at({1.5}); }, {"henyey_greenstein", "(-1, 1)", "1.5"});
-    expect_refusal<Error>(
+    expect_refusal(
+        [&] {
+            table.view().at({0.5, 0.5});
+        },
+        {"at: values of parameters must be 1, one for each axis of the family, got 2"});
+    expect_refusal([&] { table.view().at({}); },
+                   {"at: values of parameters must be 1, one for each axis of the family, got 0"});
+    expect_refusal([&] { table.view().at({1.5}); },
+                   {"henyey_greenstein: g must be in (-1, 1), got 1.5"});
+    expect_refusal(
         [&] {
             empty_table({4, 4, 4, 4, 4}, {0.25, 8, true}).view().at({0.5});
         },
-        {"at", "values", "0", "got 1"});
+        {"at: values of parameters must be 0, one for each axis of the family, got 1"});
 }
 
 TEST(Family, SetsTheOneTermThatHasTheParameter) {
@@ -226,33 +213,36 @@ TEST(Family, SetsTheOneTermThatHasTheParameter) {
               parse_phase_function("mie:radius=4um,variance=0.1").text());
     EXPECT_EQ(with_parameter(drops, PhaseParameter::wavelength, 0.65).text(),
               parse_phase_function("mie:radius=10um,variance=0.1,wavelength=650nm").text());
-    expect_refusal<Error>([&] { with_parameter(drops, PhaseParameter::g, 0.5); },
-                          {"family", "g", "one henyey_greenstein", "mie"});
-    expect_refusal<Error>(
+    expect_refusal([&] { with_parameter(drops, PhaseParameter::g, 0.5); },
+                   {"family: g must be of a phase function with one henyey_greenstein, got mie"});
+    expect_refusal(
         [&] {
             with_parameter(
                 parse_phase_function("0.5*henyey_greenstein:g=0.5 + 0.5*henyey_greenstein:g=-0.5"),
                 PhaseParameter::g, 0.5);
         },
-        {"family", "g", "one henyey_greenstein"});
-    expect_refusal<Error>([&] { with_parameter(drops, PhaseParameter::radius, -1); },
-                          {"mie", "radius", "above 0", "-1"});
+        {"family: g must be of a phase function with one henyey_greenstein"});
+    expect_refusal([&] { with_parameter(drops, PhaseParameter::radius, -1); },
+                   {"mie: radius (um) must be above 0 and finite, got -1"});
 }
 
 TEST(Family, RefusesAxesThatAreNone) {
-    const auto refuse = [](std::vector<FamilyAxis> axes, const std::vector<const char*>& parts) {
+    const auto refuse = [](std::vector<FamilyAxis> axes, const Fragments& parts) {
         Table table = lobes();
         table.family = std::move(axes);
-        expect_refusal<Error>([&] { prepare(table); }, parts);
+        expect_refusal([&] { prepare(table); }, parts);
     };
     const FamilyAxis g = range_of(PhaseParameter::g, 0.2, 0.9, 5);
-    refuse({g, g}, {"prepare", "family", "differ"});
-    refuse({g, g, g}, {"prepare", "family", "one or two"});
+    refuse({g, g}, {"prepare: family must be of axes that differ"});
+    refuse({g, g, g}, {"prepare: family must be of one or two"});
     refuse({{PhaseParameter::g, {AxisScale::linear, {0.2, 0.4}}, false}},
-           {"scale of axis g", "logarithm_of_complement", "linear"});
-    refuse({{PhaseParameter::g, {AxisScale::linear, {0.2, 0.1}}, true}}, {"g", "ascending", "0.1"});
-    refuse({range_of(PhaseParameter::radius, 4, 20, 5)}, {"radius", "one mie"});
-    refuse({range_of(PhaseParameter::g, 0.2, 0.9, 4)}, {"extrapolation_lengths", "4", "got 5"});
+           {"scale of axis g must be logarithm_of_complement, got linear"});
+    refuse({{PhaseParameter::g, {AxisScale::linear, {0.2, 0.1}}, true}},
+           {"g must be finite and ascending, got 0.1"});
+    refuse({range_of(PhaseParameter::radius, 4, 20, 5)},
+           {"radius must be of a phase function with one mie"});
+    refuse({range_of(PhaseParameter::g, 0.2, 0.9, 4)},
+           {"extrapolation_lengths must be as many as members, 4, got 5"});
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Packing looks at most layers in a few directions only: what it finds must hold in all of them.
 #include <stratus/table/packed_table.h>
 
-#include <stratus/layer/single_scattering.h>
 #include <stratus/table/layer_samples.h>
 
 #include "small_table.h"
@@ -25,10 +24,9 @@ double smooth(const Point& p) {
 
 /// R and T of a shape that both sides share.
 Table table_of(const FunctionOfPoint& shape) {
-    Table table = filled(
-        sums_counts, sums_depths, [&](const Point& p) { return small_table_reflection_scale(p) * shape(p); },
-        [&](const Point& p) { return small_table_transmission_scale(p) * shape(p); });
+    Table table = empty_table(sums_counts, sums_depths);
     table.tolerance = small_table_tolerance;
+    fill(table, shape);
     return table;
 }
 
@@ -88,19 +86,19 @@ class CountedSamples : public LayerSamples {
         return static_cast<int>(layers.size());
     }
 
-    void at(const std::array<DirectionList, 2>& at, const Use& use) override {
-        if (at[0].empty()) return;
-        directions = at[0].size();
+    void at(const PerSide<DirectionList>& at, const Use& use) override {
+        if (at.reflection.empty()) return;
+        directions = at.reflection.size();
         for (int layer = 0; layer < sums_counts.albedo * sums_counts.optical_depth; ++layer)
             hand_over(layer, at, use);
     }
 
   private:
-    void hand_over(int layer, const std::array<DirectionList, 2>& at, const Use& use) const {
+    void hand_over(int layer, const PerSide<DirectionList>& at, const Use& use) const {
         const std::size_t cosines = table_.mu_in.values.size(),
                           azimuths = table_.azimuth.values.size();
         std::vector<float> samples;
-        for (const std::size_t direction : at[0]) {
+        for (const std::size_t direction : at.reflection) {
             std::size_t in = 0;  // pairs before that of (in, 0): in (in + 1) / 2
             while ((in + 1) * (in + 2) / 2 <= direction / azimuths) ++in;
             const std::size_t out = direction / azimuths - in * (in + 1) / 2;

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -18,11 +17,7 @@ namespace {
 Table level_table(double level, double g) {
     Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true});
     table.phase_function = PhaseFunction::henyey_greenstein(g);
-    table.reflection_multiple =
-        tabulate(table, [&](const Point& p) { return level * small_table_reflection_scale(p); });
-    table.transmission_multiple =
-        tabulate(table, [&](const Point& p) { return level * small_table_transmission_scale(p); });
-    prepare(table);
+    fill(table, [level](const Point&) { return level; });
     return table;
 }
 
@@ -77,13 +72,14 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
     const Slice slice = bind(view, 0.9, 0.9);
     const RgbSlice rgb = bind_rgb(view, {0.9, 0.9, 8}, {0.9, 0.5, 0.9});
     for (const Geometry& at : three_geometries) {
-        const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out);
-        const auto azimuth = static_cast<float>(at.azimuth);
         const double R = reflection(view, 0.9, 0.9, at).total();
         const double T = transmission(view, 0.9, 8, at).total();
         constexpr double straight_lines = 1e-3;  // between the samples of a slice
-        EXPECT_NEAR(double{slice.reflection(in, out, azimuth)}, R, straight_lines * R);
-        EXPECT_NEAR(double{rgb.transmission(in, out, azimuth).b}, T, straight_lines * T);
+        EXPECT_NEAR(value_of(slice, Side::reflection, at), R, straight_lines * R);
+        EXPECT_NEAR(rgb.transmission(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
+                                     static_cast<float>(at.azimuth))
+                        .b,
+                    T, straight_lines * T);
     }
     const double forward =
         0.25 * (*view.phase_function)(1) + 0.75 * (*view.second_phase_function)(1);
@@ -93,10 +89,10 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
     EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
     EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));
-    expect_refusal<std::invalid_argument>([] { bind(both().view(), 1, 0.9); },
-                                          {"at", "mixture", "chosen", "nan"});
-    expect_refusal<std::invalid_argument>([] { bind(both().view().at({1.1}), 1, 0.9); },
-                                          {"at", "mixture", "[0, 1]", "1.1"});
+    expect_refusal([] { bind(both().view(), 1, 0.9); },
+                   {"at: mixture must be chosen for this table, got nan"});
+    expect_refusal([] { bind(both().view().at({1.1}), 1, 0.9); },
+                   {"at: mixture must be in [0, 1], got 1.1"});
 }
 
 }  // namespace

@@ -6,12 +6,13 @@
 #include <stratus/table/packed_table.h>
 
 #include "refusal.h"
+#include "row_name.h"
 #include "small_table.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -24,13 +25,6 @@ double narrow_shape(const Point& p) {
     const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
     return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
            0.4 * sines * std::cos(p.azimuth) + 0.2 * sines * sines * std::cos(2 * p.azimuth);
-}
-
-double narrow_reflected(const Point& p) {
-    return small_table_reflection_scale(p) * narrow_shape(p);
-}
-double narrow_transmitted(const Point& p) {
-    return small_table_transmission_scale(p) * narrow_shape(p);
 }
 
 struct Directions {
@@ -52,9 +46,7 @@ Table table_of(const Directions& directions, bool to_infinity = true) {
     table.mu_in = directions.mu_in;
     table.mu_out = directions.mu_out;
     table.azimuth = directions.azimuth;
-    table.reflection_multiple = tabulate(table, narrow_reflected);
-    table.transmission_multiple = tabulate(table, narrow_transmitted);
-    prepare(table);
+    fill(table, narrow_shape);
     return table;
 }
 
@@ -88,17 +80,16 @@ class NarrowTable : public testing::TestWithParam<Directions> {
 
     /// Random layers, and directions within the table's.
     std::vector<Point> points(int count) const {
-        std::mt19937 random(3);
-        std::uniform_real_distribution<double> uniform(0, 1);
+        Uniform uniform(3);
         const TableView view = table_.view();
         const auto within = [&](const AxisView& axis) {
-            return axis.lowest + uniform(random) * (axis.highest - axis.lowest);
+            return axis.lowest + uniform() * (axis.highest - axis.lowest);
         };
         std::vector<Point> all;
         for (int n = 0; n < count; ++n) {
             Point p{};
             p.albedo = within(view.albedo);
-            p.optical_depth = 0.05 * std::pow(200, uniform(random));
+            p.optical_depth = 0.05 * std::pow(200, uniform());
             p.mu_in = within(view.mu_in);
             p.mu_out = within(view.mu_out);
             p.azimuth = within(view.azimuth);
@@ -106,8 +97,6 @@ class NarrowTable : public testing::TestWithParam<Directions> {
         }
         return all;
     }
-
-    static Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
 };
 
 TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
@@ -191,7 +180,7 @@ TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
                     .total();
             EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01))
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
-            EXPECT_NEAR(double{total[n]}, found, 2e-5 * std::max(found, 0.01));
+            EXPECT_NEAR(total[n], found, 2e-5 * std::max(found, 0.01));
         }
     }
 }
@@ -200,15 +189,11 @@ TEST_P(NarrowTable, MakesNoBsdf) {
     EXPECT_FALSE(table_.view().has_all_directions());
     Slice slice = bind(table_.view(), 1, 0.9);
     EXPECT_FALSE(slice.has_all_directions());
-    expect_refusal<std::invalid_argument>([&] { Bsdf(std::move(slice)); },
-                                          {"Bsdf", "all directions", "narrowed"});
-    Effects once;
-    once.multiple = false;
-    EXPECT_NO_THROW(Bsdf(bind(table_.view(), 1, 0.9, once)));
+    expect_refusal([&] { Bsdf(std::move(slice)); }, {"Bsdf", "all directions", "narrowed"});
+    EXPECT_NO_THROW(Bsdf(bind(table_.view(), 1, 0.9, Effects{.multiple = false})));
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, NarrowTable, testing::ValuesIn(narrow()),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(Of, NarrowTable, testing::ValuesIn(narrow()), row_name);
 
 TEST(FullTable, MakesABsdf) {
     EXPECT_TRUE(full().view().has_all_directions());

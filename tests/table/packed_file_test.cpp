@@ -24,21 +24,15 @@
 namespace stratus {
 namespace {
 
-double packed_reflected(const Point& p) {
-    return small_table_reflection_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
-}
-double packed_transmitted(const Point& p) {
-    return small_table_transmission_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
-}
+/// What is left of samples once they are divided by all that lookups divide by.
+double packed_shape(const Point& p) { return 2 + p.mu_in * p.mu_out * std::cos(p.azimuth); }
 
 Table small(const char* phase = "henyey_greenstein:g=0.5") {
     Table table = empty_table({5, 6, 6, 6, 5}, {0.1, 8, true});
     table.phase_function = parse_phase_function(phase);
     table.tolerance = 1e-3;
     table.attributes["title"] = "small";
-    table.reflection_multiple = tabulate(table, packed_reflected);
-    table.transmission_multiple = tabulate(table, packed_transmitted);
-    prepare(table);
+    fill(table, packed_shape);
     return table;
 }
 
@@ -158,8 +152,8 @@ TEST(PackedFile, BindsAsTheTableDoes) {
     }
 }
 
-void expect_forgery_refused(const Forged& forged, const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>([&] { PackedTable{forged.bytes()}; }, fragments);
+void expect_forgery_refused(const Forged& forged, const Fragments& fragments) {
+    expect_refusal([&] { PackedTable{forged.bytes()}; }, fragments);
 }
 
 Table with_path_law(const char* phase) {
@@ -212,7 +206,8 @@ TEST(PackedFile, WithoutItsPhaseCurveIsRefusedBeforeOneIsSampled) {
         work();
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
-    const double refusal = seconds([&] { expect_forgery_refused(forged, {"phase", "none"}); });
+    const double refusal =
+        seconds([&] { expect_forgery_refused(forged, {"phase must be given, got none"}); });
     const double sampling = seconds([&] { PhaseCurve(parse_phase_function(text)); });
     EXPECT_LT(refusal, sampling / 2);
 }
@@ -274,7 +269,7 @@ TEST(PackedFile, LooksUpThePathSheetOfFewOrdersWhereAFileHoldsIt) {
 TEST(PackedFile, RefusesManyOrdersWithoutTheirSheet) {
     Forged file(with_path_law("henyey_greenstein:g=0.95"));
     file.tensors_.erase(path_sheet_name);
-    expect_forgery_refused(file, {"path_sheet", "64"});
+    expect_forgery_refused(file, {"path_sheet must be given for more than 64"});
 }
 
 /// Two members whose samples are alike but for a factor: one set of functions serves both.
@@ -306,8 +301,9 @@ TEST(PackedFile, SharesFunctionsAmongMembers) {
     for (const double share : {0.0, 0.4, 1.0})
         for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.3, 3.1}}) {
             const double level = 1.5 - 0.5 * share;
+            const Point point{0.8, 2, at.mu_in, at.mu_out, at.azimuth};
             const double expected =
-                level * packed_reflected({0.8, 2, at.mu_in, at.mu_out, at.azimuth});
+                level * small_table_reflection_scale(point) * packed_shape(point);
             const TableView view = shared.view().at({share});
             EXPECT_NEAR(reflection(view, 0.8, 2, at).multiple, expected, 1e-3 * expected);
             EXPECT_EQ(reflection(view, 0.8, 2, at).multiple,
@@ -322,7 +318,8 @@ TEST(PackedFile, RefusesForgedOwnersOfFunctions) {
         Forged forged(of_two_levels());
         forged.set("member_1/reflection/functions_of", 0, owner);
         SCOPED_TRACE(owner);
-        expect_forgery_refused(forged, {"member_1/reflection/functions_of", "an earlier member"});
+        expect_forgery_refused(forged,
+                               {"member_1/reflection/functions_of must be an earlier member"});
     }
     Forged without(of_two_levels());
     without.tensors_.erase("member_0/transmission/functions");

@@ -5,13 +5,14 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "refusal.h"
+#include "row_name.h"
 #include "small_table.h"
+#include "uniform.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <optional>
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -27,9 +28,6 @@ double shape(const Point& p) {
            0.4 * sines * std::cos(p.azimuth) * (1 + p.albedo * depth) / 2;
 }
 
-double reflected(const Point& p) { return small_table_reflection_scale(p) * shape(p); }
-double transmitted(const Point& p) { return small_table_transmission_scale(p) * shape(p); }
-
 /// Over a lower boundary nothing is divided out.
 double reflected_over(const Point& p) {
     return 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p);
@@ -39,9 +37,7 @@ Table packable(const Counts& counts, const Depths& depths, const char* phase = "
     Table table = empty_table(counts, depths);
     table.phase_function = parse_phase_function(phase);
     table.tolerance = small_table_tolerance;
-    table.reflection_multiple = tabulate(table, reflected);
-    table.transmission_multiple = tabulate(table, transmitted);
-    prepare(table);
+    fill(table, shape);
     return table;
 }
 
@@ -52,23 +48,20 @@ constexpr Depths to_eight{0.05, 8, false}, to_infinity{0.05, 8, true};
 std::vector<Point> random_lookups(const Table& table, int count, double shallowest,
                                   double deepest) {
     const TableView view = table.view();
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> uniform(0, 1);
+    Uniform uniform(1);
     std::vector<Point> all;
     for (int n = 0; n < count; ++n) {
-        const auto cosine = [&] { return std::pow(0.1 + 0.9 * uniform(random), 2); };
+        const auto cosine = [&] { return std::pow(0.1 + 0.9 * uniform(), 2); };
         Point p{};
-        p.albedo = view.albedo.lowest + (1 - view.albedo.lowest) * uniform(random);
-        p.optical_depth = shallowest * std::pow(deepest / shallowest, uniform(random));
+        p.albedo = view.albedo.lowest + (1 - view.albedo.lowest) * uniform();
+        p.optical_depth = shallowest * std::pow(deepest / shallowest, uniform());
         p.mu_in = cosine();
         p.mu_out = cosine();
-        p.azimuth = pi * uniform(random);
+        p.azimuth = pi * uniform();
         all.push_back(p);
     }
     return all;
 }
-
-Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
 
 /// That the lookups of a packed table are those of lookup.h, to the tolerance relative to R or T
 /// but not to less than 1 % of 1.
@@ -109,22 +102,22 @@ TEST_P(PackedTableShapes, AgreeWithLookups) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, PackedTableShapes,
-    testing::Values(Shape{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
-                    Shape{"to_infinity", usual, to_infinity, "rayleigh"},
-                    Shape{"two_lobes", usual, to_eight,
-                          "0.6*henyey_greenstein:g=-0.5 + 0.4*henyey_greenstein:g=0.5"},
-                    Shape{"sampled", usual, to_eight, "lambert_sphere"},
-                    Shape{"without_azimuth", {9, 12, 16, 16, 1}, to_eight, "isotropic"},
-                    Shape{"two_azimuths", {9, 12, 16, 16, 2}, to_eight, "isotropic"},
-                    Shape{"one_albedo", {1, 12, 16, 16, 9}, to_infinity, "rayleigh"},
-                    Shape{"two_albedos", {2, 12, 16, 16, 9}, to_eight, "rayleigh"},
-                    Shape{"three_depths", {9, 3, 16, 16, 9}, to_infinity, "rayleigh"},
-                    Shape{"one_depth", {9, 1, 16, 16, 9}, to_eight, "rayleigh"},
-                    Shape{"infinite_depth_alone", {9, 0, 16, 16, 9}, to_infinity, "rayleigh"},
-                    Shape{"cosines_that_differ", {9, 12, 16, 15, 9}, to_eight, "rayleigh"},
-                    Shape{"two_cosines", {9, 12, 2, 2, 9}, to_eight, "rayleigh"},
-                    Shape{"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}),
-    [](const auto& row) { return row.param.name; });
+    testing::ValuesIn<Shape>({{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
+                              {"to_infinity", usual, to_infinity, "rayleigh"},
+                              {"two_lobes", usual, to_eight,
+                               "0.6*henyey_greenstein:g=-0.5 + 0.4*henyey_greenstein:g=0.5"},
+                              {"sampled", usual, to_eight, "lambert_sphere"},
+                              {"without_azimuth", {9, 12, 16, 16, 1}, to_eight, "isotropic"},
+                              {"two_azimuths", {9, 12, 16, 16, 2}, to_eight, "isotropic"},
+                              {"one_albedo", {1, 12, 16, 16, 9}, to_infinity, "rayleigh"},
+                              {"two_albedos", {2, 12, 16, 16, 9}, to_eight, "rayleigh"},
+                              {"three_depths", {9, 3, 16, 16, 9}, to_infinity, "rayleigh"},
+                              {"one_depth", {9, 1, 16, 16, 9}, to_eight, "rayleigh"},
+                              {"infinite_depth_alone", {9, 0, 16, 16, 9}, to_infinity, "rayleigh"},
+                              {"cosines_that_differ", {9, 12, 16, 15, 9}, to_eight, "rayleigh"},
+                              {"two_cosines", {9, 12, 2, 2, 9}, to_eight, "rayleigh"},
+                              {"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}}),
+    row_name);
 
 /// A table whose azimuths lie evenly in their square root, and albedos in the fourth of 1 - w.
 Table forward_filled() {
@@ -136,9 +129,7 @@ Table forward_filled() {
         table.diffusion_exponent[a] = small_table_exponent(table.albedo.values[a]);
     table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
     table.tolerance = small_table_tolerance;
-    table.reflection_multiple = tabulate(table, reflected);
-    table.transmission_multiple = tabulate(table, transmitted);
-    prepare(table);
+    fill(table, shape);
     return table;
 }
 
@@ -168,7 +159,7 @@ TEST_P(PackedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
     expect_lookups(packed, table.view(), at);
 }
 
-TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
+TEST_P(PackedTableInstructionSets, AgreeBetweenOneManyAndThree) {
     const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
     const PackedTable packed(pack(table));
     const std::vector<Point> at =
@@ -183,35 +174,24 @@ TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
                               of[3].data(), of[4].data(), at.size()};
     packed.reflection(points, R.data());
     packed.transmission(points, T.data());
-    for (std::size_t n = 0; n < at.size(); ++n) {
-        const Geometry here{of[2][n], of[3][n], of[4][n]};
-        const double of_one[] = {packed.reflection(of[0][n], of[1][n], here).total(),
-                                 packed.transmission(of[0][n], of[1][n], here).total()};
-        EXPECT_NEAR(R[n], of_one[0], 1e-6 * std::max(1.0, of_one[0]));
-        EXPECT_NEAR(T[n], of_one[1], 1e-6 * std::max(1.0, of_one[1]));
-    }
-}
-
-TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndThree) {
-    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
-    const PackedTable packed(pack(table));
-    for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
-        // The second as the first, the third mostly in another block.
-        const PackedLayers layers{{p.albedo, p.albedo, 1 - p.albedo},
-                                  {p.optical_depth, p.optical_depth, 9 * p.optical_depth}};
+    for (std::size_t n = 0; n < at.size(); ++n)
         for (const Side side : {Side::reflection, Side::transmission}) {
+            const auto of_one = [&](double w, double depth) {
+                const Geometry here{of[2][n], of[3][n], of[4][n]};
+                return side == Side::reflection ? packed.reflection(w, depth, here)
+                                                : packed.transmission(w, depth, here);
+            };
+            const double w = of[0][n], depth = of[1][n], one = of_one(w, depth).total();
+            EXPECT_NEAR((side == Side::reflection ? R : T)[n], one, 1e-6 * std::max(1.0, one));
+            // The second as the first, the third mostly in another block.
+            const PackedLayers layers{{w, w, 1 - w}, {depth, depth, 9 * depth}};
             double value[3];
-            packed.multiple(side, layers, geometry(p), 1, value);
+            packed.multiple(side, layers, {of[2][n], of[3][n], of[4][n]}, 1, value);
             for (int k = 0; k < 3; ++k) {
-                const double w = layers.albedo[k], depth = layers.optical_depth[k];
-                const double one =
-                    (side == Side::reflection ? packed.reflection(w, depth, geometry(p))
-                                              : packed.transmission(w, depth, geometry(p)))
-                        .multiple;
-                EXPECT_NEAR(value[k], one, 1e-6 * std::max(1.0, one));
+                const double multiple = of_one(layers.albedo[k], layers.optical_depth[k]).multiple;
+                EXPECT_NEAR(value[k], multiple, 1e-6 * std::max(1.0, multiple));
             }
         }
-    }
 }
 
 /// What slices are bound from, times the shares intercepted.

@@ -1,7 +1,7 @@
 // Tables filled from a function, for tests of lookups.
 #pragma once
 
-#include <stratus/base/angle.h>
+#include <stratus/base/direction.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/table.h>
@@ -84,6 +84,17 @@ inline Table filled(const Counts& counts, const Depths& depths, const FunctionOf
     return table;
 }
 
+/// R or T that a slice has at a geometry.
+template <class Slice>
+double value_of(const Slice& slice, Side side, const Geometry& at) {
+    const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out),
+               azimuth = static_cast<float>(at.azimuth);
+    return double{side == Side::reflection ? slice.reflection(in, out, azimuth)
+                                           : slice.transmission(in, out, azimuth)};
+}
+
+inline Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+
 inline void set_mixture(Table& table, Axis shares) {
     table.family = {{PhaseParameter::mixture, std::move(shares), false}};
 }
@@ -122,23 +133,35 @@ inline double small_table_transmission_scale(const Point& p) {
            transmission_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
 }
 
+/// Fills both sides with all that lookups divide by, times what they interpolate, `shape`.
+inline void fill(Table& table, const FunctionOfPoint& shape) {
+    table.reflection_multiple =
+        tabulate(table, [&](const Point& p) { return small_table_reflection_scale(p) * shape(p); });
+    table.transmission_multiple = tabulate(
+        table, [&](const Point& p) { return small_table_transmission_scale(p) * shape(p); });
+    prepare(table);
+}
+
+/// A table that is all that lookups divide by, and 1 in between.
+inline Table plain_table(const Counts& counts, const Depths& depths) {
+    Table table = empty_table(counts, depths);
+    fill(table, [](const Point&) { return 1; });
+    return table;
+}
+
 /// A table that is smooth along every axis, as solved ones are.
 inline Table smooth_table(bool with_azimuth, AxisScale azimuth_scale = AxisScale::linear) {
     Table table = empty_table({5, 8, 20, 20, with_azimuth ? 13 : 1}, {0.1, 8, true});
-    if (with_azimuth) table.azimuth = make_axis(azimuth_scale, 0, pi, 13);
-    const auto varied = [](const Point& p) {
+    if (with_azimuth)
+        table.azimuth = make_axis(azimuth_scale, 0, pi, 13);
+    else
+        table.phase_function = PhaseFunction::isotropic();
+    table.tolerance = small_table_tolerance;
+    fill(table, [](const Point& p) {
         return 1 + 0.3 * p.albedo + 0.2 * std::sqrt(p.mu_in + p.mu_out) +
                0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *
                    std::cos(p.azimuth);
-    };
-    table.reflection_multiple = tabulate(
-        table, [&](const Point& p) { return small_table_reflection_scale(p) * varied(p); });
-    table.transmission_multiple = tabulate(table, [&](const Point& p) {
-        return std::isinf(p.optical_depth) ? 0.0 : small_table_transmission_scale(p) * varied(p);
     });
-    if (!with_azimuth) table.phase_function = PhaseFunction::isotropic();
-    table.tolerance = small_table_tolerance;
-    prepare(table);
     return table;
 }
 

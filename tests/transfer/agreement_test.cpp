@@ -1,6 +1,5 @@
 // A matrix of layers on which all applicable methods are compared pairwise: each pair agrees within
 // the sum of the errors that the two state.
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/reference/markov.h>
@@ -8,11 +7,12 @@
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
+#include "row_name.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <ostream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -30,8 +30,6 @@ struct Layer {
 };
 
 bool is_finite(const Layer& of) { return of.optical_depth < infinity; }
-
-void PrintTo(const Layer& of, std::ostream* out) { *out << of.phase_function.text(); }
 
 std::vector<Layer> list_layers() {
     std::vector<Layer> all;
@@ -320,11 +318,9 @@ Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
     for (const Place& at : places)
         geometries.push_back({compared_cosines[static_cast<std::size_t>(at.in)],
                               compared_cosines[static_cast<std::size_t>(at.out)], at.azimuth});
-    PhotonOptions options;
-    options.photons = count;
-    options.highest_order = highest_order;
     const PhotonSolution solution =
-        solve_photons(of.phase_function, of.albedo, of.optical_depth, geometries, options);
+        solve_photons(of.phase_function, of.albedo, of.optical_depth, geometries,
+                      PhotonOptions{.photons = count, .highest_order = highest_order});
     Answer all{"photons", 0, {}};
     const auto state = [&](double value, double standard_error) {
         all.stated.push_back({value, 4 * standard_error + 1e-14});
@@ -371,8 +367,7 @@ TEST_P(Methods, AgreeWithinTheirStatedErrors) {
     expect_all_agree(answers);
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, Methods, testing::ValuesIn(list_layers()),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(Of, Methods, testing::ValuesIn(list_layers()), row_name);
 
 class StoppedSeries : public testing::TestWithParam<Layer> {};
 
@@ -399,7 +394,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Layer{"RayleighAlbedo1Depth01", PhaseFunction::rayleigh(), 1, 0.1},
                     Layer{"ForwardAlbedo1Depth1", PhaseFunction::henyey_greenstein(0.5), 1, 1},
                     Layer{"LambertSphereAlbedo03Depth1", PhaseFunction::lambert_sphere(), 0.3, 1}),
-    [](const auto& row) { return row.param.name; });
+    row_name);
 
 }  // namespace
 }  // namespace stratus

@@ -2,12 +2,11 @@
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 namespace stratus {
@@ -17,22 +16,12 @@ class ClassicDoubling : public testing::TestWithParam<PhaseFunction> {};
 
 /// Largest relative difference to the harmonic scheme with the same nodes.
 double error(const PhaseFunction& phase_function, ClassicStart start, double start_depth) {
-    SolverOptions options;
-    options.nodes = 4;
+    SolverOptions options = with_nodes(4);
     const LayerSolution exact = solve_layer(phase_function, 0.9, 2, {0.3, 1}, options);
     options.scheme = Scheme::classic;
     options.start = start;
     options.start_depth = start_depth;
-    const LayerSolution layer = solve_layer(phase_function, 0.9, 2, {0.3, 1}, options);
-    double worst = 0;
-    for (int i = 0; i < 2; ++i)
-        for (int j = 0; j < 2; ++j)
-            worst = std::max(
-                {worst,
-                 std::abs(layer.reflection(i, j, 1).total / exact.reflection(i, j, 1).total - 1),
-                 std::abs(layer.transmission(i, j, 1).total / exact.transmission(i, j, 1).total -
-                          1)});
-    return worst;
+    return difference(solve_layer(phase_function, 0.9, 2, {0.3, 1}, options), exact, {1});
 }
 
 /// The power of the start depth with which the error decreases, once that depth is below the
@@ -52,40 +41,38 @@ TEST_P(ClassicDoubling, ConvergesQuadraticallyFromTheDiamondRule) {
     EXPECT_LE(error(GetParam(), ClassicStart::diamond, std::ldexp(1.0, -24)), 1e-10);
 }
 
+/// Four nodes truncate the last.
 INSTANTIATE_TEST_SUITE_P(Of, ClassicDoubling,
-                         testing::Values(PhaseFunction::isotropic(),
-                                         PhaseFunction::henyey_greenstein(0.5)),
-                         [](const auto& info) { return info.index ? "forward" : "isotropic"; });
+                         testing::Values(isotropic, PhaseFunction::henyey_greenstein(0.5), forward),
+                         [](const auto& row) { return "Row" + std::to_string(row.index); });
 
 TEST(ClassicDoubling, NeedsNoDoublingWithinTheStartDepth) {
     SolverOptions options;
     options.scheme = Scheme::classic;
     options.start = ClassicStart::single;
     options.start_depth = 0.5;
-    const LayerSolution at_once = solve_layer(PhaseFunction::isotropic(), 1, 0.5, {0.3}, options);
+    const LayerSolution at_once = solve_layer(isotropic, 1, 0.5, {0.3}, options);
     EXPECT_NEAR(at_once.reflection(0, 0, 0).multiple, 0, 1e-16);
-    const LayerSolution doubled = solve_layer(PhaseFunction::isotropic(), 1, 0.51, {0.3}, options);
+    const LayerSolution doubled = solve_layer(isotropic, 1, 0.51, {0.3}, options);
     EXPECT_GT(doubled.reflection(0, 0, 0).multiple, 0.01);
 }
 
 TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
-    for (const double depth : {-1.0, 9e-16, 1.25, std::numeric_limits<double>::quiet_NaN()}) {
-        SolverOptions options;
-        options.scheme = Scheme::classic;
-        options.start_depth = depth;
-        expect_refusal<std::invalid_argument>(
-            [&] { solve_layer(PhaseFunction::isotropic(), 1, 1, {1}, options); },
-            {"solve", "start_depth", "[1e-15, 1]"});
+    for (const double depth : {-1.0, 9e-16, 1.25, double{NAN}}) {
+        expect_refusal(
+            [&] {
+                solve_layer(isotropic, 1, 1, {1},
+                            SolverOptions{.scheme = Scheme::classic, .start_depth = depth});
+            },
+            {"solve: start_depth must be 0 or in [1e-15, 1]"});
     }
 }
 
 TEST(ClassicDoubling, ReportsBreakdown) {
     // 32 moments of a peak that needs thousands: the series is so negative in places that R
     // amplifies light
-    SolverOptions options;
+    SolverOptions options = with_nodes(16, Truncate::nothing);
     options.scheme = Scheme::classic;
-    options.nodes = 16;
-    options.truncate = Truncate::nothing;
     expect_refusal<std::runtime_error>(
         [&] { solve_layer(PhaseFunction::henyey_greenstein(0.9999), 0.99, 1e6, {1}, options); },
         {"solve: classic doubling broke down in mode ", " at optical depth "});

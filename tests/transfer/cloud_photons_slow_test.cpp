@@ -5,10 +5,10 @@
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 
+#include "row_name.h"
+
 #include <gtest/gtest.h>
 
-#include <ostream>
-#include <string>
 #include <vector>
 
 namespace stratus {
@@ -35,30 +35,22 @@ struct Cloud {
     double albedo, optical_depth;
 };
 
-void PrintTo(const Cloud& of, std::ostream* out) {
-    *out << "w " << of.albedo << " tau " << of.optical_depth;
-}
-
 class CloudFromPhotons : public testing::TestWithParam<Cloud> {};
 
 TEST_P(CloudFromPhotons, HasTheSolversAureoleAndGlory) {
     const auto [name, text, albedo, optical_depth] = GetParam();
     const PhaseFunction phase_function = read_phase_function(text, STRATUS_REFERENCE_FOLDER);
-    SolverOptions solver;
-    solver.nodes = nodes;
-    const LayerSolution layer =
-        solve_layer(phase_function, albedo, optical_depth, cloud_cosines, solver);
+    const LayerSolution layer = solve_layer(phase_function, albedo, optical_depth, cloud_cosines,
+                                            SolverOptions{.nodes = nodes});
 
     std::vector<Geometry> geometries;
     for (const auto& directions : {aureole, glory})
         for (const auto& [out, azimuth_deg] : directions)
             geometries.push_back({cloud_cosines[0], cloud_cosines[static_cast<std::size_t>(out)],
                                   radians(azimuth_deg)});
-    PhotonOptions options;
-    options.photons = 100'000;
-    options.backward_collisions = 8;
     const PhotonSolution photons =
-        solve_photons(phase_function, albedo, optical_depth, geometries, options);
+        solve_photons(phase_function, albedo, optical_depth, geometries,
+                      PhotonOptions{.photons = 100'000, .backward_collisions = 8});
 
     for (std::size_t i = 0; i < geometries.size(); ++i) {
         const PhotonGeometry& at = photons.geometries[i];
@@ -79,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(Cloud, CloudFromPhotons,
                          testing::Values(Cloud{"Thin", cloud, 0.9, 0.5},
                                          Cloud{"Thick", cloud, 1, 4},
                                          Cloud{"Drizzle", drizzle, 1, 2}),
-                         [](const auto& row) { return row.param.name; });
+                         row_name);
 
 }  // namespace
 }  // namespace stratus

@@ -3,10 +3,11 @@
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
+#include "usual_layers.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ostream>
 #include <string>
 
 namespace stratus {
@@ -20,45 +21,25 @@ struct Medium {
     int nodes;
 };
 
-void PrintTo(const Medium& of, std::ostream* out) { *out << of.phase_function << ' ' << of.nodes; }
+class ConservativeLayer : public testing::TestWithParam<Medium> {};
 
-class ConservativeLayer : public testing::TestWithParam<Medium> {
-  protected:
-    static SolverOptions options() {
-        SolverOptions options;
-        options.nodes = GetParam().nodes;
-        options.modes = 1;  // the others carry no flux
-        return options;
-    }
-
-    /// A few hundred roundings, at any depth and with any quadrature.
-    static constexpr double tolerance = 1e-13;
-
-    static void expect_balance(const LayerSolution& layer) {
-        const double tau = layer.optical_depth;
-        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, tolerance) << tau;
+/// A few hundred roundings, at any depth and with any quadrature; where the count of doublings
+/// changes, too.
+TEST_P(ConservativeLayer, ConservesEnergy) {
+    const PhaseFunction phase_function = parse_phase_function(GetParam().phase_function);
+    SolverOptions options = with_nodes(GetParam().nodes);
+    options.modes = 1;  // the others carry no flux
+    // 2^80 = 1.2e24: from 1e-12 to 1e12
+    std::vector<LayerSolution> solutions =
+        solve_ladder(phase_function, {1}, {1e-12, 81, true}, energy_cosines, options)[0];
+    ASSERT_EQ(solutions.size(), 82u);
+    for (const double tau : {1e-12, 1e-6, 0.01, 1.0, 100.0, 1e6, 1e12})
+        solutions.push_back(solve_layer(phase_function, 1, tau, energy_cosines, options));
+    for (const LayerSolution& layer : solutions) {
+        expect_conserved(layer, layer.optical_depth, 1e-13);
         EXPECT_GE(layer.spherical_albedo, 0);
         EXPECT_GE(layer.total_transmittance, 0);
-        for (int i = 0; i < layer.mu.size(); ++i)
-            EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
-                            direct_transmittance(tau, layer.mu(i)),
-                        1, tolerance)
-                << "tau " << tau << " mu " << layer.mu(i);
     }
-};
-
-TEST_P(ConservativeLayer, ConservesEnergyAtEveryOctave) {
-    // 2^80 = 1.2e24: from 1e-12 to 1e12
-    const auto solutions = solve_ladder(parse_phase_function(GetParam().phase_function), {1},
-                                        {1e-12, 81, true}, energy_cosines, options());
-    ASSERT_EQ(solutions[0].size(), 82u);
-    for (const LayerSolution& layer : solutions[0]) expect_balance(layer);
-}
-
-TEST_P(ConservativeLayer, ConservesEnergyWhereTheDoublingCountChanges) {
-    for (const double tau : {1e-12, 1e-6, 0.01, 1.0, 100.0, 1e6, 1e12})
-        expect_balance(solve_layer(parse_phase_function(GetParam().phase_function), 1, tau,
-                                   energy_cosines, options()));
 }
 
 std::vector<Medium> media() {
@@ -80,8 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Medium, ConservativeLayer, testing::ValuesIn(media()),
 TEST(AbsorbingLayer, AbsorbsLight) {
     for (const double w : {0.2, 0.9, 1 - 1e-6})
         for (const double tau : {0.1, 2.0, 50.0}) {
-            const LayerSolution layer =
-                solve_layer(PhaseFunction::henyey_greenstein(0.75), w, tau, energy_cosines);
+            const LayerSolution layer = solve_layer(forward, w, tau, energy_cosines);
             EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
             for (int i = 0; i < layer.mu.size(); ++i) {
                 EXPECT_GT(layer.plane_albedo(i), 0);
@@ -96,10 +76,7 @@ TEST(AbsorbingLayer, AbsorbsInProportionToDepthWhenThin) {
     // A thin layer absorbs 1 - w of the light it intercepts; the rest leaves, except the
     // O(tau log tau) part that is intercepted twice. 8 nodes: truncated, f = 0.01.
     const double tau = 1e-12, w = 0.75;
-    SolverOptions options;
-    options.nodes = 8;
-    const LayerSolution layer =
-        solve_layer(PhaseFunction::henyey_greenstein(0.75), w, tau, {0.3, 1}, options);
+    const LayerSolution layer = solve_layer(forward, w, tau, {0.3, 1}, with_nodes(8));
     ASSERT_GT(layer.truncation.fraction, 0);
     for (int i = 0; i < 2; ++i)
         EXPECT_NEAR((layer.plane_albedo(i) + layer.diffuse_transmittance(i)) /
@@ -110,17 +87,15 @@ TEST(AbsorbingLayer, AbsorbsInProportionToDepthWhenThin) {
 TEST(LayerSolution, HasFluxesEqualToIntegratedReflection) {
     // Over the Gauss nodes of mode 0, with single scattering's share from the azimuths: for the
     // isotropic and the Rayleigh layer five azimuths integrate it exactly.
-    SolverOptions options;
-    options.nodes = 16;
     const Directions nodes = gauss_directions(16, NodeMap::grazing);
-    const LayerSolution layer = solve_layer(PhaseFunction::rayleigh(), 0.95, 1.5, {}, options);
+    const LayerSolution layer = solve_layer(rayleigh, 0.95, 1.5, {}, with_nodes(16));
     double spherical = 0;
     for (int i = 0; i < 16; ++i) {
         double up = 0, down = 0;
         for (int j = 0; j < 16; ++j)
             for (int k = 0; k < 5; ++k) {
                 const double share = 2 * nodes.mu(j) * nodes.weight(j) / 5;
-                const double azimuth = 2 * std::acos(-1.0) * k / 5;
+                const double azimuth = 2 * pi * k / 5;
                 up += share * layer.reflection(i, j, azimuth).total;
                 down += share * layer.transmission(i, j, azimuth).total;
             }

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 namespace stratus {
@@ -19,11 +18,7 @@ const std::vector<double> grid_cosines{0.02, 0.4, 1.0};
 const std::vector<double> grid_azimuths{0, 0.3, 2, pi};
 
 /// Of them the peaked phase function is truncated.
-SolverOptions few_nodes() {
-    SolverOptions options;
-    options.nodes = 16;
-    return options;
-}
+const SolverOptions few_nodes = with_nodes(16);
 
 void expect_values_of_pairs(const LayerSolution& layer) {
     const DirectionGrid grid(layer.phase_function, layer.lower_boundary, grid_cosines,
@@ -48,33 +43,63 @@ void expect_values_of_pairs(const LayerSolution& layer) {
 }
 
 TEST(FourierSum, OverAGridEqualsPairByPair) {
-    expect_values_of_pairs(
-        solve_layer(PhaseFunction::rayleigh(), 0.9, 1, grid_cosines, few_nodes()));
-    expect_values_of_pairs(solve_layer(peaked, 0.9, 4, grid_cosines, few_nodes()));
-    SolverOptions four_orders = few_nodes();
+    expect_values_of_pairs(solve_layer(rayleigh, 0.9, 1, grid_cosines, few_nodes));
+    expect_values_of_pairs(solve_layer(peaked, 0.9, 4, grid_cosines, few_nodes));
+    SolverOptions four_orders = few_nodes;
     four_orders.orders = 4;
     expect_values_of_pairs(solve_layer(peaked, 0.9, 4, grid_cosines, four_orders));
-}
-
-TEST(FourierSum, OverAGridEqualsPairByPairAboveALowerBoundary) {
     for (const LowerBoundary& boundary :
          {LowerBoundary::surface(0.4), LowerBoundary::layer(peaked, 0.8)})
-        expect_values_of_pairs(solve_layer(peaked, 0.9, 0.5, grid_cosines, few_nodes(), boundary));
+        expect_values_of_pairs(solve_layer(peaked, 0.9, 0.5, grid_cosines, few_nodes, boundary));
+}
+
+/// Every seventh position of a grid, of many layers at once, and all of one by one.
+void expect_sketch_of_all(const std::vector<LayerSolution>& layers, const DirectionGrid& grid) {
+    std::vector<const LayerSolution*> solutions;
+    for (const LayerSolution& layer : layers) solutions.push_back(&layer);
+    std::vector<std::size_t> positions;
+    for (std::size_t at = 2; at < grid.size(); at += 7) positions.push_back(at);
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        const auto some = evaluate_tabulated(solutions, side, grid, positions);
+        for (std::size_t n = 0; n < layers.size(); ++n) {
+            const std::vector<double> all = evaluate_tabulated(layers[n], side, grid);
+            for (std::size_t k = 0; k < positions.size(); ++k)
+                EXPECT_NEAR(some[n][k], all[positions[k]], 1e-12 * std::abs(all[positions[k]]))
+                    << n << ' ' << positions[k];
+        }
+    }
+}
+
+TEST(FourierSum, AtSomePositionsOfManyLayersEqualsAllOfEach) {
+    const DirectionGrid grid(peaked, LowerBoundary(), grid_cosines, grid_azimuths, 32);
+    const DirectionGrid with_path_law(peaked, LowerBoundary(), grid_cosines, grid_azimuths, 32,
+                                      PathOrders::of_any(peaked));
+    for (const int orders : {0, 4}) {
+        SolverOptions options = few_nodes();
+        options.orders = orders;
+        std::vector<LayerSolution> layers;
+        for (const double tau : {0.1, 4.0, 0.1, 30.0})
+            for (const double albedo : {0.4, 0.9})
+                layers.push_back(solve_layer(peaked, albedo, tau, grid_cosines, options));
+        expect_sketch_of_all(layers, grid);
+        ASSERT_NE(layers[0].path, nullptr);
+        expect_sketch_of_all(layers, with_path_law);
+    }
 }
 
 TEST(FourierSum, RefusesAGridOfOtherCosinesOrTooFewModes) {
-    const LayerSolution layer = solve_layer(peaked, 0.9, 1, grid_cosines, few_nodes());
+    const LayerSolution layer = solve_layer(peaked, 0.9, 1, grid_cosines, few_nodes);
     const LowerBoundary none;
-    expect_refusal<std::invalid_argument>(
+    expect_refusal(
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, {0.5}, grid_azimuths, 32});
         },
-        {"cosines of the solution", "got 3"});
-    expect_refusal<std::invalid_argument>(
+        {"cosines of the solution must be 1, got 3"});
+    expect_refusal(
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, grid_cosines, grid_azimuths, 2});
         },
-        {"modes of the solution", "at most 2"});
+        {"modes of the solution must be at most 2"});
 }
 
 }  // namespace

@@ -5,15 +5,15 @@
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
+#include "csv_rows.h"
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -52,11 +52,8 @@ TEST(GrazingModes, FillWhatWasSolvedBeforeTheRestBecameNegligible) {
 TEST(GrazingLight, IsThatOfManyNodesWithoutTruncation) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.9);
     const std::vector<double> mu{0.02, 0.05, 0.14, 0.3, 0.6, 1};  // pairs of one of the first three
-    SolverOptions plain;
-    plain.nodes = 96;  // chi_192 is 2e-9
-    plain.truncate = Truncate::nothing;
-    SolverOptions grazing;
-    grazing.nodes = 48;
+    const SolverOptions plain = with_nodes(96, Truncate::nothing);  // chi_192 is 2e-9
+    SolverOptions grazing = with_nodes(48);
     grazing.grazing = true;
     for (const double depth : {0.1, 1.0, 20.0}) {
         const LayerSolution exact = solve_layer(phase, 1, depth, mu, plain),
@@ -74,46 +71,26 @@ TEST(GrazingLight, IsThatOfManyNodesWithoutTruncation) {
     }
 }
 
-using Cloud = std::tuple<std::string, double, double>;  // phase function, albedo, optical depth
-
-struct Row {
-    Geometry geometry;
-    double reflection, transmission;
-};
-
-/// tests/reference/grazing_clouds.csv, whose first lines say how it was made.
-std::map<Cloud, std::vector<Row>> read_references() {
-    std::ifstream file(STRATUS_REFERENCE_FOLDER "/grazing_clouds.csv");
-    std::map<Cloud, std::vector<Row>> all;
-    std::string line;
-    while (std::getline(file, line)) {
-        std::ranges::replace(line, ';', ' ');
-        std::istringstream fields(line);
-        std::string phase;
-        double albedo = 0, depth = 0, mu_in = 0, mu_out = 0, azimuth = 0, R = 0, T = 0;
-        if (fields >> phase >> albedo >> depth >> mu_in >> mu_out >> azimuth >> R >> T)
-            all[{phase, albedo, depth}].push_back({{mu_in, mu_out, radians(azimuth)}, R, T});
-    }
-    return all;
-}
-
+/// By tests/reference/grazing_clouds.csv, whose first lines say how it was made.
 TEST(GrazingLight, OfCloudsIsWithinOnePerCentAndItsErrorIsTrue) {
-    const auto references = read_references();
-    EXPECT_GE(references.size(), 4U);
-    SolverOptions options;
-    options.tolerance = 1e-2;
+    std::map<std::tuple<std::string, double, double>, std::vector<std::vector<double>>> clouds;
+    for (const auto& [phase, row] : csv_rows("grazing_clouds.csv", ';'))
+        clouds[{phase, row.at(0), row.at(1)}].push_back(row);
+    EXPECT_GE(clouds.size(), 4U);
     int honest = 0, within = 0, all = 0;
-    for (const auto& [cloud, rows] : references) {
+    for (const auto& [cloud, rows] : clouds) {
         const auto& [text, albedo, depth] = cloud;
         std::vector<Geometry> geometries;
-        for (const Row& row : rows) geometries.push_back(row.geometry);
-        const SolvedGeometries solved = solve_geometries(
-            {{parse_phase_function(text), albedo, depth}}, {}, geometries, options);
+        for (const std::vector<double>& row : rows)
+            geometries.push_back({row.at(2), row.at(3), radians(row.at(4))});
+        const SolvedGeometries solved =
+            solve_geometries({{parse_phase_function(text), albedo, depth}}, {}, geometries,
+                             SolverOptions{.tolerance = 1e-2});
         for (std::size_t i = 0; i < rows.size(); ++i) {
             const SolvedGeometry& at = solved.at[i];
             for (const auto& [value, stated, expected] :
-                 {std::tuple(at.reflection.total, at.reflection_error, rows[i].reflection),
-                  std::tuple(at.transmission.total, at.transmission_error, rows[i].transmission)}) {
+                 {std::tuple(at.reflection.total, at.reflection_error, rows[i].at(5)),
+                  std::tuple(at.transmission.total, at.transmission_error, rows[i].at(6))}) {
                 const double error = std::abs(value - expected);
                 ++all;
                 honest += error <= 1.5 * stated;
@@ -126,12 +103,12 @@ TEST(GrazingLight, OfCloudsIsWithinOnePerCentAndItsErrorIsTrue) {
 }
 
 TEST(GrazingLight, IsRefusedWhereItIsNotSolved) {
-    SolverOptions options;
-    options.grazing = true;
-    options.orders = 3;
-    expect_refusal<std::invalid_argument>(
-        [&] { solve_layer(PhaseFunction::henyey_greenstein(0.9), 1, 1, {0.1}, options); },
-        {"grazing", "all orders"});
+    expect_refusal(
+        [&] {
+            solve_layer(PhaseFunction::henyey_greenstein(0.9), 1, 1, {0.1},
+                        SolverOptions{.orders = 3, .grazing = true});
+        },
+        {"grazing must be false unless all orders"});
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // Layers over grounds with laws of their own; photons: stack_photons_test.cpp.
-#include <stratus/base/constants.h>
 #include <stratus/table/ground.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
@@ -8,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
 #include <vector>
 
 namespace stratus {

@@ -2,17 +2,15 @@
 #include <stratus/transfer/reference/isotropic.h>
 
 #include <stratus/base/constants.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 namespace stratus {
 namespace {
@@ -36,54 +34,34 @@ TEST(HFunction, HasTheMeanThatItsEquationImplies) {
 
 TEST(HFunction, RefusesAlbedosOutOfRange) {
     for (const double albedo : {-0.25, 1.25})
-        expect_refusal<std::invalid_argument>([&] { HFunction{albedo}; },
-                                              {"HFunction", "albedo", "[0, 1]", "25"});
+        expect_refusal([&] { HFunction{albedo}; }, {"HFunction", "albedo", "[0, 1]", "25"});
 }
-
-class SemiInfiniteLayer : public testing::TestWithParam<double> {};
-
-TEST_P(SemiInfiniteLayer, MatchesTheHFunctions) {
-    const double w = GetParam();
-    SolverOptions options;
-    options.nodes = 24;
-    const LayerSolution layer =
-        solve_layer(PhaseFunction::isotropic(), w, infinity, isotropic_cosines, options);
-    const IsotropicSolution exact = solve_isotropic(w, infinity, isotropic_cosines);
-    for (int i = 0; i < layer.mu.size(); ++i) {
-        for (int j = 0; j < layer.mu.size(); ++j)  // error of 24 nodes
-            EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-10)
-                << layer.mu(i) << ' ' << layer.mu(j);
-        EXPECT_NEAR(layer.plane_albedo(i), exact.plane_albedo(i), 1e-10) << layer.mu(i);
-    }
-    EXPECT_NEAR(layer.spherical_albedo, exact.spherical_albedo, 1e-10);
-    EXPECT_EQ(exact.total_transmittance, 0);
-}
-
-INSTANTIATE_TEST_SUITE_P(OfAlbedo, SemiInfiniteLayer, testing::Values(0.5, 0.9, 0.999, 1.0));
 
 class IsotropicLayer : public testing::TestWithParam<double> {};
 
+/// By the H functions at infinite depth, by X and Y above.
 TEST_P(IsotropicLayer, MatchesDoubling) {
     const double w = GetParam();
-    SolverOptions options;
-    options.nodes = 48;
-    for (const double tau : {1e-12, 1e-3, 0.1, 1.0, 8.0, 64.0}) {
+    for (const double tau : {1e-12, 1e-3, 0.1, 1.0, 8.0, 64.0, infinity}) {
+        SCOPED_TRACE(tau);
+        const bool is_deep = tau == infinity;
         const LayerSolution layer =
-            solve_layer(PhaseFunction::isotropic(), w, tau, isotropic_cosines, options);
+            solve_layer(isotropic, w, tau, isotropic_cosines, with_nodes(is_deep ? 24 : 48));
         const IsotropicSolution exact = solve_isotropic(w, tau, isotropic_cosines);
+        const auto expect_near_share = [&](double found, double expected, double share) {
+            EXPECT_NEAR(found, expected, (is_deep ? 1e-10 : share) * expected);
+        };
         for (int i = 0; i < layer.mu.size(); ++i) {
-            for (int j = 0; j < layer.mu.size(); ++j) {  // error of 48 nodes in thin layers
-                EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-9)
-                    << tau << ' ' << layer.mu(i) << ' ' << layer.mu(j);
-                EXPECT_NEAR(layer.transmission(i, j, 1).total / exact.transmission(i, j), 1, 1e-9)
-                    << tau << ' ' << layer.mu(i) << ' ' << layer.mu(j);
+            for (int j = 0; j < layer.mu.size(); ++j) {  // error of the nodes in thin layers
+                expect_near_share(layer.reflection(i, j, 1).total, exact.reflection(i, j), 1e-9);
+                expect_near_share(layer.transmission(i, j, 1).total, exact.transmission(i, j),
+                                  1e-9);
             }
-            EXPECT_NEAR(layer.plane_albedo(i) / exact.plane_albedo(i), 1, 2e-9) << tau;
-            EXPECT_NEAR(layer.diffuse_transmittance(i) / exact.diffuse_transmittance(i), 1, 2e-9)
-                << tau;
+            expect_near_share(layer.plane_albedo(i), exact.plane_albedo(i), 2e-9);
+            expect_near_share(layer.diffuse_transmittance(i), exact.diffuse_transmittance(i), 2e-9);
         }
-        EXPECT_NEAR(layer.spherical_albedo / exact.spherical_albedo, 1, 1e-9) << tau;
-        EXPECT_NEAR(layer.total_transmittance / exact.total_transmittance, 1, 1e-10) << tau;
+        expect_near_share(layer.spherical_albedo, exact.spherical_albedo, 1e-9);
+        expect_near_share(layer.total_transmittance, exact.total_transmittance, 1e-10);
     }
 }
 
@@ -132,18 +110,12 @@ TEST_P(IsotropicLayer, ObeysTheIntegralEquationOfX) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(OfAlbedo, IsotropicLayer, testing::Values(0.3, 0.9, 0.99, 1.0));
+INSTANTIATE_TEST_SUITE_P(OfAlbedo, IsotropicLayer,
+                         testing::Values(0.3, 0.5, 0.9, 0.99, 0.999, 1.0));
 
 TEST(SolveIsotropic, ConservesEnergyWithoutAbsorption) {
-    for (const double tau : {1e-300, 1e-6, 0.1, 1.0, 8.0, 64.0}) {
-        const IsotropicSolution layer = solve_isotropic(1, tau, isotropic_cosines);
-        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12) << tau;
-        for (int i = 0; i < layer.mu.size(); ++i)
-            EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
-                            direct_transmittance(tau, layer.mu(i)),
-                        1, 1e-12)
-                << tau << ' ' << layer.mu(i);
-    }
+    for (const double tau : {1e-300, 1e-6, 0.1, 1.0, 8.0, 64.0})
+        expect_conserved(solve_isotropic(1, tau, isotropic_cosines), tau, 1e-12);
 }
 
 TEST(SolveIsotropic, ApproachesTheSemiInfiniteLayer) {
@@ -181,33 +153,21 @@ TEST(SolveIsotropic, TransmitsOnlyTheBeamAtAlbedoZero) {
         EXPECT_DOUBLE_EQ(layer.Y(i), std::exp(-2 / layer.mu(i))) << layer.mu(i);
 }
 
-void expect_isotropic_refusal(double albedo, double optical_depth, double mu, int nodes,
-                              const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>(
-        [&] { solve_isotropic(albedo, optical_depth, {mu}, nodes); }, fragments);
-}
-
-TEST(SolveIsotropic, RefusesAlbedosOutOfRange) {
-    expect_isotropic_refusal(1.25, 1, 1, 8, {"solve_isotropic", "albedo", "[0, 1]", "1.25"});
-    expect_isotropic_refusal(-0.25, 1, 1, 8, {"solve_isotropic", "albedo", "[0, 1]", "-0.25"});
-}
-
-TEST(SolveIsotropic, RefusesDepthsOutOfRange) {
-    expect_isotropic_refusal(1, -0.5, 1, 8,
-                             {"solve_isotropic", "optical_depth", "[0, 1024]", "-0.5"});
-    expect_isotropic_refusal(1, 1025, 1, 8, {"solve_isotropic", "optical_depth", "or inf", "1025"});
-    expect_isotropic_refusal(1, std::nan(""), 1, 8, {"solve_isotropic", "optical_depth", "nan"});
-}
-
-TEST(SolveIsotropic, RefusesCosinesOutOfRange) {
-    expect_isotropic_refusal(1, 1, 5e-13, 8, {"solve_isotropic", "mu", "[1e-12, 1]", "5e-13"});
-    expect_isotropic_refusal(1, 1, 1.25, 8, {"solve_isotropic", "mu", "[1e-12, 1]", "1.25"});
-    expect_isotropic_refusal(1, infinity, 0, 8, {"solve_isotropic", "mu", "[1e-12, 1]", "got 0"});
-}
-
-TEST(SolveIsotropic, RefusesNodeCountsOutOfRange) {
-    expect_isotropic_refusal(1, 1, 1, 0, {"solve_isotropic", "nodes", "[1, 512]", "got 0"});
-    expect_isotropic_refusal(1, 1, 1, 513, {"solve_isotropic", "nodes", "[1, 512]", "got 513"});
+TEST(SolveIsotropic, RefusesArgumentsOutOfRange) {
+    const auto refused = [](double albedo, double optical_depth, double mu, int nodes,
+                            const char* reason) {
+        expect_refusal([&] { solve_isotropic(albedo, optical_depth, {mu}, nodes); }, {reason});
+    };
+    refused(1.25, 1, 1, 8, "solve_isotropic: albedo must be in [0, 1], got 1.25");
+    refused(-0.25, 1, 1, 8, "albedo must be in [0, 1], got -0.25");
+    refused(1, -0.5, 1, 8, "optical_depth must be in [0, 1024] or inf, got -0.5");
+    refused(1, 1025, 1, 8, "optical_depth must be in [0, 1024] or inf, got 1025");
+    refused(1, NAN, 1, 8, "optical_depth must be in [0, 1024] or inf, got nan");
+    refused(1, 1, 5e-13, 8, "mu must be in [1e-12, 1], got 5e-13");
+    refused(1, 1, 1.25, 8, "mu must be in [1e-12, 1], got 1.25");
+    refused(1, infinity, 0, 8, "mu must be in [1e-12, 1], got 0");
+    refused(1, 1, 1, 0, "nodes must be in [1, 512], got 0");
+    refused(1, 1, 1, 513, "nodes must be in [1, 512], got 513");
 }
 
 }  // namespace

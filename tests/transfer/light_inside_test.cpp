@@ -1,7 +1,6 @@
 // The light inside: against what leaves the layers, energy, closed forms deep down, and the equation of
 // transfer integrated order by order.
 
-#include <stratus/base/angle.h>
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/solve_to_tolerance.h>
@@ -13,12 +12,11 @@
 
 #include <cmath>
 #include <functional>
-#include <numeric>
-#include <stdexcept>
 #include <vector>
 
 #include "light_inside.h"
 #include "refusal.h"
+#include "usual_layers.h"
 
 namespace stratus {
 namespace {
@@ -27,24 +25,18 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 const PhaseFunction haze = parse_phase_function("henyey_greenstein:g=0.6");
-const PhaseFunction air = parse_phase_function("rayleigh");
+const PhaseFunction& air = rayleigh;
 
 std::vector<StackLayer> air_over_haze(double w_air, double w_haze) {
     return {{air, w_air, 0.5}, {haze, w_haze, 1.5}};
 }
 
-SolverOptions options_with(int nodes) {
-    SolverOptions options;
-    options.nodes = nodes;
-    return options;
-}
-
 void expect_what_leaves(const std::vector<StackLayer>& layers, const LowerBoundary& ground,
                         double depth) {
-    const std::vector<double> mu{0.15, 0.6, 1}, azimuths{0, 1, pi};
-    const StackSolution outside = solve_stack(layers, ground, mu, options_with(24));
+    const std::vector<double> mu{0.15, 0.6, 1};
+    const StackSolution outside = solve_stack(layers, ground, mu, with_nodes(24));
     const InsideSolution inside =
-        solve_inside(layers, ground, {depth, 0, 0.35 * depth}, mu, options_with(24));
+        solve_inside(layers, ground, {depth, 0, 0.35 * depth}, mu, with_nodes(24));
     const LightAtLevel &bottom = inside.levels[0], &top = inside.levels[1];
     const double tolerance = 1e-9;  // of the path law's integral
     for (int in = 0; in < 3; ++in) {
@@ -85,10 +77,9 @@ TEST(LightInside, FollowsThePathsOfNarrowPeaks) {
         {parse_phase_function("henyey_greenstein:g=0.9"), 0.99, 0.7},
         {parse_phase_function("henyey_greenstein:g=0.87"), 1, 1}};
     const std::vector<double> mu{0.4, 0.5, 1}, azimuths{0, 0.2, 1, 3};
-    SolverOptions resolved = options_with(88);
-    resolved.truncate = Truncate::nothing;
+    const SolverOptions resolved = with_nodes(88, Truncate::nothing);
     const std::vector<double> levels{0.3, 1.2};
-    const InsideSolution few = solve_inside(layers, {}, levels, mu, options_with(32));
+    const InsideSolution few = solve_inside(layers, {}, levels, mu, with_nodes(32));
     const InsideSolution exact = solve_inside(layers, {}, levels, mu, resolved);
     EXPECT_NE(few.path, nullptr);
     for (std::size_t l = 0; l < levels.size(); ++l)
@@ -131,7 +122,7 @@ TEST(LightInside, LosesWhatIsAbsorbedBetweenLevels) {
     for (const PhaseFunction& lower : {haze, parse_phase_function("henyey_greenstein:g=0.95")}) {
         const std::vector<StackLayer> layers{{air, 0.8, 0.5}, {lower, 0.7, 1.5}};
         const InsideSolution solution =
-            solve_inside(layers, LowerBoundary::surface(0.2), levels, {0.3, 1}, options_with(24));
+            solve_inside(layers, LowerBoundary::surface(0.2), levels, {0.3, 1}, with_nodes(24));
         for (int in = 0; in < 2; ++in) {
             double absorbed = 0;
             for (std::size_t k = 0; k < gauss.x.size(); ++k)
@@ -336,7 +327,7 @@ TEST(LightInside, MeetsItsTolerance) {
     options.tolerance = 1e-5;
     const SolvedInside loose = solve_fluxes_inside(layers, {}, {0, 1, 4}, {0.3, 1}, options);
     EXPECT_LE(loose.relative_error, 1e-5);
-    const InsideSolution fine = solve_inside(layers, {}, {0, 1, 4}, {0.3, 1}, options_with(72));
+    const InsideSolution fine = solve_inside(layers, {}, {0, 1, 4}, {0.3, 1}, with_nodes(72));
     for (std::size_t l = 0; l < 3; ++l)
         for (int in = 0; in < 2; ++in) {
             const FluxesAtLevel& found = loose.levels[l];
@@ -348,8 +339,7 @@ TEST(LightInside, MeetsItsTolerance) {
         }
     const SolvedGeometries radiance =
         solve_geometries_inside(layers, {}, 1, {{0.3, 0.7, 1}, {1, 0.5, 0}}, options);
-    const InsideSolution at_one =
-        solve_inside(layers, {}, {1}, {0.3, 0.7, 0.5, 1}, options_with(72));
+    const InsideSolution at_one = solve_inside(layers, {}, {1}, {0.3, 0.7, 0.5, 1}, with_nodes(72));
     const double up = at_one.values(0, Side::reflection, 0, 1, {1})[0].total;
     const double down = at_one.values(0, Side::transmission, 3, 2, {0})[0].total;
     EXPECT_NEAR(radiance.at[0].reflection.total, up, 1e-5 * up);
@@ -369,21 +359,19 @@ TEST(LightInside, OfNothingIsTheBeam) {
 
 TEST(LightInside, IsRefusedOutsideTheLayers) {
     const auto refused = [](std::vector<double> levels, const SolverOptions& options,
-                            std::vector<const char*> fragments) {
-        expect_refusal<std::invalid_argument>(
-            [&] { solve_inside(air_over_haze(1, 1), {}, levels, {1}, options); }, fragments);
+                            Fragments fragments) {
+        expect_refusal([&] { solve_inside(air_over_haze(1, 1), {}, levels, {1}, options); },
+                       fragments);
     };
-    refused({0.5, 2.5}, {}, {"solve_inside: levels must be in [0, 2]", "got 2.5"});
-    refused({-0.5}, {}, {"levels", "got -0.5"});
-    refused({}, {}, {"levels", "one or more", "got none"});
-    SolverOptions options;
-    options.orders = 3;
-    refused({1}, options, {"orders", "0, all", "got 3"});
-    expect_refusal<std::invalid_argument>(
+    refused({0.5, 2.5}, {}, {"solve_inside: levels must be in [0, 2], the optical depth, got 2.5"});
+    refused({-0.5}, {}, {"levels must be in [0, 2], the optical depth, got -0.5"});
+    refused({}, {}, {"levels must be one or more, got none"});
+    refused({1}, SolverOptions{.orders = 3}, {"orders must be 0, all, got 3"});
+    expect_refusal(
         [&] {
             solve_inside({{air, 1, infinity}}, {}, {infinity}, {1});
         },
-        {"[0, inf)", "got inf"});
+        {"[0, inf), got inf"});
 }
 
 }  // namespace

@@ -6,18 +6,16 @@
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
-#include <gtest/gtest.h>
+#include "usual_layers.h"
 
-#include <algorithm>
+#include <gtest/gtest.h>
 
 namespace stratus {
 namespace {
 
 LayerSolution solve(const PhaseFunction& phase_function, double albedo, double optical_depth,
                     const std::vector<double>& mu, int nodes) {
-    SolverOptions options;
-    options.nodes = nodes;
-    return solve_layer(phase_function, albedo, optical_depth, mu, options);
+    return solve_layer(phase_function, albedo, optical_depth, mu, with_nodes(nodes));
 }
 
 TEST(SolveLayer, GivesTheReferenceValuesOfAHazyCloud) {
@@ -45,14 +43,13 @@ TEST(SolveLayer, GivesTheReferenceValuesOfADeepWaterCloud) {
 }
 
 TEST(SolveLayer, GivesTheReferenceValuesOfAnIsotropicLayer) {
-    const LayerSolution layer = solve(PhaseFunction::isotropic(), 0.99, 1, {1}, 32);
+    const LayerSolution layer = solve(isotropic, 0.99, 1, {1}, 32);
     EXPECT_NEAR(layer.spherical_albedo, 0.435961597760, 2e-12);
     EXPECT_NEAR(layer.total_transmittance, 0.544352389192, 2e-12);
     EXPECT_NEAR(layer.reflection(0, 0, 0).total, 0.262616475, 1e-9);
 }
 
 TEST(SolveLayer, GivesTheReferenceSphericalAlbedosOfIsotropicLayers) {
-    const PhaseFunction isotropic = PhaseFunction::isotropic();
     const struct {
         double albedo, optical_depth, expected;
     } rows[] = {
@@ -68,7 +65,6 @@ TEST(SolveLayer, GivesTheReferenceSphericalAlbedosOfIsotropicLayers) {
 }
 
 TEST(SolveLayer, KeepsRelativeAccuracyOfDeepTransmission) {
-    const PhaseFunction isotropic = PhaseFunction::isotropic();
     EXPECT_NEAR(solve(isotropic, 1, 1e6, {}, 24).total_transmittance / 1.3333314388e-6, 1, 1e-10);
     for (const double tau : {1e3, 1e6, 1e9, 1e12, 1e14, 1e300}) {
         const double expected = 4.0 / 3 / (tau + 1.4208921792);  // 2 x 0.7104460896

@@ -1,7 +1,6 @@
 // Photons agree with the solver and the closed forms within their standard errors.
 #include <stratus/transfer/reference/photons.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/solve.h>
@@ -12,8 +11,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ostream>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -53,10 +50,6 @@ struct LitLayer {
     double albedo;
     double optical_depth;
 };
-
-void PrintTo(const LitLayer& of, std::ostream* out) {
-    *out << of.phase_function << " w " << of.albedo << " tau " << of.optical_depth;
-}
 
 void expect_radiances(const PhotonSolution& photons, const LayerSolution& layer) {
     for (const PhotonGeometry& at : photons.geometries) {
@@ -184,28 +177,15 @@ TEST(Photons, AcceptNegativeSeriesAndTables) {
     ASSERT_LT(least, 0);
     const PhaseFunction table =
         PhaseFunction::tabulated({0, 2, 60, 150, 179, 180}, {3, 1, 0.2, 1, 40, 50});
-    for (const PhaseFunction& phase_function : {series, table}) {
-        SolverOptions options;
-        options.nodes = 96;
-        const LayerSolution layer = solve_layer(phase_function, 0.95, 2, photon_cosines, options);
-        const PhotonSolution photons =
-            solve_photons(phase_function, 0.95, 2, geometries, with_photons(50'000));
-        for (const PhotonGeometry& at : photons.geometries) {
-            const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
-            const double azimuth = at.geometry.azimuth;
-            expect_meets({at.reflection.value.total, at.reflection.standard_error},
-                         layer.reflection(in, out, azimuth).total, "R");
-            expect_meets({at.transmission.value.total, at.transmission.standard_error},
-                         layer.transmission(in, out, azimuth).total, "T");
-        }
-    }
+    for (const PhaseFunction& phase_function : {series, table})
+        expect_radiances(solve_photons(phase_function, 0.95, 2, geometries, with_photons(50'000)),
+                         solve_layer(phase_function, 0.95, 2, photon_cosines, with_nodes(96)));
 }
 
 TEST(Photons, ConserveEnergyUnderANarrowPeak) {
     const PhotonSolution photons = solve_photons(PhaseFunction::henyey_greenstein(0.99), 1, 8,
                                                  {{0.5, 1, 0}}, with_photons(20'000));
-    SolverOptions options;
-    options.nodes = 64;
+    SolverOptions options = with_nodes(64);
     options.modes = 1;
     const LayerSolution layer =
         solve_layer(PhaseFunction::henyey_greenstein(0.99), 1, 8, {0.5}, options);
@@ -400,38 +380,31 @@ INSTANTIATE_TEST_SUITE_P(Collisions, PhotonsFollowedBack, testing::Values(0, 4))
 
 // ---- refusals ----------------------------------------------------------------------------------
 
-void expect_photons_refuse(double albedo, double optical_depth, const Geometry& at,
-                           const PhotonOptions& options,
-                           const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>(
-        [&] { solve_photons({}, albedo, optical_depth, {at}, options); }, fragments);
-}
-
 TEST(Photons, RefuseArgumentsOutOfRange) {
     const Geometry at{0.5, 0.5, 0};
-    expect_photons_refuse(1.5, 1, at, {}, {"photons: albedo must be in [0, 1], got 1.5"});
-    expect_photons_refuse(-0.5, 1, at, {}, {"photons", "albedo", "[0, 1]", "-0.5"});
-    expect_photons_refuse(not_a_number, 1, at, {}, {"albedo", "nan"});
-    expect_photons_refuse(0.5, -1, at, {}, {"photons", "optical_depth", "[0, inf]", "-1"});
-    expect_photons_refuse(0.5, not_a_number, at, {}, {"optical_depth", "nan"});
-    expect_photons_refuse(0.5, 1, {0, 0.5, 0}, {}, {"photons", "mu_in", "(0, 1]", "got 0"});
-    expect_photons_refuse(0.5, 1, {0.5, 1.25, 0}, {}, {"photons", "mu_out", "(0, 1]", "1.25"});
-    expect_photons_refuse(0.5, 1, {0.5, 0.5, infinity}, {}, {"photons", "azimuth", "finite"});
-    expect_photons_refuse(0.5, 1, at, with_photons(1), {"photons: photons must be >= 2, got 1"});
-    PhotonOptions options;
-    options.highest_order = -1;
-    expect_photons_refuse(0.5, 1, at, options, {"photons", "highest_order", ">= 0", "-1"});
+    const auto refused = [](double albedo, double optical_depth, const Geometry& geometry,
+                            const char* reason, const PhotonOptions& options = {}) {
+        expect_refusal([&] { solve_photons({}, albedo, optical_depth, {geometry}, options); },
+                       {reason});
+    };
+    refused(1.5, 1, at, "photons: albedo must be in [0, 1], got 1.5");
+    refused(-0.5, 1, at, "photons: albedo must be in [0, 1], got -0.5");
+    refused(NAN, 1, at, "photons: albedo must be in [0, 1], got nan");
+    refused(0.5, -1, at, "photons: optical_depth must be in [0, inf], got -1");
+    refused(0.5, NAN, at, "photons: optical_depth must be in [0, inf], got nan");
+    refused(1, infinity, at,
+            "photons: optical_depth must be finite at albedo 1 (paths in an infinite layer have no "
+            "mean length), got inf");
+    refused(0.5, 1, {0, 0.5, 0}, "photons: mu_in must be in (0, 1], got 0");
+    refused(0.5, 1, {0.5, 1.25, 0}, "photons: mu_out must be in (0, 1], got 1.25");
+    refused(0.5, 1, {0.5, 0.5, infinity}, "photons: azimuth must be finite, got inf");
+    refused(0.5, 1, at, "photons: photons must be >= 2, got 1", with_photons(1));
+    refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1",
+            PhotonOptions{.highest_order = -1});
     for (const int count : {-1, 101}) {
-        PhotonOptions both_ends;
-        both_ends.backward_collisions = count;
-        expect_photons_refuse(0.5, 1, at, both_ends,
-                              {"photons: backward_collisions must be in [0, 100], got"});
+        refused(0.5, 1, at, "photons: backward_collisions must be in [0, 100], got",
+                PhotonOptions{.backward_collisions = count});
     }
-}
-
-TEST(Photons, RefuseAnInfiniteLayerWithoutAbsorption) {
-    expect_photons_refuse(1, infinity, {0.5, 0.5, 0}, {},
-                          {"photons", "optical_depth", "finite at albedo 1", "got inf"});
 }
 
 }  // namespace

@@ -3,12 +3,13 @@
 #include <stratus/io/phase_file.h>
 #include <stratus/transfer/solve.h>
 
+#include "usual_layers.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -41,11 +42,9 @@ double fourier(int mode, Value value) {
 double published_quantity(const std::map<std::string, std::string>& row) {
     const double mu0 = std::stod(row.at("mu0"));
     const std::string &quantity = row.at("quantity"), &mu = row.at("mu");
-    SolverOptions options;
-    options.nodes = 48;
-    const LayerSolution layer =
-        solve_layer(published_phase_function(row.at("phase")), std::stod(row.at("w")),
-                    std::stod(row.at("tau")), {mu0, mu.empty() ? 1 : std::stod(mu)}, options);
+    const LayerSolution layer = solve_layer(published_phase_function(row.at("phase")),
+                                            std::stod(row.at("w")), std::stod(row.at("tau")),
+                                            {mu0, mu.empty() ? 1 : std::stod(mu)}, with_nodes(48));
     if (quantity == "plane_albedo") return layer.plane_albedo(0);
     if (quantity == "total_transmittance")
         return layer.diffuse_transmittance(0) + direct_transmittance(layer.optical_depth, mu0);

@@ -7,8 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -77,18 +75,17 @@ TEST(GaussDirections, KeepExtraCosinesWithWeightZero) {
 
 TEST(GaussDirections, RefuseNodesOutOfRange) {
     for (const int nodes : {0, -1, 513})
-        expect_refusal<std::invalid_argument>(
-            [&] { gauss_directions(nodes, NodeMap::grazing); },
-            {"gauss_directions", "nodes", "[1, 512]", std::to_string(nodes).c_str()});
+        expect_refusal([&] { gauss_directions(nodes, NodeMap::grazing); },
+                       {"gauss_directions", "nodes", "[1, 512]", std::to_string(nodes).c_str()});
 }
 
 TEST(GaussDirections, RefuseCosinesOutOfRange) {
-    for (const double mu : {0.0, -0.5, 1.0001, std::numeric_limits<double>::quiet_NaN()})
-        expect_refusal<std::invalid_argument>(
+    for (const double mu : {0.0, -0.5, 1.0001, double{NAN}})
+        expect_refusal(
             [&] {
                 gauss_directions(8, NodeMap::grazing, {0.5, mu});
             },
-            {"gauss_directions", "mu", "[1e-100, 1]"});
+            {"gauss_directions: mu must be in [1e-100, 1]"});
 }
 
 NodeMap map_for(const PhaseFunction& phase_function, int nodes) {

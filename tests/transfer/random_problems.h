@@ -5,7 +5,6 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/layer/lower_boundary.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/phase/phase_function.h>
 

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ostream>
 #include <string>
 #include <vector>
 
@@ -18,10 +17,9 @@ namespace stratus::test {
 /// A phase function of the files and the largest relative error allowed.
 struct Accuracy {
     const char* phase;
-    double allowed;
+    int nodes;
+    double allowed, allowed_of_fluxes;
 };
-
-inline void PrintTo(const Accuracy& of, std::ostream* out) { *out << of.phase; }
 
 /// One number compared; the row's own uncertainty is not counted as an error.
 struct Compared {
@@ -81,12 +79,10 @@ inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes)
         for (const std::vector<double>& row : of.rows) cosines.push_back(row.at(0));
         const LayerSolution layer =
             solve_layer(phase_function, of.albedo, of.optical_depth, cosines, options);
-        for (std::size_t i = 0; i < cosines.size();
-             ++i) {  // mu0 albedo diffuse direct total err err
-            const std::vector<double>& row = of.rows[i];
-            const auto at = static_cast<Eigen::Index>(i);
+        Eigen::Index at = 0;
+        for (const std::vector<double>& row : of.rows) {  // mu0 albedo diffuse direct total err err
             compare(layer.plane_albedo(at), row.at(1), row.at(5), "albedo " + name_row(of, row));
-            compare(layer.diffuse_transmittance(at), row.at(2), row.at(6),
+            compare(layer.diffuse_transmittance(at++), row.at(2), row.at(6),
                     "transmittance " + name_row(of, row));
         }
     }
@@ -101,5 +97,19 @@ inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes)
               [](const Compared& a, const Compared& b) { return a.error < b.error; });
     return all;
 }
+
+class DiscreteOrdinates : public testing::TestWithParam<Accuracy> {};
+
+TEST_P(DiscreteOrdinates, AreMatchedAtEveryGeometry) {
+    const Compared worst = compare_geometries(GetParam().phase, GetParam().nodes).back();
+    EXPECT_LE(worst.error, GetParam().allowed) << worst.row;
+}
+
+TEST_P(DiscreteOrdinates, AreMatchedInFluxes) {
+    const Compared worst = compare_fluxes(GetParam().phase, GetParam().nodes).back();
+    EXPECT_LE(worst.error, GetParam().allowed_of_fluxes) << worst.row;
+}
+
+inline const auto phase_name = [](const auto& row) { return row.param.phase; };
 
 }  // namespace stratus::test

@@ -1,6 +1,5 @@
-#include <stratus/transfer/reference/shell_photons.h>
+#include "shell_photons.h"
 
-#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
@@ -8,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -43,14 +41,21 @@ TEST(ShellPhotons, AreNoneInTheShadowAndOfNoAlbedo) {
 TEST(ShellPhotons, AreRefusedBeyondTheirRange) {
     const PhaseFunction phase = PhaseFunction::isotropic();
     const ShellView view{0.5, {0, 0, 1}};
-    const auto refuse = [](const auto& call, const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>(call, fragments);
+    const auto refuse = [](const auto& call, const Fragments& fragments) {
+        expect_refusal(call, fragments);
     };
-    refuse([&] { shell_photons(phase, 1.1, 1, 0.1, view, 10); }, {"albedo", "[0, 1]", "1.1"});
-    refuse([&] { shell_photons(phase, 1, 0, 0.1, view, 10); }, {"optical_depth", "(0, inf)", "0"});
-    refuse([&] { shell_photons(phase, 1, 1, 0, view, 10); }, {"height", "(0, inf)", "0"});
-    refuse([&] { shell_photons(phase, 1, 1, 0.1, {1.1, {0, 0, 1}}, 10); }, {"impact", "1.1"});
-    refuse([&] { shell_photons(phase, 1, 1, 0.1, view, 1); }, {"photons", "2", "1"});
+    refuse([&] { shell_photons(phase, 1.1, 1, 0.1, view, 10); },
+           {"albedo must be in [0, 1], got 1.1"});
+    refuse([&] { shell_photons(phase, 1, 0, 0.1, view, 10); },
+           {"optical_depth must be in (0, inf), got 0"});
+    refuse([&] { shell_photons(phase, 1, 1, 0, view, 10); }, {"height must be in (0, inf), got 0"});
+    refuse(
+        [&] {
+            shell_photons(phase, 1, 1, 0.1, {1.1, {0, 0, 1}}, 10);
+        },
+        {"impact must be in [0, 1 + height), got 1.1"});
+    refuse([&] { shell_photons(phase, 1, 1, 0.1, view, 1); },
+           {"shell_photons: photons must be >= 2, got 1"});
 }
 
 }  // namespace

@@ -7,85 +7,52 @@
 
 #include <gtest/gtest.h>
 
-#include <stdexcept>
+#include <cmath>
 
 namespace stratus {
 namespace {
 
-void expect_solve_refusal(double albedo, double optical_depth, const std::vector<double>& mu,
-                          const SolverOptions& options, const std::vector<const char*>& fragments) {
-    expect_refusal<std::invalid_argument>(
-        [&] { solve_layer(isotropic, albedo, optical_depth, mu, options); }, fragments);
-}
-
-TEST(SolveLayer, RefusesAlbedosOutOfRange) {
-    expect_solve_refusal(1.2, 1, {1}, {}, {"solve: albedo must be in [0, 1], got 1.2"});
-    expect_solve_refusal(1 + 1e-15, 1, {1}, {}, {"solve", "albedo", "[0, 1]", "1.0000000000000"});
-    expect_solve_refusal(-0.25, 1, {1}, {}, {"solve", "albedo", "[0, 1]", "-0.25"});
-    expect_solve_refusal(not_a_number, 1, {1}, {}, {"solve", "albedo", "[0, 1]", "nan"});
-}
-
-TEST(SolveLayer, RefusesDepthsBelowZero) {
-    expect_solve_refusal(0.5, -0.5, {1}, {}, {"solve", "optical_depth", "[0, inf]", "-0.5"});
-    expect_solve_refusal(0.5, -infinity, {1}, {}, {"solve", "optical_depth", "[0, inf]", "-inf"});
-}
-
-TEST(SolveLayer, RefusesDepthNaN) {
-    expect_solve_refusal(0.5, not_a_number, {1}, {}, {"solve", "optical_depth", "[0, inf]", "nan"});
-}
-
-TEST(SolveLayer, RefusesCosinesOutOfRange) {
-    expect_solve_refusal(0.5, 1, {1, 0}, {}, {"mu", "[1e-100, 1]", "got 0"});
-    expect_solve_refusal(0.5, 1, {-0.5}, {}, {"mu", "[1e-100, 1]", "-0.5"});
-    expect_solve_refusal(0.5, 1, {1.25}, {}, {"mu", "[1e-100, 1]", "1.25"});
-    expect_solve_refusal(0.5, 1, {not_a_number}, {}, {"mu", "[1e-100, 1]", "nan"});
-}
-
-TEST(SolveLayer, RefusesNodeCountsOutOfRange) {
-    SolverOptions options;
-    options.nodes = 0;
-    expect_solve_refusal(0.5, 1, {1}, options, {"nodes", "[1, 512]", "got 0"});
-    options.nodes = 513;
-    expect_solve_refusal(0.5, 1, {1}, options, {"nodes", "[1, 512]", "got 513"});
-}
-
-TEST(SolveLayer, RefusesModesBelowZero) {
-    SolverOptions options;
-    options.modes = -1;
-    expect_solve_refusal(0.5, 1, {1}, options, {"solve", "modes", ">= 0", "-1"});
-}
-
-TEST(SolveLadder, RefusesOctavesBelowZero) {
-    expect_refusal<std::invalid_argument>(
-        [] {
-            solve_ladder(isotropic, {0.5}, {1, -1, false}, {1});
-        },
-        {"solve", "octaves", ">= 0", "-1"});
-}
-
-TEST(SolveLadder, RefusesAFirstDepthOutOfRange) {
-    for (const double first : {0.0, -1.0, 1e-281, infinity, not_a_number})
-        expect_refusal<std::invalid_argument>(
+TEST(SolveLayer, RefusesArgumentsOutOfRange) {
+    const auto refused = [](double albedo, double optical_depth, double mu, const char* reason,
+                            const SolverOptions& options = {}) {
+        expect_refusal(
             [&] {
-                solve_ladder(isotropic, {0.5}, {first, 1, false}, {1});
+                solve_layer(isotropic, albedo, optical_depth, {1, mu}, options);
             },
-            {"solve", "first depth", "[1e-280, inf)"});
+            {reason});
+    };
+    refused(1.2, 1, 1, "solve: albedo must be in [0, 1], got 1.2");
+    refused(1 + 1e-15, 1, 1, "solve: albedo must be in [0, 1], got 1.0000000000000");
+    refused(-0.25, 1, 1, "solve: albedo must be in [0, 1], got -0.25");
+    refused(NAN, 1, 1, "solve: albedo must be in [0, 1], got nan");
+    refused(0.5, -0.5, 1, "solve: optical_depth must be in [0, inf], got -0.5");
+    refused(0.5, -infinity, 1, "solve: optical_depth must be in [0, inf], got -inf");
+    refused(0.5, NAN, 1, "solve: optical_depth must be in [0, inf], got nan");
+    refused(0.5, 1, 0, "mu must be in [1e-100, 1], got 0");
+    refused(0.5, 1, -0.5, "mu must be in [1e-100, 1], got -0.5");
+    refused(0.5, 1, 1.25, "mu must be in [1e-100, 1], got 1.25");
+    refused(0.5, 1, NAN, "mu must be in [1e-100, 1], got nan");
+    refused(0.5, 1, 1, "nodes must be in [1, 512], got 0", with_nodes(0));
+    refused(0.5, 1, 1, "nodes must be in [1, 512], got 513", with_nodes(513));
+    refused(0.5, 1, 1, "solve: modes must be >= 0, got -1", SolverOptions{.modes = -1});
 }
 
-TEST(SolveLadder, RefusesAnEmptyAlbedoList) {
-    expect_refusal<std::invalid_argument>(
-        [] {
-            solve_ladder(isotropic, {}, {1, 1, false}, {1});
-        },
-        {"solve", "albedos", "at least one"});
-}
-
-TEST(SolveLadder, RefusesEveryAlbedoOutOfRange) {
-    expect_refusal<std::invalid_argument>(
-        [] {
-            solve_ladder(isotropic, {0.5, 1, 1.5}, {1, 1, false}, {1});
-        },
-        {"solve", "albedo", "[0, 1]", "1.5"});
+TEST(SolveLadder, RefusesArgumentsOutOfRange) {
+    const auto refused = [](const std::vector<double>& albedos, double first, int octaves,
+                            const Fragments& fragments) {
+        expect_refusal(
+            [&] {
+                solve_ladder(isotropic, albedos, {first, octaves, false, asked}, {1});
+            },
+            fragments);
+    };
+    refused({0.5}, 1, -1, {"solve: octaves must be >= 0, got -1"});
+    for (const double first : {0.0, -1.0, 1e-281, infinity, double{NAN}})
+        refused({0.5}, first, 1, {"solve: first depth of a ladder must be in [1e-280, inf)"});
+    refused({}, 1, 1, {"solve: albedos must be at least one"});
+    refused({0.5, 1, 1.5}, 1, 1, {"solve: albedo must be in [0, 1], got 1.5"});
+    refused({0.5}, 1, 2, {"solve: depths of a ladder must be at least one"}, {false, false});
+    refused({0.5}, 1, 2, {"solve: depths of a ladder", "2, got 1"}, {true});
 }
 
 }  // namespace

@@ -1,41 +1,30 @@
 // The stability matrix: no breakdown at any phase function, albedo, depth or number of nodes.
 #include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
-#include <stratus/layer/single_scattering.h>
 
 #include "stability_checks.h"
 #include "stability_matrix.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace stratus {
+namespace stratus::test {
 namespace {
-
-using test::at;
-using test::rounding;
-using test::stability_albedos;
-using test::stability_cosines;
-using test::stability_depths;
 
 const int count = static_cast<int>(stability_cosines.size());
 
 struct Medium {
-    test::NamedPhaseFunction of;
+    NamedPhaseFunction of;
     int nodes;
 };
-
-void PrintTo(const Medium& medium, std::ostream* out) {
-    *out << medium.of.name << ", " << medium.nodes << " nodes";
-}
 
 class Stability : public testing::TestWithParam<Medium> {
   protected:
     LayerSolution solve(double albedo, double optical_depth, int modes = 0) const {
-        SolverOptions options;
-        options.nodes = GetParam().nodes;
+        SolverOptions options = with_nodes(GetParam().nodes);
         options.modes = modes;
         return solve_layer(GetParam().of.phase_function, albedo, optical_depth, stability_cosines,
                            options);
@@ -44,7 +33,7 @@ class Stability : public testing::TestWithParam<Medium> {
 };
 
 void expect_limits_of_single_scattering(const LayerSolution& layer,
-                                        const std::vector<test::LayerValue>& values) {
+                                        const std::vector<LayerValue>& values) {
     const double tau = layer.optical_depth;
     const double backward_peak = std::max(1.0, layer.phase_function(-1));  // scattered twice
     for (const auto& [side, value, single, i, j] : values) {
@@ -72,9 +61,9 @@ TEST_P(Stability, IsFiniteAndAsPositiveAsItsSeries) {
     for (const double w : stability_albedos)
         for (const double tau : stability_depths) {
             const LayerSolution layer = solve(w, tau);
-            const std::vector<test::LayerValue> values = test::values_of(layer);
-            test::expect_finite(layer, values);
-            const double lowest = test::expect_negative_only_with_its_series(layer);
+            const std::vector<LayerValue> values = values_of(layer);
+            expect_finite(layer, values);
+            const double lowest = expect_negative_only_with_its_series(layer);
             if (GetParam().nodes >= 8) {
                 EXPECT_GE(lowest, -1e-5) << at(layer);
             }
@@ -83,15 +72,7 @@ TEST_P(Stability, IsFiniteAndAsPositiveAsItsSeries) {
 }
 
 TEST_P(Stability, ConservesEnergyWithoutAbsorption) {
-    for (const double tau : stability_depths) {
-        const LayerSolution layer = solve(1, tau, 1);
-        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12) << at(layer);
-        for (int i = 0; i < count; ++i)
-            EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
-                            direct_transmittance(tau, layer.mu(i)),
-                        1, 1e-12)
-                << at(layer) << ' ' << layer.mu(i);
-    }
+    for (const double tau : stability_depths) expect_conserved(solve(1, tau, 1), tau, 1e-12);
 }
 
 TEST_P(Stability, IsMonotonicInDepthAndAlbedo) {
@@ -111,17 +92,15 @@ TEST_P(Stability, IsMonotonicInDepthAndAlbedo) {
 }
 
 TEST(LayerSolution, IsNegativeWithItsSeries) {
-    SolverOptions options;
-    options.nodes = 2;  // four moments of a backward peak: a series with a minimum of -21 %
-    options.truncate = Truncate::nothing;
+    // Four moments of a backward peak: a series with a minimum of -21 %.
+    const SolverOptions options = with_nodes(2, Truncate::nothing);
     const PhaseFunction backward = PhaseFunction::henyey_greenstein(-0.9);
-    const double share =
-        test::most_negative(solve_layer(backward, 0.99, 1, stability_cosines, options));
+    const double share = most_negative(solve_layer(backward, 0.99, 1, stability_cosines, options));
     EXPECT_LT(share, -0.1);
     EXPECT_GT(share, -0.3);
-    EXPECT_EQ(test::most_negative(
-                  solve_layer(PhaseFunction::isotropic(), 0.99, 1, stability_cosines, options)),
-              0);
+    EXPECT_EQ(
+        most_negative(solve_layer(PhaseFunction::isotropic(), 0.99, 1, stability_cosines, options)),
+        0);
 }
 
 /// (4/3) / (1-g) / q sinh(k q) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law
@@ -158,7 +137,7 @@ TEST_P(Stability, ReachesTheSemiInfiniteLayer) {
 std::vector<Medium> media() {
     std::vector<Medium> media;
     for (const int nodes : {2, 8, 32})
-        for (const test::NamedPhaseFunction& of : test::stability_phase_functions())
+        for (const NamedPhaseFunction& of : stability_phase_functions())
             media.push_back({of, nodes});
     return media;
 }
@@ -168,4 +147,4 @@ INSTANTIATE_TEST_SUITE_P(Of, Stability, testing::ValuesIn(media()), [](const aut
 });
 
 }  // namespace
-}  // namespace stratus
+}  // namespace stratus::test

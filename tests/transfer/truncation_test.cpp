@@ -2,11 +2,13 @@
 
 #include <stratus/transfer/solve.h>
 
+#include "refusal.h"
+#include "usual_layers.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 namespace stratus {
@@ -14,20 +16,14 @@ namespace {
 
 const PhaseFunction truncated_peak = PhaseFunction::henyey_greenstein(0.9);
 
-TEST(TruncatePeak, TruncatesALateMoment) {
+TEST(TruncatePeak, TruncatesALateMomentAndKeepsTheLowerHalf) {
     const Truncation truncation = truncate_peak(truncated_peak, 16);
     EXPECT_DOUBLE_EQ(truncation.fraction, std::pow(0.9, 14));
     EXPECT_TRUE(truncation.narrow);
     ASSERT_EQ(truncation.moments.size(), 16u);
     EXPECT_EQ(truncation.moments[0], 1);
-}
-
-TEST(TruncatePeak, KeepsTheLowerHalfOfTheMoments) {
-    // chi = f + (1 - f) chi*
-    const Truncation truncation = truncate_peak(truncated_peak, 16);
-    for (int l = 0; l < 7; ++l)
-        EXPECT_NEAR(truncation.fraction +
-                        (1 - truncation.fraction) * truncation.moments[static_cast<std::size_t>(l)],
+    for (std::size_t l = 0; l < 7; ++l)  // chi = f + (1 - f) chi*
+        EXPECT_NEAR(truncation.fraction + (1 - truncation.fraction) * truncation.moments[l],
                     std::pow(0.9, l), 1e-15);
 }
 
@@ -97,24 +93,17 @@ TEST(TruncatePeak, IsTheIdentityForSmoothPhaseFunctionsAndWideBackwardPeaks) {
 }
 
 TEST(SolveLayer, ConservesEnergyUnderABackwardPeak) {
-    SolverOptions options;
-    options.nodes = 8;
     const LayerSolution layer =
-        solve_layer(PhaseFunction::henyey_greenstein(-0.9), 0.9, 2, {}, options);
+        solve_layer(PhaseFunction::henyey_greenstein(-0.9), 0.9, 2, {}, with_nodes(8));
     EXPECT_GT(layer.spherical_albedo, 0);
     EXPECT_GT(layer.total_transmittance, 0);
     EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
 }
 
 TEST(SolveLayer, RefusesAnUnresolvedBackwardPeak) {
-    SolverOptions options;
-    options.nodes = 8;
-    try {
-        solve_layer(PhaseFunction::henyey_greenstein(-0.99), 0.9, 2, {}, options);
-        FAIL() << "solved";
-    } catch (const std::runtime_error& refusal) {
-        EXPECT_NE(std::string(refusal.what()).find("nodes must be more"), std::string::npos);
-    }
+    expect_refusal<std::runtime_error>(
+        [] { solve_layer(PhaseFunction::henyey_greenstein(-0.99), 0.9, 2, {}, with_nodes(8)); },
+        {"nodes must be more"});
 }
 
 TEST(NoTruncation, KeepsMomentsUnchanged) {

@@ -73,6 +73,7 @@ def add_socket(group, name, kind, side="INPUT"):
 def loaded(picture):
     image = bpy.data.images.load(picture)
     image.colorspace_settings.name = "Non-Color"
+    image.use_half_precision = False  # in Eevee
     image.pack()  # kept in the .blend
     return image
 
@@ -99,6 +100,7 @@ def prepared_atlases(source, deepest, albedo, program, folder):
         pictures[-1][3::4] = 1
     image = bpy.data.images.new(pathlib.Path(source).stem, width, PREPARED * height, float_buffer=True, is_data=True)
     image.pixels.foreach_set(np.concatenate(pictures[::-1]))  # rows run upward
+    image.use_half_precision = False
     image.pack()
     return image, layout | {"deepest": deepest}
 
@@ -162,22 +164,36 @@ def atlas_group(image, layout, name):
         exchanged = n.math("MULTIPLY", n.math("SUBTRACT", 1, lit), n.math("SUBTRACT", 1, below))
         difference = n.math("MULTIPLY", exchanged, n.math("SUBTRACT", mu_out, mu_in))
         tile_in, tile_out = n.math("ADD", mu_in, difference), n.math("SUBTRACT", mu_out, difference)
-    column = n.math("MULTIPLY", evened(tile_in), columns - 1)
-    first = n.math("MINIMUM", n.math("FLOOR", column), columns - 2)
-    x = n.math("MULTIPLY_ADD", azimuth, (width - 1) / math.pi, 0.5)
-    y = n.math("MULTIPLY_ADD", row, height, n.math("MULTIPLY_ADD", evened(tile_out), height - 1, 0.5))
-    # Two tiles blended are pi f (mu_in + mu_out).
-    share = n.math("SUBTRACT", column, first)
+
+    def between(place, samples):
+        """The first of the two samples, even in [0, 1], around a place, and the share of the second."""
+        scaled = n.math("MULTIPLY", place, samples - 1)
+        first = n.math("MINIMUM", n.math("FLOOR", scaled), samples - 2)
+        return first, n.math("SUBTRACT", scaled, first)
+
+    column, share_in = between(evened(tile_in), columns)
+    line, share_out = between(evened(tile_out), height)
+    texel, share_azimuth = between(n.math("DIVIDE", azimuth, math.pi), width)
+    x, y = n.math("MULTIPLY_ADD", column, width, texel), n.math("MULTIPLY_ADD", row, height, line)
+
+    def mixed(share, pair):
+        return n.add("ShaderNodeMixRGB", share, *pair).outputs[0]
+
+    # Texels are read one by one and blended here: Eevee's own filter takes coarser copies of the picture, in which tiles run into
+    # each other, where pixels side by side read different tiles.
+    across, down = columns * width, atlases * rows * height
+    u = [[n.math("MULTIPLY_ADD", x, 1 / across, (tile * width + step + 0.5) / across) for step in (0, 1)] for tile in (0, 1)]
 
     def blended(atlas):
-        v = n.math("MULTIPLY_ADD", n.math("MULTIPLY_ADD", atlas, rows * height, y), -1 / (atlases * rows * height), 1)  # 0 is the lower edge
+        """Pi f (mu_in + mu_out) of the eight texels around the directions."""
+        place = n.math("MULTIPLY_ADD", atlas, rows * height, y)
+        v = [n.math("MULTIPLY_ADD", place, -1 / down, 1 - (step + 0.5) / down) for step in (0, 1)]  # 0 is the lower edge
 
-        def tile(number):
-            u = n.math("DIVIDE", n.math("MULTIPLY_ADD", number, width, x), columns * width)
+        def read(u, v):
             place = n.add("ShaderNodeCombineXYZ", u, v).outputs[0]
-            return n.add("ShaderNodeTexImage", place, image=image, interpolation="Linear", extension="EXTEND").outputs["Color"]
+            return n.add("ShaderNodeTexImage", place, image=image, interpolation="Closest", extension="EXTEND").outputs["Color"]
 
-        return n.add("ShaderNodeMixRGB", share, tile(first), tile(n.math("ADD", first, 1))).outputs[0]
+        return mixed(share_in, [mixed(share_out, [mixed(share_azimuth, [read(place, level) for place in tile]) for level in v]) for tile in u])
 
     strength = n.math("DIVIDE", mu_in, n.math("MULTIPLY", n.math("ADD", mu_in, mu_out), math.pi))
     if deepest:
@@ -214,7 +230,8 @@ def layer_material(image, layout, name, sun, irradiance, depth_image=None):
     material.use_fake_user = True  # or it is not saved until an object has it
     material.use_nodes = True
     material.node_tree.nodes.clear()
-    material.blend_method = "BLEND"  # Eevee: what is behind shows
+    material.blend_method = "BLEND"  # Eevee: what is behind shows,
+    material.show_transparent_back = False  # but for farther faces of the same object, which it does not sort
     n = Nodes(material.node_tree)
     group = n.add("ShaderNodeGroup", node_tree=atlas_group(image, layout, name))
     group.inputs["Sun"].default_value = sun

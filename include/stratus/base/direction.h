@@ -7,6 +7,21 @@ namespace stratus {
 /// Where light leaves a layer: on the side that is lit, or on the far side.
 enum class Side { reflection, transmission };
 
+inline constexpr Side both_sides[] = {Side::reflection, Side::transmission};
+
+/// One of each for the two sides.
+template <class T>
+struct PerSide {
+    T reflection{}, transmission{};
+
+    T& operator[](Side side) noexcept {
+        return side == Side::reflection ? reflection : transmission;
+    }
+    const T& operator[](Side side) const noexcept {
+        return side == Side::reflection ? reflection : transmission;
+    }
+};
+
 /// Directions of one scattering: cosines to the normal in (0, 1] and the azimuth between them in
 /// radians.
 struct Geometry {
@@ -21,6 +36,9 @@ double cos_scattering_angle_reflected(const Geometry& geometry) noexcept;
 
 /// Cosine of the scattering angle of light that leaves on the far side: +mu mu0 + s s0 cos(azimuth).
 double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept;
+
+/// Cosine of the scattering angle of light that leaves on that side.
+double cos_scattering_angle(Side side, const Geometry& geometry) noexcept;
 
 /// Angles as observers give them, in degrees: of the light and of the eye from the normal of the lit
 /// side, and between the two.

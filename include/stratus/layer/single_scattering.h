@@ -27,6 +27,10 @@ double single_reflection(double phase_value, double albedo, double optical_depth
 double single_transmission(double phase_value, double albedo, double optical_depth, double mu_in,
                            double mu_out) noexcept;
 
+/// R or diffuse T of order 1, by the side.
+double single_scattering(Side side, double phase_value, double albedo, double optical_depth,
+                         double mu_in, double mu_out) noexcept;
+
 /// The unscattered beam, exp(-tau / mu).
 double direct_transmittance(double optical_depth, double mu) noexcept;
 

@@ -40,6 +40,10 @@ double single_reflection_through(const Surroundings& around, double phase_value,
 double single_transmission_through(const Surroundings& around, double phase_value, double albedo,
                                    double optical_depth, double mu_in, double mu_out) noexcept;
 
+/// R or diffuse T of order 1 of all layers, by the side: one of the two below.
+double stack_single_scattering(Side side, const std::vector<StackLayer>& layers,
+                               const Geometry& geometry) noexcept;
+
 /// R of order 1 of all layers, without what they lie on.
 double stack_single_reflection(const std::vector<StackLayer>& layers,
                                const Geometry& geometry) noexcept;

@@ -22,39 +22,41 @@ const std::vector<std::string>& shader_language_names();
 /// Texels of the textures to a row: texel n lies in column n % this, row n / this, from the first.
 constexpr int shader_texture_width = 2048;
 
-/// RGBA, to be fetched without filtering, but for `stratus_weights`.
+/// RGBA, to be fetched without filtering, but for those of a FilteredLight whose texels are halves.
 struct ShaderTexture {
     std::string name;  // of the sampler
     int height;
     bool halves;              // else floats
     std::vector<char> bytes;  // little endian, row by row, zeros beyond the last texel
     int width = shader_texture_width;
+    int depth = 0;  // of a 3-D texture
 };
 
 /// Texels of a filtered layer's `stratus_layer` that are constants of its text.
 constexpr int filtered_layer_constants = 8;
 
-/// Textures that a GPU filters linearly, `stratus_light` by eight fetches that are a cubic spline: a 3-D
-/// texture of RGBA halves over mu_in, mu_out and azimuth. It is one to three times as fine as the table's
-/// samples, as little as keeps all but one in a thousand of R and T within 2e-3, of layers not bound
-/// within a quarter of the table's tolerance if that is more.
+/// Textures that a GPU filters linearly. `stratus_light`, by eight fetches that are a cubic spline: a 3-D
+/// texture over mu_in, mu_out and azimuth. It is one to three times as fine as the table's samples, as
+/// little as keeps all but one in a thousand of R and T within 2e-3.
 ///
 /// For a bound layer it holds the orders n >= 2 of three colours, reflection before transmission. For
 /// layers that are not bound it holds, in each block of optical depths, twelve functions of the
-/// directions, four fetched at once; `stratus_weights`, a 2-D texture of halves that is filtered as
-/// well, has their weights at an albedo and depth: 27 fetches in all.
+/// directions, four fetched at once; `stratus_weights`, a 2-D texture, has their weights at an albedo and
+/// depth: 27 fetches in all. The path law of narrow peaks takes four more: eight functions of the scattering
+/// angle, `stratus_path_functions`, and their weights, `stratus_path_weights`.
 struct FilteredLight {
     bool bound;
-    int width, height, depth;
-    std::vector<char> bytes;  // little endian, mu_in innermost
-    /// `stratus_numbers`, whose first `constant_numbers` texels are constants of the text, and
-    /// `stratus_layer`, or of layers that are not bound `stratus_weights`.
+    /// `stratus_numbers`, whose first `constant_numbers` texels are constants of the text; `stratus_layer`, or
+    /// of layers that are not bound `stratus_weights`; `stratus_light`; of layers that are not bound and have a
+    /// path law its two.
     std::vector<ShaderTexture> textures;
     int constant_numbers;
     // Differences to the text without a filter at 2,000 random directions with cosines from 0.02, of
     // layers not bound as many albedos and depths of the table: the median, what all but one in a thousand
     // stay below, the worst. They are relative to R or T, but to no less than 1e-6, of layers not bound 1e-4.
     double median_error, usual_error, worst_error;
+
+    const ShaderTexture& light() const { return textures[2]; }
 };
 
 /// The text to include. GLSL: ES 3.00 or 4.50, without a #version. C++17: a header without dependencies

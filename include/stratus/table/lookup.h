@@ -45,16 +45,22 @@ struct Scattered {
     double total() const noexcept { return single + multiple; }
 };
 
-/// R of the layer at one geometry. A table without reflection gives its single scattering and
-/// multiple = 0.
+/// R or diffuse T of the layer at one geometry, by the side. A side that the table does not hold gives
+/// its single scattering and multiple = 0. T is 0 over a lower boundary; the unscattered beam is no part
+/// of it (`direct_transmittance`).
 ///
 /// Range    albedo [0, 1], optical_depth [0, inf], cosines [0, 1], azimuth finite, radians.
-Scattered reflection(const TableView& table, double albedo, double optical_depth,
+Scattered scattering(const TableView& table, Side side, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept;
 
-/// Diffuse T of the layer at one geometry, 0 over a lower boundary; the unscattered beam is
-/// `direct_transmittance`.
-Scattered transmission(const TableView& table, double albedo, double optical_depth,
-                       const Geometry& geometry) noexcept;
+inline Scattered reflection(const TableView& table, double albedo, double optical_depth,
+                            const Geometry& geometry) noexcept {
+    return scattering(table, Side::reflection, albedo, optical_depth, geometry);
+}
+
+inline Scattered transmission(const TableView& table, double albedo, double optical_depth,
+                              const Geometry& geometry) noexcept {
+    return scattering(table, Side::transmission, albedo, optical_depth, geometry);
+}
 
 }  // namespace stratus

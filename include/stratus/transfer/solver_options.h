@@ -1,6 +1,10 @@
 // Options of the solver.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
 namespace stratus {
 
 enum class Scheme {
@@ -47,6 +51,18 @@ struct DepthLadder {
     double first = 1;
     int octaves = 1;
     bool to_infinity = false;
+    std::vector<bool> asked = {};  // which of these depths, infinity last, are; empty: all
+
+    int count() const { return octaves + (to_infinity ? 1 : 0); }
+    bool asks_for(int depth) const {
+        return asked.empty() || asked[static_cast<std::size_t>(depth)];
+    }
+    /// How many of the depths before this one are asked for.
+    int place(int depth) const {
+        return asked.empty()
+                   ? depth
+                   : static_cast<int>(std::count(asked.begin(), asked.begin() + depth, true));
+    }
 };
 
 }  // namespace stratus

@@ -399,12 +399,11 @@ void joined(const PartedPaths& parted, const float* reflected, const float* tran
 }  // namespace
 
 extern const Kernels kernels;
-constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
-                          all_kernels<Side::transmission, 1>(),
-                          all_kernels<Side::reflection, 3>(),
-                          all_kernels<Side::transmission, 3>(),
-                          {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
-                          paths_of_vectors,
-                          joined};
+constexpr Kernels kernels{
+    {all_kernels<Side::reflection, 1>(), all_kernels<Side::transmission, 1>()},
+    {all_kernels<Side::reflection, 3>(), all_kernels<Side::transmission, 3>()},
+    {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
+    paths_of_vectors,
+    joined};
 
 }  // namespace stratus::STRATUS_ISA

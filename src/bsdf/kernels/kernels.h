@@ -61,8 +61,8 @@ struct SideKernels {
 };
 
 struct Kernels {
-    SideKernels<1> reflected, transmitted;
-    SideKernels<3> reflected_rgb, transmitted_rgb;
+    PerSide<SideKernels<1>> grey;
+    PerSide<SideKernels<3>> rgb;
     void (*paths_of_angles[2])(const float* mu_in, const float* mu_out, const float* azimuth,
                                int count, LightPaths& paths);  // over Side
     void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], int count,

@@ -120,10 +120,10 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::always_inline]] inline void mirror(int n, Number* out, long stride) {
+[[gnu::always_inline]] inline void mirror(int first, int n, Number* out, long stride) {
     if constexpr (!is_pack<Number>)
-        for (int i = 1; i < n; ++i)
-            for (int j = 0; j < i; ++j) out[i * stride + j] = out[j * stride + i];
+        for (int i = first + 1; i < n; ++i)
+            for (int j = first; j < i; ++j) out[i * stride + j] = out[j * stride + i];
 }
 
 /// out_i = sum over k < depth of x_k K_ki.

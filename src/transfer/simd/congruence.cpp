@@ -81,7 +81,7 @@ void back_substitute(int gauss, const Number* m, long stride, Number* x) {
 
 template <class Number>
 void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<Number> C,
-                   Number* along) {
+                   Number* along, int first) {
     const int N = layer.gauss, n = layer.directions, right = layer.right_side;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
     Number* m = layer.elimination;
@@ -93,13 +93,13 @@ void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<
         for (int j = is_pack<Number> ? i : 0; j < N; ++j) row[j] = C.K[i * stride + j];
         for (int j = N; j < right; ++j) row[j] = Number{};
         row[i] += C.d[i];
-        Number* u = row + right;
-        for (int j = 0; j < N; ++j) u[j] = P.p * F.K[i * stride + j];
+        Number* u = row + right - first;
+        for (int j = first; j < N; ++j) u[j] = P.p * F.K[i * stride + j];
         for (int j = N; j < n; ++j) u[j] = P.p * F.K[i * stride + j] - rho[j] * C.K[i * stride + j];
-        u[i] += P.p * F.d[i];
+        if (i >= first) u[i] += P.p * F.d[i];
         if (along) u[n] = along[i];
     }
-    eliminate(N, right + n + (along ? 1 : 0), m, x_stride);
+    eliminate(N, right + n - first + (along ? 1 : 0), m, x_stride);
     if (!along) return;
     Number* factored = layer.vector[2];  // L^-1 along
     for (int i = 0; i < N; ++i) factored[i] = m[i * x_stride + right + n];
@@ -109,26 +109,57 @@ void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<
 }
 
 template <class Number>
-void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out) {
+void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out,
+            int first) {
     Number* none = layer.vector[2];
     for (int i = 0; i < layer.directions; ++i) {
         none[i] = Number{};
         out.d[i] = 1.0 / C.d[i];
     }
     const Scaled<Number> kernel{1.0, {none, C.K}};
-    eliminate_for<Number>(layer, kernel, C, nullptr);
-    congruence_kernel(layer, kernel, C, out.K, [&](Register<Number> in, int i, int j, Word value) {
+    eliminate_for<Number>(layer, kernel, C, nullptr, first);
+    const auto combine = [&](Register<Number> in, int i, int j, Word value) {
         return (value - in(C.K, i * layer.stride + j)) * in.same(out.d, i) * in(out.d, j);
-    });
+    };
+    congruence_kernel(layer, kernel, C, out.K, combine, first);
+}
+
+template <class Number>
+void invert_gauss_rows(const SimdLayer<Number>& layer, SimdMatrix<Number> out, int first) {
+    const int N = layer.gauss;
+    const long stride = layer.elimination_stride;
+    Number* const X = layer.elimination + layer.right_side;
+    for (int i = N - 1; i >= 0; --i) {
+        const Number* const factor = layer.elimination + i * stride;
+        auto blocks = [&]<int I, int J>(Register<Number> in, int, int j0, Tile<I, J>) {
+            Word x[1][J];
+            for (int j = 0; j < J; ++j) x[0][j] = in(X, i * stride + j0 + j * in.columns);
+            accumulate(in, N - 1 - i, factor + i + 1, 1, X + (i + 1) * stride + j0, stride, -1.0,
+                       x);
+            for (int j = 0; j < J; ++j) {
+                const int column = j0 + j * in.columns;
+                const Word solved = x[0][j] * in.same(factor, i);
+                in(X, i * stride + column) = solved;
+                if (i < first)
+                    in(out.K, i * static_cast<long>(layer.stride) + first + column) =
+                        -solved * in(out.d, first + column);
+            }
+        };
+        for_each_block<Number>(
+            1, layer.directions - first, [](int) { return 0; }, blocks);
+    }
 }
 
 template void eliminate(int, int, Pack*, long);
 template void eliminate(int, int, double*, long);
 template void back_substitute(int, const Pack*, long, Pack*);
 template void back_substitute(int, const double*, long, double*);
-template void eliminate_for(const SimdLayer<Pack>&, Scaled<Pack>, SimdMatrix<Pack>, Pack*);
-template void eliminate_for(const SimdLayer<double>&, Scaled<double>, SimdMatrix<double>, double*);
-template void invert(const SimdLayer<Pack>&, SimdMatrix<Pack>, SimdMatrix<Pack>);
-template void invert(const SimdLayer<double>&, SimdMatrix<double>, SimdMatrix<double>);
+template void eliminate_for(const SimdLayer<Pack>&, Scaled<Pack>, SimdMatrix<Pack>, Pack*, int);
+template void eliminate_for(const SimdLayer<double>&, Scaled<double>, SimdMatrix<double>, double*,
+                            int);
+template void invert(const SimdLayer<Pack>&, SimdMatrix<Pack>, SimdMatrix<Pack>, int);
+template void invert(const SimdLayer<double>&, SimdMatrix<double>, SimdMatrix<double>, int);
+template void invert_gauss_rows(const SimdLayer<Pack>&, SimdMatrix<Pack>, int);
+template void invert_gauss_rows(const SimdLayer<double>&, SimdMatrix<double>, int);
 
 }  // namespace stratus::STRATUS_ISA

@@ -17,25 +17,27 @@ struct Scaled {
     SimdMatrix<Number> matrix;
 };
 
-/// Eliminates for P C^-1 P, and leaves rho in vector[0]. A vector `along`, if not null, is replaced
-/// by P C^-1 along = X^T (L^-1 along) + rho along.
+/// Eliminates for P C^-1 P from the direction `first` on, and leaves rho in vector[0]. A vector
+/// `along`, if not null, is replaced by P C^-1 along = X^T (L^-1 along) + rho along, for all
+/// directions.
 template <class Number>
 void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<Number> C,
-                   Number* along);
+                   Number* along, int first = 0);
 
 /// After eliminate_for: stores combine(register, place, i, j, kernel of P C^-1 P) in both triangles
-/// of `out`; `out` may be P's kernel.
+/// of `out`, from the direction `first` on; `out` may be P's kernel.
 template <class Number, class Combine>
 [[gnu::always_inline]] inline void congruence_kernel(const SimdLayer<Number>& layer,
                                                      Scaled<Number> P, SimdMatrix<Number> C,
-                                                     Number* out, Combine combine) {
+                                                     Number* out, Combine combine, int first = 0) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
     const Number* X = layer.elimination + layer.right_side;
     const Number* rho = layer.vector[0];
-    auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+    auto blocks = [&]<int I, int J>(Register<Number> in, int row, int column, Tile<I, J>) {
+        const int i0 = first + row, j0 = first + column;
         Word product[I][J] = {};
-        accumulate(in, N, X + i0, x_stride, X + j0, x_stride, 1.0, product);
+        accumulate(in, N, X + row, x_stride, X + column, x_stride, 1.0, product);
         for_upper(in, i0, j0, product, [&](Register<Number>, int i, int j, Word value) {
             const long at = i * stride + j;
             if (j + in.columns > N) {
@@ -52,8 +54,8 @@ template <class Number, class Combine>
         });
     };
     for_each_block<Number>(
-        n, n, [](int i) { return i; }, blocks);
-    mirror(n, out, stride);
+        n - first, n - first, [](int i) { return i; }, blocks);
+    mirror(first, n, out, stride);
 }
 
 /// out = F x, the product summing over the Gauss nodes; F is symmetric.
@@ -74,9 +76,15 @@ void absorb_uniform(const SimdLayer<Number>& layer, Number* out);
 template <class Number>
 void restore_absorption(SimdLayer<Number>& layer);
 
-/// C^-1 into `out`. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no identity is subtracted, so that
-/// thin layers keep their relative accuracy.
+/// C^-1 into `out`, from the direction `first` on. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no
+/// identity is subtracted, so that thin layers keep their relative accuracy.
 template <class Number>
-void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out);
+void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out,
+            int first = 0);
+
+/// After `invert` from a direction `first` other than 0: the columns of C^-1 from there on, in the
+/// rows of the Gauss nodes before it, too: -C_NN^-1 K_C / c.
+template <class Number>
+void invert_gauss_rows(const SimdLayer<Number>& layer, SimdMatrix<Number> out, int first);
 
 }  // namespace stratus::STRATUS_ISA

@@ -120,7 +120,7 @@ void double_depth(SimdLayer<Number>& layer) {
 
 template <class Number>
 void extract(SimdLayer<Number>& layer) {
-    const int N = layer.gauss, n = layer.directions;
+    const int N = layer.gauss, n = layer.directions, from = layer.first_extracted;
     const long stride = layer.stride;
     const SimdMatrix<Number>&Y = layer.Y, &Z = layer.Z;
     const SimdMatrix<Number> E = layer.reflection,
@@ -128,12 +128,12 @@ void extract(SimdLayer<Number>& layer) {
     const SimdMatrix<Number> C = layer.spare[0];
 
     for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Z.d[i];
-    invert(layer, {C.d, Z.K}, O);
+    invert(layer, {C.d, Z.K}, O, from);
     if (!layer.has_gap) {
         for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Y.d[i];
-        invert(layer, {C.d, Y.K}, E);
-        for (int i = 0; i < n; ++i)
-            for (long at = i * stride; at < i * stride + n; ++at) {
+        invert(layer, {C.d, Y.K}, E, from);
+        for (int i = from; i < n; ++i)
+            for (long at = i * stride + from; at < i * stride + n; ++at) {
                 const Number even = E.K[at], odd = O.K[at];
                 E.K[at] = even + odd;
                 O.K[at] = even - odd;
@@ -141,15 +141,18 @@ void extract(SimdLayer<Number>& layer) {
         return;
     }
 
+    if (from > 0) invert_gauss_rows(layer, O, from);
     const SimdMatrix<Number>& G = Y;
     for (int i = 0; i < n; ++i) {
         C.d[i] = 1.0 + Z.d[i] - G.d[i];
         for (long at = i * stride; at < i * stride + n; ++at) C.K[at] = Z.K[at] - G.K[at];
     }
-    invert(layer, C, E);
+    invert(layer, C, E, from);
+    if (from > 0) invert_gauss_rows(layer, E, from);
     // T = O F with F = G E, so that both products run over rows.
     const SimdMatrix<Number> F = layer.spare[0], T = layer.spare[1];
-    auto first = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+    auto first = [&]<int I, int J>(Register<Number> in, int i0, int column, Tile<I, J>) {
+        const int j0 = from + column;
         Word sum[I][J] = {};
         accumulate(in, N, G.K + i0, stride, E.K + j0, stride, 1.0, sum);
         for (int i = i0; i < i0 + I; ++i)
@@ -161,8 +164,9 @@ void extract(SimdLayer<Number>& layer) {
             }
     };
     for_each_block<Number>(
-        n, n, [](int) { return 0; }, first);
-    auto second = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+        n, n - from, [](int) { return 0; }, first);
+    auto second = [&]<int I, int J>(Register<Number> in, int row, int column, Tile<I, J>) {
+        const int i0 = from + row, j0 = from + column;
         Word sum[I][J] = {};
         accumulate(in, N, O.K + i0, stride, F.K + j0, stride, 1.0, sum);
         for_upper(in, i0, j0, sum, [&](Register<Number>, int i, int j, Word value) {
@@ -172,10 +176,10 @@ void extract(SimdLayer<Number>& layer) {
         });
     };
     for_each_block<Number>(
-        n, n, [](int i) { return i; }, second);
-    mirror(n, T.K, stride);
-    for (int i = 0; i < n; ++i)
-        for (long at = i * stride; at < i * stride + n; ++at) E.K[at] += O.K[at];
+        n - from, n - from, [](int i) { return i; }, second);
+    mirror(from, n, T.K, stride);
+    for (int i = from; i < n; ++i)
+        for (long at = i * stride + from; at < i * stride + n; ++at) E.K[at] += O.K[at];
     layer.spare[1] = layer.transmission;
     layer.transmission = T;
 }

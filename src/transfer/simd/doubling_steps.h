@@ -40,6 +40,7 @@ struct SimdMatrix {
 template <class Number>
 struct SimdLayer {
     int gauss, directions, stride;
+    int first_extracted;  // R and T are extracted from this direction on: 0, or a multiple of lane_count
     const double* mu;      // directions
     const double* weight;  // directions, 0 for the extra ones
     const double* s;       // directions, sqrt(2 mu weight) (weight 1 for the extra ones)

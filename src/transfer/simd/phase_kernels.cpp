@@ -172,7 +172,7 @@ void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
         };
         for_each_block<Number>(
             n, n, [](int i) { return i; }, blocks);
-        mirror(n, out, stride);
+        mirror(0, n, out, stride);
     };
     product(0, layer.scatter_even.K);
     product(1, layer.scatter_odd.K);

@@ -117,6 +117,9 @@ struct PointRange {
     std::vector<StackLayer> layers{};  // of a stack, top first
 };
 
+/// Returns the ranges of a table, of which `view` is one, and all kinds of points.
+PointRange point_range(const Table& table, const TableView& view);
+
 /// About as many points as share one solved ladder of depths.
 int points_of_ladder(const PointRange& range);
 

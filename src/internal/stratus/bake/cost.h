@@ -1,15 +1,11 @@
 // The cost of accuracy: time of the solver, bytes and lookup time of a table, over the error that is
-// left.
+// left. Errors are as in accuracy.h, at random points of a recipe's ranges. Three kinds of points are
+// measured, and what tolerances choose among them:
 //
-// Three kinds of points are measured for a recipe, with errors as in accuracy.h at random points of its
-// ranges. What `tolerance` chooses is measured among them.
-//
-//   solver  nodes x modes, against a solution that doubling its nodes does not change
-//   table   how finely each axis is sampled, lookups
+//   solver  numbers of nodes, against a solution that more nodes do not change; of a family its most
+//           peaked member at an end of its axes, which needs the most
+//   table   how finely each axis is sampled, those of a family too; lookups
 //   packed  what `pack` makes of the tables that tolerances chose
-//
-// For a family of phase functions the solver takes the most peaked member at an end of its axes, which
-// needs the most nodes; tables are of the whole family, whose own axes are swept like the rest.
 //
 // The frontier of a kind consists of the points that no other undercuts in error and in cost: seconds
 // of one solve, bytes of a table's samples or of a packed file.
@@ -30,7 +26,7 @@ namespace stratus {
 struct CostPoint {
     enum class Kind { solver, table, packed };
     Kind kind = Kind::solver;
-    /// "tolerance", or what the sweep changed: "nodes and modes", an axis, "all".
+    /// "tolerance", or what the sweep changed: "nodes", an axis, "all".
     std::string varied;
     double tolerance = 0;                              // that chose the point; 0: none did
     SolverOptions solver;                              // what is timed, or what solved the table
@@ -54,7 +50,7 @@ struct CostPoint {
 struct CostStudy {
     std::vector<CostPoint> points;  // by kind, each as it was measured
     int reference_nodes = 0;        // of the converged solution
-    double reference_change = 0;    // largest error of half as many nodes against it
+    double reference_change = 0;    // largest error of fewer nodes against it
 };
 
 struct CostOptions {

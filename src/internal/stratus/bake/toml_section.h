@@ -12,7 +12,6 @@
 
 #include <array>
 #include <cstddef>
-#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <vector>

@@ -3,7 +3,6 @@
 
 #include <stratus/layer/single_scattering.h>
 
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -21,7 +20,7 @@ class SampleFiles {
 
     /// Room for so many samples of reflection and of transmission, in a file without a name, which
     /// goes with the process; what it held before is lost. False where the folder has no such room.
-    bool make_room(const std::array<std::size_t, 2>& counts);
+    bool make_room(const PerSide<std::size_t>& counts);
     bool has_room() const noexcept { return file_ != nullptr; }
 
     /// Errors   std::system_error.

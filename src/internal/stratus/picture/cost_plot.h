@@ -20,9 +20,9 @@ struct PlotPoint {
 /// A series without points reserves its shape and colour but is not in the legend.
 struct PlotSeries {
     enum class Role {
-        measured,  // marks; labels are left out where there is no room
-        frontier,  // steps from point to point, ascending in x; labels as above
-        chosen,    // filled marks that stand out; every label is drawn
+        measured,  // marks
+        frontier,  // steps from point to point, ascending in x
+        chosen,    // filled marks that stand out
     };
     std::string name;
     Role role = Role::measured;

@@ -6,7 +6,6 @@
 #include <stratus/base/direction.h>
 #include <stratus/table/table.h>
 
-#include <array>
 #include <cstddef>
 #include <functional>
 #include <vector>
@@ -87,7 +86,7 @@ class LayerSamples {
     virtual int in_full(std::vector<int> layers, const Use& use) = 0;
 
     /// All layers at some directions of either side, ascending; none of a side hands over nothing.
-    virtual void at(const std::array<DirectionList, 2>& directions, const Use& use) = 0;
+    virtual void at(const PerSide<DirectionList>& directions, const Use& use) = 0;
 };
 
 }  // namespace stratus

@@ -107,11 +107,13 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
 std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
                                        const DirectionGrid& grid);
 
-/// Evaluates what is left to tables at some positions of the grid alone, ascending.
+/// Evaluates what some solutions leave to tables at some positions of the grid alone, ascending: a
+/// list of values for each solution. They differ in albedo and depth, not in phase function, lower
+/// boundary and options.
 ///
-/// Cost     that of the pairs of cosines among them; all positions are faster at once.
-std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
-                                       const DirectionGrid& grid,
-                                       const std::vector<std::size_t>& positions);
+/// Cost     that of the pairs of cosines among the positions; all positions are faster at once.
+std::vector<std::vector<double>> evaluate_tabulated(
+    const std::vector<const LayerSolution*>& solutions, Side side, const DirectionGrid& grid,
+    const std::vector<std::size_t>& positions);
 
 }  // namespace stratus

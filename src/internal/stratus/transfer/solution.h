@@ -76,7 +76,9 @@ class LayerSolution : public ModeSolution {
     /// The correction for truncation of R or T between mu(in) and mu(out), to be added to the modes.
     PeakCorrection peak_correction(Side side, int in, int out) const;
 
-    /// Returns the factors of the path law's orders, here and in its rest; needs `path`.
+    /// Returns the weights of the path law's orders, w^n unless these are limited; needs `path`.
+    Eigen::VectorXd path_orders() const;
+    /// Returns the same times the factors of path_weights (path_law.h), between mu(in) and mu(out).
     PathWeights path_weights(Side side, int in, int out) const;
 
     /// The correction for light scattered once by the lower boundary, per unit of its phase function.

@@ -35,8 +35,12 @@ class TruncatedPath {
 
     const PathLaw& law() const { return law_; }
 
-    /// Legendre coefficients of the sum of weights times k_n, n >= 2; the factor 2l + 1 included.
-    Eigen::VectorXd rest(const PathWeights& weights) const;
+    /// Legendre coefficients of the sum of weights times k_n, n >= 2, the factor 2l + 1 included: a
+    /// column for each of some weights.
+    Eigen::MatrixXd rest(std::span<const PathWeights> weights) const;
+
+    /// The sum over l of (2l+1) k_nl P_l at some cosines: orders from 2 on x cosines.
+    Eigen::MatrixXd rest_of_orders(std::span<const double> cosines) const;
 
   private:
     PathLaw law_;

@@ -122,9 +122,7 @@ struct PackedSideKernels {
     }
 };
 
-struct PackedKernels {
-    PackedSideKernels reflected, transmitted;
-};
+using PackedKernels = PerSide<PackedSideKernels>;
 
 /// For chosen_instruction_set().
 const PackedKernels& packed_kernels() noexcept;

@@ -1,0 +1,188 @@
+#include "filtered_path.h"
+
+#include <stratus/phase/path_law.h>
+
+#include "bound_layer.h"
+#include "filtered_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+using shader::vec4;
+
+constexpr int words = 2;            // of four functions; of reflection the first alone
+constexpr int octave_rows = 17;     // of 2 + slant depth
+constexpr int slices = 26;          // the last is reflection's
+constexpr double excess_scale = 4;  // of the slices
+
+std::size_t index(int n) { return static_cast<std::size_t>(n); }
+
+/// Of a row of the texture; 0 is left out, for which cosines have no ratio.
+double slant_depth(int row) {
+    const int octave = row / octave_rows, step = row % octave_rows;
+    return std::max(std::exp2(1 + octave + step / double{octave_rows - 1}) - 2, 1e-6);
+}
+
+int first_slice(int side) { return side == STRATUS_REFLECTION ? slices - 1 : 0; }
+int last_slice(int side) { return side == STRATUS_REFLECTION ? slices - 1 : slices - 2; }
+
+/// Weights of the orders at a row and a slice of the texture, but for albedos, of R times the sum of the
+/// cosines, T times the larger one; divided by what thin layers have in common, which has this inverse.
+struct PlaceOrders {
+    PathWeights weights;
+    double scale;
+};
+PlaceOrders orders_at(int row, int slice, int count) {
+    const bool reflected = slice == slices - 1;
+    const double slant = slant_depth(row), share = slice / double{slices - 2},
+                 excess = reflected ? 0 : excess_scale * share / std::max(1 - share, 1e-9),
+                 longer = slant + excess, between = slant + excess / 2;
+    PlaceOrders at{reflected ? path_weights(Side::reflection, count, slant / 2, 1, 1)
+                             : path_weights(Side::transmission, count, slant, 1, slant / longer),
+                   (1 + 1 / longer) * (1 + 1 / between)};
+    for (int n = 0; n < at.weights.count; ++n)
+        at.weights.of_order[n] *= (reflected ? 2 : 1) * at.scale;
+    return at;
+}
+
+/// x + offset at an angle (path_law.h), by which its samples are multiplied.
+double offset_angle(const PathOrders& law, int angle) {
+    constexpr int steps = 1 << PathOrders::angle_bits;
+    const int n = angle % law.angle_count();
+    return std::ldexp(double{law.offset()} * (1 + n % steps / double{steps}), n / steps);
+}
+
+/// The law's sum over orders n >= 2 at an angle, divided by the square of the albedo.
+double along(const PathOrders& law, int angle, const PathWeights& weights, double albedo) {
+    const float* const f = law.of_angle(angle);
+    double sum = 0;
+    for (int n = weights.count - 1; n >= 2; --n)
+        sum = sum * albedo + weights.of_order[n] * double{f[n - 2]};
+    return sum;
+}
+
+/// Functions of the angle, each 1 at an angle of its own and 0 at those of the others.
+struct Basis {
+    std::vector<std::vector<double>> function;
+    std::vector<int> angle;
+};
+
+/// The law along light paths over (path, angle), and what its errors matter.
+struct Sketch {
+    std::vector<std::vector<double>> values, importance;
+};
+
+Sketch make_sketch(const TableView& table, int count, int side, int octave,
+                   const std::vector<float>& albedos) {
+    const PathOrders& law = *table.path_law;
+    const int angles = 2 * law.angle_count();
+    std::vector<double> scale, phase;
+    for (int angle = 0; angle < angles; ++angle) {
+        scale.push_back(offset_angle(law, angle));
+        const double x = scale.back() - double{law.offset()};
+        phase.push_back(table.phase(angle < law.angle_count() ? 1 - x : x - 1));
+    }
+    Sketch sketch;
+    for (int slice = first_slice(side); slice <= last_slice(side); slice += 4)
+        for (int row = octave * octave_rows; row < (octave + 1) * octave_rows; row += 4)
+            for (std::size_t a = 0; a < albedos.size(); a += albedos.size() / 4 + 1) {
+                const auto [weights, thinner] = orders_at(row, slice, count);
+                const double albedo = double{albedos[a]};
+                std::vector<double>&value = sketch.values.emplace_back(),
+                &importance = sketch.importance.emplace_back();
+                for (int angle = 0; angle < angles; ++angle) {
+                    const std::size_t k = index(angle);
+                    value.push_back(albedo * albedo * along(law, angle, weights, albedo));
+                    importance.push_back(
+                        1 / (std::abs(value[k]) + (albedo * weights.of_order[1] * phase[k] +
+                                                   double{least_filtered_light} * thinner) *
+                                                      scale[k]));
+                }
+            }
+    return sketch;
+}
+
+/// Empirical interpolation: takes what is left of the light path, at the angle, where most is.
+Basis find_basis(Sketch sketch, std::size_t functions) {
+    constexpr double negligible = 1e-5;  // of the light
+    Basis basis;
+    while (basis.angle.size() < functions) {
+        std::size_t path = 0, angle = 0;
+        double most = negligible;
+        for (std::size_t p = 0; p < sketch.values.size(); ++p)
+            for (std::size_t k = 0; k < sketch.values[p].size(); ++k) {
+                const double left = std::abs(sketch.values[p][k]) * sketch.importance[p][k];
+                if (left > most) most = left, path = p, angle = k;
+            }
+        if (most == negligible) break;
+        std::vector<double> function = sketch.values[path];
+        const double pivot = function[angle];
+        for (double& value : function) value /= pivot;
+        const auto subtract = [&](std::vector<double>& from) {
+            const double share = from[angle];
+            for (std::size_t k = 0; k < from.size(); ++k) from[k] -= share * function[k];
+        };
+        for (std::vector<double>& value : sketch.values) subtract(value);
+        for (std::vector<double>& other : basis.function) subtract(other);
+        basis.function.push_back(std::move(function));
+        basis.angle.push_back(static_cast<int>(angle));
+    }
+    return basis;
+}
+
+}  // namespace
+
+FilteredPath filtered_path(const TableView& table, const std::vector<float>& albedos) {
+    const PathOrders& law = *table.path_law;
+    const int count = table.highest_order > 0 ? std::min(law.order_count(), table.highest_order + 1)
+                                              : law.order_count(),
+              octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest() / 2))),
+              rows = octaves * octave_rows, angles = 2 * law.angle_count(),
+              columns = static_cast<int>(albedos.size());
+    const double lost_at_one = 14 / law.deepest();
+    std::vector<vec4> function(index(2 * octaves * words * angles)),
+        weight(index(words * slices * rows * columns));
+    for (int octave = 0; octave < octaves; ++octave)
+        for (int side = 0; side < 2; ++side) {
+            const Basis basis = find_basis(make_sketch(table, count, side, octave, albedos),
+                                           side == STRATUS_REFLECTION ? 4 : 8);
+            const auto functions = static_cast<int>(basis.angle.size());
+            for (int f = 0; f < functions; ++f) {
+                const int word = (2 * octave + side) * words + f / 4;
+                for (int angle = 0; angle < angles; ++angle)
+                    component(function[index(word * angles + angle)], f % 4) =
+                        static_cast<float>(basis.function[index(f)][index(angle)]);
+            }
+            for (int slice = first_slice(side); slice <= last_slice(side); ++slice)
+                for (int row = octave * octave_rows; row < (octave + 1) * octave_rows; ++row) {
+                    const PathWeights weights = orders_at(row, slice, count).weights;
+                    for (int column = 0; column < columns; ++column) {
+                        const double albedo = double{albedos[index(column)]},
+                                     lost = side == STRATUS_REFLECTION
+                                                ? 0
+                                                : slant_depth(row) *
+                                                      (1 - albedo + albedo * lost_at_one);
+                        for (int f = 0; f < functions; ++f) {
+                            const int line = (slice * words + f / 4) * rows + row;
+                            component(weight[index(line * columns + column)], f % 4) =
+                                static_cast<float>(std::exp(lost) * along(law,
+                                                                          basis.angle[index(f)],
+                                                                          weights, albedo));
+                        }
+                    }
+                }
+        }
+    const float unit = scale_to_halves(weight);
+    return {{"stratus_path_functions", 2 * octaves * words, true, as_halves(function), angles},
+            {"stratus_path_weights", words * rows, true, as_halves(weight), columns, slices},
+            static_cast<float>(lost_at_one),
+            static_cast<float>(slant_depth(rows - 1)),
+            {octave_rows, static_cast<float>(octaves), slices, unit}};
+}
+
+}  // namespace stratus

@@ -25,8 +25,6 @@ constexpr int depth_units = 16, unit_steps = 12;  // of the depths; a block is a
 constexpr int albedo_steps = 64, sketch_directions = 600;
 constexpr double most_left = 1e-3;
 
-std::size_t index(int n) { return static_cast<std::size_t>(n); }
-
 /// Layers evenly in the coordinates that their weights are read by.
 struct LayerGrid {
     int finer = 0;  // than the table's albedos, of which there may be one

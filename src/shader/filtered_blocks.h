@@ -14,6 +14,8 @@ constexpr float least_filtered_light = 1e-4f;  // R or T that errors are relativ
 constexpr float full_scale =
     2048;  // of weights and functions as halves: small ones keep their digits
 
+inline std::size_t index(int n) { return static_cast<std::size_t>(n); }
+
 /// One side.
 struct SideBlocks {
     std::vector<shader::vec4> rows;     // over (block, word, row of the table's functions)

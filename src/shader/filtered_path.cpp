@@ -20,8 +20,6 @@ constexpr int octave_rows = 17;     // of 2 + slant depth
 constexpr int slices = 26;          // the last is reflection's
 constexpr double excess_scale = 4;  // of the slices
 
-std::size_t index(int n) { return static_cast<std::size_t>(n); }
-
 /// Of a row of the texture; 0 is left out, for which cosines have no ratio.
 double slant_depth(int row) {
     const int octave = row / octave_rows, step = row % octave_rows;
@@ -32,7 +30,7 @@ int first_slice(int side) { return side == STRATUS_REFLECTION ? slices - 1 : 0; 
 int last_slice(int side) { return side == STRATUS_REFLECTION ? slices - 1 : slices - 2; }
 
 /// Weights of the orders at a row and a slice of the texture, but for albedos, of R times the sum of the
-/// cosines, T times the larger one; divided by what thin layers have in common, which has this inverse.
+/// cosines, T times the larger one: all times `scale`, which grows as thin layers lose light.
 struct PlaceOrders {
     PathWeights weights;
     double scale;
@@ -72,13 +70,13 @@ struct Basis {
     std::vector<int> angle;
 };
 
-/// The law along light paths over (path, angle), and what its errors matter.
-struct Sketch {
+/// The law along light paths over (path, angle), and what its errors are multiplied by to be shares of light.
+struct PathSketch {
     std::vector<std::vector<double>> values, importance;
 };
 
-Sketch make_sketch(const TableView& table, int count, int side, int octave,
-                   const std::vector<float>& albedos) {
+PathSketch make_sketch(const TableView& table, int count, int side, int octave,
+                       const std::vector<float>& albedos) {
     const PathOrders& law = *table.path_law;
     const int angles = 2 * law.angle_count();
     std::vector<double> scale, phase;
@@ -87,7 +85,7 @@ Sketch make_sketch(const TableView& table, int count, int side, int octave,
         const double x = scale.back() - double{law.offset()};
         phase.push_back(table.phase(angle < law.angle_count() ? 1 - x : x - 1));
     }
-    Sketch sketch;
+    PathSketch sketch;
     for (int slice = first_slice(side); slice <= last_slice(side); slice += 4)
         for (int row = octave * octave_rows; row < (octave + 1) * octave_rows; row += 4)
             for (std::size_t a = 0; a < albedos.size(); a += albedos.size() / 4 + 1) {
@@ -108,7 +106,7 @@ Sketch make_sketch(const TableView& table, int count, int side, int octave,
 }
 
 /// Empirical interpolation: takes what is left of the light path, at the angle, where most is.
-Basis find_basis(Sketch sketch, std::size_t functions) {
+Basis find_basis(PathSketch sketch, std::size_t functions) {
     constexpr double negligible = 1e-5;  // of the light
     Basis basis;
     while (basis.angle.size() < functions) {

@@ -1,5 +1,5 @@
-// The path law of narrow peaks for filtered textures: sums of eight functions of the scattering angle
-// (multiple.shader).
+// The path law of narrow peaks for filtered textures: sums of functions of the scattering angle, four for
+// R and eight for T (multiple.shader).
 #pragma once
 
 #include <stratus/table/table.h>
@@ -18,7 +18,7 @@ struct FilteredPath {
     shader::vec4 grid;
 };
 
-/// The weights are the law itself at eight angles, those from which the others follow best.
+/// The weights are the law itself at the functions' own angles, those from which the others follow best.
 FilteredPath filtered_path(const TableView& table, const std::vector<float>& albedos);
 
 }  // namespace stratus

@@ -299,8 +299,8 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
     float sum = 0.0f;
     for (int word = 0; word < (side == STRATUS_REFLECTION ? 1 : 2); ++word) {
         vec3 place = vec3(column, (row / (grid.x * grid.y) + float(word)) * 0.5f, slice / grid.z);
-        float line = 4.0f * octave + float(2 * side + word) + 0.5f;
-        sum = sum + dot(stratus_path_functions_at(at_angle, line / (4.0f * grid.y)),
+        float of_word = 4.0f * octave + float(2 * side + word) + 0.5f;
+        sum = sum + dot(stratus_path_functions_at(at_angle, of_word / (4.0f * grid.y)),
                         stratus_path_weights_at(place));
     }
     return sum * grid.w * angle.z * scale * albedo * albedo;

@@ -33,7 +33,7 @@ def expect_compiled(folder, body, light, before=""):
         expect(done.returncode == 0, f"glslangValidator {arguments}: {done.stdout}")
 
 
-def expect_table_compiled(folder):
+def expect_table_compiled(folder, before=""):
     expect_compiled(
         folder,
         "StratusScattered r = stratus_reflection(0.9, 1.0, 0.5, 0.6, 1.0);"
@@ -42,7 +42,7 @@ def expect_table_compiled(folder):
         "float s = stratus_single(STRATUS_REFLECTION, 0.9, 1.0, 0.5, 0.6, 1.0) * stratus_hapke(0.5, 0.1, 0.2);"
         "float d = stratus_direct(1.0, 0.5) * stratus_phase(0.5);"
         "vec3 g = stratus_bsdf_rgb(vec3(0.0, 0.6, 0.8), vec3(0.0, 0.6, 0.8), vec3(0.9, 0.8, 0.7), 1.0);",
-        "vec4(r.single + g.x, t.multiple, f, s * d);")
+        "vec4(r.single + g.x, t.multiple, f, s * d);", before)
 
 
 def expect_layer_compiled(folder, before=""):
@@ -102,6 +102,7 @@ shader("full.stratus --language glsl --filtered -o layers", err="5 files | strat
 expect_textures("layers", "numbers", "weights", "light")
 shader("full.stratus --language hlsl --filtered -o layers --quiet")
 expect_table_compiled("layers")
+expect_table_compiled("layers", "#define STRATUS_FILTERED_PATH")
 
 expect_refused(
     "full.stratus --language wgsl => --language | glsl | hlsl | osl",

@@ -23,9 +23,8 @@ namespace {
 
 /// Share of the tolerance that every single choice may use up at the first attempt, and what it
 /// shrinks by at each further one: the errors of the choices add up, though seldom at the same
-/// point.
-constexpr double first_strictness = 0.5;
-constexpr double stricter = 0.6;
+/// point. Shares that change no choice are passed over.
+constexpr double first_strictness = 0.5, stricter = 0.6, least_strictness = 0.05;
 constexpr int max_attempts = 3;
 
 /// The bake's own check must be met with this much to spare, so that other random points meet the
@@ -204,16 +203,18 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
     std::vector<AxisAtCap> at_cap;
     std::string last;  // choices of the last attempt; the same again would give the same table
     double strictness = first_strictness;
-    for (int n = 0; n < max_attempts && !attempt.met; ++n, strictness *= stricter) {
-        if (n > 0)
-            note("the tolerance is not met with a margin: baking again with stricter choices");
-        BakeOptions of_attempt = options;
-        of_attempt.log = nested_log(options.log, name_of_attempt(n));
-        const Resolution resolution = resolve_to(recipe, strictness, of_attempt);
-        if (resolved_text(resolution.recipe) == last) {
+    int baked = 0;
+    for (int n = 0; baked < max_attempts && !attempt.met; ++n, strictness *= stricter) {
+        if (n > 0 && strictness < least_strictness) {
             note("no choice can be refined further");
             break;
         }
+        BakeOptions of_attempt = options;
+        of_attempt.log = nested_log(options.log, name_of_attempt(n));
+        const Resolution resolution = resolve_to(recipe, strictness, of_attempt);
+        if (resolved_text(resolution.recipe) == last) continue;
+        if (baked++ > 0)
+            note("the tolerance is not met with a margin: baking again with these choices");
         last = resolved_text(resolution.recipe);
         at_cap = resolution.at_cap;
         if (options.note && n == 0) {

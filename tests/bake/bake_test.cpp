@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -112,6 +114,25 @@ TEST(Bake, MeetsItsToleranceAtOtherPoints) {
         EXPECT_LE(verification.energy_defect, 3 * float_rounding);
         EXPECT_LE(verification.furnace_defect, recipe.tolerance);
     }
+}
+
+/// Its first choices miss the tolerance a little, and the next stricter share changes none of them.
+TEST(Bake, IsBakedAgainAsSoonAsStricterSharesChangeAChoice) {
+    const Recipe recipe = parse_recipe(
+        "phase_function = 'henyey_greenstein:g=0.0496'\n"
+        "tolerance = 0.007\n"
+        "optical_depth = { min = 0.302, max = inf }\n"
+        "albedo = { min = 0.0, max = 1.0 }\n");
+    std::vector<char> file;
+    int checks = 0;
+    std::string missed;
+    BakeOptions options;
+    options.packed = &file;
+    options.note = [&](const std::string& line) { checks += line.starts_with("checked at"); };
+    options.missed = [&](const std::string& sentence) { missed = sentence; };
+    bake(recipe, options);
+    EXPECT_EQ(missed, "");
+    EXPECT_GT(checks, 1);
 }
 
 Recipe over(const LowerBoundary& boundary, Recipe recipe) {

@@ -371,13 +371,13 @@ int members_along(const CostPoint& point, PhaseParameter parameter) {
     return point.members[static_cast<std::size_t>(parameter)];
 }
 
-/// Returns the tables of the tolerance's choice, but for how many members lie along an axis of the
-/// family, ascending.
+/// Returns the tables that tolerances chose, and those with more or fewer members along an axis of
+/// the family, ascending; the recipe fixes the other axes.
 std::vector<CostPoint> points_along(const CostStudy& study, PhaseParameter parameter) {
     const std::string varied = std::string(parameter_name(parameter)) + "_samples";
     std::vector<CostPoint> along;
     for (const CostPoint& point : study.points)
-        if (point.kind == Kind::table && (point.tolerance == 0.1 || point.varied == varied))
+        if (point.kind == Kind::table && (point.tolerance > 0 || point.varied == varied))
             along.push_back(point);
     std::ranges::sort(along, {},
                       [&](const CostPoint& point) { return members_along(point, parameter); });
@@ -392,7 +392,7 @@ const CostStudy& study_of_lobes() {
 TEST(CostOfFamily, VariesTheMembersOfAFamily) {
     const CostStudy& study = study_of_lobes();
     const std::vector<CostPoint> along = points_along(study, PhaseParameter::g);
-    ASSERT_GE(along.size(), 4u);
+    ASSERT_GE(along.size(), 3u);
     for (std::size_t n = 0; n < along.size(); ++n) {
         EXPECT_EQ(along[n].discretisation.family_samples[0],
                   members_along(along[n], PhaseParameter::g));

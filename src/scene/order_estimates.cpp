@@ -259,7 +259,7 @@ class Estimates {
                          diffuse = layer.diffuse_transmittance(m), all = direct + diffuse;
             if (all <= 0) continue;
             least_direct = std::min(least_direct, direct / all);
-            // Of a stack, all that is diffuse.
+            // In stacks all that is diffuse counts.
             const double single =
                 once ? layer.albedo * (*once)(layer.optical_depth, layer.mu(m)) : 0;
             if (ground == 0)

@@ -20,7 +20,7 @@ constexpr int octave_rows = 17;     // of 2 + slant depth
 constexpr int slices = 26;          // the last is reflection's
 constexpr double excess_scale = 4;  // of the slices
 
-/// Of a row of the texture; 0 is left out, for which cosines have no ratio.
+/// The slant depth of a row of the texture; 0 is left out, for which cosines have no ratio.
 double slant_depth(int row) {
     const int octave = row / octave_rows, step = row % octave_rows;
     return std::max(std::exp2(1 + octave + step / double{octave_rows - 1}) - 2, 1e-6);

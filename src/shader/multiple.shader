@@ -380,7 +380,7 @@ vec4 stratus_light_sum(int side, float block, float blocks, float word, float wo
     return sum;
 }
 
-// What albedos share: light of the block that a depth lies in, and its column of the weights.
+// Albedos share this: light of the block that a depth lies in, and its column of the weights.
 struct StratusSeen {
     vec4 word[3];
     float column;

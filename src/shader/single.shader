@@ -97,7 +97,7 @@ float stratus_w(vec4 v) { return v.w; }
 
 vec4 stratus_field(int side, int k) { return stratus_number(side * 16 + k); }
 
-// Of filtered textures, k = 0: how much finer than the table the light is along cosines and along the
+// Numbers of filtered textures. 0: how much finer than the table the light is along cosines and along the
 // azimuth; blocks of depths of reflection and of transmission. 1: a depth, rows of weights from one albedo
 // to the next, width and height of the weights. 2: the factors of sums of either side; of the path law what
 // a unit of slant depth takes at albedo 1, an excess. 3: of its weights steps to an octave of 2 + slant

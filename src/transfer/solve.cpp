@@ -235,9 +235,9 @@ class LadderRun {
         return is_limit;
     }
 
-    /// Whether a mode of light crosses the layer so little, x beside mode 0, that of twice as deep
-    /// ones it does by x^2 to rounding, for no mode is scattered more. The beam then counts as
-    /// little.
+    /// Returns whether a mode crosses the layer by a share x of mode 0 so small that its share in
+    /// layers twice as deep, x^2, is rounding: no mode is scattered more than mode 0. The beam, which
+    /// is the same in all modes, must be as small.
     bool reaches_limit(int mode, std::size_t a, std::size_t at, const MatrixXd& transmission) {
         constexpr double little = 1e-6;
         if (at + 1 == problem_.targets.size()) return false;

@@ -25,7 +25,7 @@ namespace {
 /// shrinks by at each further one: the errors of the choices add up, though seldom at the same
 /// point. Shares that change no choice are passed over.
 constexpr double first_strictness = 0.5, stricter = 0.6, least_strictness = 0.05;
-constexpr int max_attempts = 3;
+constexpr int max_attempts = 4;
 
 /// The bake's own check must be met with this much to spare, so that other random points meet the
 /// tolerance too.

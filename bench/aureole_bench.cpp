@@ -70,8 +70,7 @@ const std::vector<Region> regions{{"aureole",
                                     {0.15, 0.15, 6}}}};
 
 double scattering_angle_deg(Side side, const Geometry& at) {
-    return degrees(std::acos(side == Side::reflection ? cos_scattering_angle_reflected(at)
-                                                      : cos_scattering_angle_transmitted(at)));
+    return degrees(std::acos(cos_scattering_angle(side, at)));
 }
 
 void compare(const Cloud& cloud, int nodes, std::uint64_t count) {

@@ -72,7 +72,7 @@ std::vector<double> solve_with(const RandomProblem& problem, int nodes) {
     }
     const StackSolution solution = solve_stack(problem.layers, problem.boundary, mu, options);
     for (int i = 0; i < std::ssize(problem.geometries); ++i)
-        for (const Side side : {Side::reflection, Side::transmission})
+        for (const Side side : both_sides)
             values.push_back(solution
                                  .values(side, 2 * i, 2 * i + 1,
                                          {problem.geometries[static_cast<std::size_t>(i)].azimuth})

@@ -205,7 +205,7 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
     double strictness = first_strictness;
     int baked = 0;
     for (int n = 0; baked < max_attempts && !attempt.met; ++n, strictness *= stricter) {
-        if (n > 0 && strictness < least_strictness) {
+        if (strictness < least_strictness) {
             note("no choice can be refined further");
             break;
         }

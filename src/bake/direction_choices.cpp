@@ -49,9 +49,7 @@ double tail_of_modes(Probes& probes, int kept) {
                        [&](Side side, int i, int j, int k) {
                            const int in = directions.pairs().in[static_cast<std::size_t>(i)];
                            const int out = directions.pairs().out[static_cast<std::size_t>(j)];
-                           const auto& modes = side == Side::reflection
-                                                   ? layer.solution.reflection_modes
-                                                   : layer.solution.transmission_modes;
+                           const auto& modes = layer.solution.modes(side);
                            double tail = 0;
                            for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
                                tail += 2 * std::abs(modes[m](in, out));

@@ -145,7 +145,7 @@ template <class Found>
 void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
                 const Judged& judged, Errors& errors, const Found& found) {
     const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         if (side == Side::reflection
                 ? !recipe.reflection
                 : !recipe.transmission || std::isinf(expected.solution.optical_depth))

@@ -242,9 +242,7 @@ Range scattering_angles_over(const SeenDirections& seen, Side side) noexcept {
             for (const double azimuth : {seen.azimuth.min, seen.azimuth.max}) {
                 const Geometry geometry{at_step(seen.mu_in, i), at_step(seen.mu_out, j),
                                         radians(azimuth)};
-                const double cosine = side == Side::reflection
-                                          ? cos_scattering_angle_reflected(geometry)
-                                          : cos_scattering_angle_transmitted(geometry);
+                const double cosine = cos_scattering_angle(side, geometry);
                 widen(angles, degrees(std::acos(std::clamp(cosine, -1.0, 1.0))));
             }
     const bool one = seen.mu_in.min == seen.mu_in.max && seen.mu_out.min == seen.mu_out.max;

@@ -174,8 +174,7 @@ Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noe
 }
 
 Scattering LayerLight::scattering(Side side, const Geometry& geometry) const noexcept {
-    const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(geometry)
-                                                   : cos_scattering_angle_transmitted(geometry);
+    const double cosine = cos_scattering_angle(side, geometry);
     Scattering made{side, geometry, cosine, {}};
     const auto& components = scene_.layer.components;
     if (scene_.effects.single && is_wanted(side))

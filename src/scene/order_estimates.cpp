@@ -178,7 +178,7 @@ class Estimates {
     OrderEstimates find(int cosines, int azimuths, bool deepest_alone) const {
         std::vector<std::pair<Side, std::vector<SeenPair>>> sides;
         SolvedCosines solved;
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             if (side == Side::reflection ? !light_.reflection : !light_.transmission) continue;
             sides.emplace_back(side, seen_pairs(scene_, side, cosines, azimuths));
             for (const SeenPair& pair : sides.back().second) {
@@ -227,8 +227,7 @@ class Estimates {
     static void add(const LayerSolution& layer, Side side, const SeenPair& pair, int in, int out,
                     OrderEstimates& found) {
         if (side == Side::transmission && std::isinf(layer.optical_depth)) return;
-        const auto& modes =
-            side == Side::reflection ? layer.reflection_modes : layer.transmission_modes;
+        const auto& modes = layer.modes(side);
         const double mean = modes.empty() ? 0 : modes[0](in, out);
         const std::vector<SolvedValue> values = layer.values(side, in, out, pair.azimuths);
         for (std::size_t k = 0; k < values.size(); ++k) {

@@ -313,7 +313,7 @@ std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* ta
     const Scene scene = has_channels ? channel_scenes(whole)[1] : whole;
     if (has_channels) tables = tables->channels[1].get();
     const auto seen = seen_places(scene, tables);
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         const auto places = places_of_equal_light(seen[side == Side::reflection ? 0 : 1]);
         if (places.empty()) continue;
         const SeenPlace& middle = places[places.size() / 2];

@@ -55,7 +55,7 @@ void append_density(const DirectionDensity& density, bool one_sided, std::vector
     layer[4] = {over_lines, density.is_peaked() ? 1.0f : 0.0f, static_cast<float>(rows),
                 static_cast<float>(quarter_lines)};
     layer[5] = {static_cast<float>(azimuths), one_sided ? 1.0f : 0.0f, 0, 0};
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         const DirectionDensity::Peaks& of = density.peaks(side);
         layer[6 + size(static_cast<int>(side))] = {of.at_same_cosine, of.at_horizon, of.slope,
                                                    of.half_over_bend};

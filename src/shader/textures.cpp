@@ -236,7 +236,7 @@ FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* boun
     const auto layers = static_cast<std::size_t>(shared.stack[1]);
     const std::size_t constants =
         bound ? 2 * record_texels + filter_texels + 4 * layers : shared.first_of_path;
-    for (const Side side : {Side::reflection, Side::transmission})
+    for (const Side side : both_sides)
         append_side(table, side, shared, true, bound ? table.side(side).max_finite_depth : 1e30f,
                     texels);
     return {numbers_texture(texels), static_cast<int>(constants)};
@@ -248,11 +248,11 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     require(!view.has_family(), caller, "TABLE", "of one phase function: table_at(), --at",
             "one of a family");
     Texels texels;
-    for (const Side side : {Side::reflection, Side::transmission})
+    for (const Side side : both_sides)
         if (side == Side::reflection ? view.has_reflection() : view.has_transmission())
             texels.halves = texels.halves && table.side(side).halves;
     const SharedTexels shared = append_shared(table, false, nullptr, texels);
-    for (const Side side : {Side::reflection, Side::transmission})
+    for (const Side side : both_sides)
         append_side(table, side, shared, false, table.side(side).max_finite_depth, texels);
     constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds
     const std::size_t count = std::max(texels.numbers.size(), texels.function_texels());

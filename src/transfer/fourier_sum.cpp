@@ -35,16 +35,22 @@ struct PairTable {
     std::span<const double> cos_scattering_angle, phase, boundary_phase;
 };
 
+/// The modes of R or T between mu(in) and mu(out).
+VectorXd mode_terms(const LayerSolution& layer, Side side, int in, int out) {
+    const std::vector<MatrixXd>& modes = layer.modes(side);
+    VectorXd terms(static_cast<Eigen::Index>(modes.size()));
+    for (Eigen::Index m = 0; m < terms.size(); ++m)
+        terms(m) = modes[static_cast<std::size_t>(m)](in, out);
+    return terms;
+}
+
 /// The Fourier series between mu(in) and each of some mu(out), azimuths x out.
 MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<const int> out,
                    const MatrixXd& cosines) {
-    const auto& modes =
-        side == Side::reflection ? layer.reflection_modes : layer.transmission_modes;
-    const auto count = static_cast<Eigen::Index>(modes.size());
+    const auto count = static_cast<Eigen::Index>(layer.modes(side).size());
     MatrixXd terms(count, static_cast<Eigen::Index>(out.size()));
     for (Eigen::Index j = 0; j < terms.cols(); ++j)
-        for (Eigen::Index m = 0; m < count; ++m)
-            terms(m, j) = modes[static_cast<std::size_t>(m)](in, out[static_cast<std::size_t>(j)]);
+        terms.col(j) = mode_terms(layer, side, in, out[static_cast<std::size_t>(j)]);
     return cosines.leftCols(count) * terms;
 }
 
@@ -85,8 +91,8 @@ void add_corrections(const LayerSolution& layer, Side side, int in, int out, con
 
 double single_scattering(const LayerSolution& layer, Side side, double phase, int in, int out) {
     const double albedo = layer.order_weights.size() ? layer.order_weights(1) : layer.albedo;
-    return (side == Side::reflection ? single_reflection : single_transmission)(
-        phase, albedo, layer.optical_depth, layer.mu(in), layer.mu(out));
+    return stratus::single_scattering(side, phase, albedo, layer.optical_depth, layer.mu(in),
+                                      layer.mu(out));
 }
 
 double seen_boundary(const LayerSolution& layer, double phase, int in, int out) {
@@ -149,10 +155,11 @@ DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBou
         for (int out = 0; out < out_count(); ++out)
             for (const double phi : azimuth_) {
                 const Geometry geometry{mu_in(in), mu_out(out), phi};
-                reflected_.push_back(cos_scattering_angle_reflected(geometry));
-                transmitted_.push_back(cos_scattering_angle_transmitted(geometry));
-                reflected_phase_.push_back(phase_function(reflected_.back()));
-                transmitted_phase_.push_back(phase_function(transmitted_.back()));
+                for (const Side side : both_sides) {
+                    cos_scattering_angle_[side].push_back(
+                        stratus::cos_scattering_angle(side, geometry));
+                    phase_[side].push_back(phase_function(cos_scattering_angle_[side].back()));
+                }
                 boundary_phase_.push_back(boundary_phase_value(boundary, geometry));
             }
 }
@@ -270,11 +277,7 @@ void evaluate_pair(const LayerSolution& solution, Side side, const DirectionGrid
         std::ranges::transform(solution.values(side, pair.in, pair.out, pair.azimuth),
                                values.begin(), &SolvedValue::multiple);
     } else {
-        const auto& modes =
-            side == Side::reflection ? solution.reflection_modes : solution.transmission_modes;
-        VectorXd terms(static_cast<Eigen::Index>(modes.size()));
-        for (Eigen::Index m = 0; m < terms.size(); ++m)
-            terms(m) = modes[static_cast<std::size_t>(m)](pair.in, pair.out);
+        const VectorXd terms = mode_terms(solution, side, pair.in, pair.out);
         for (std::size_t k = 0; k < values.size(); ++k)
             values[k] = grid.cosines().row(pair.places[k]).head(terms.size()).dot(terms);
         if (grid.path_law() == nullptr)
@@ -358,8 +361,7 @@ std::vector<SolvedValue> LayerSolution::values(Side side, int in, int out,
     std::vector<double> cosines, phase, boundary_phase;
     for (const double azimuth : azimuths) {
         const Geometry geometry{mu(in), mu(out), azimuth};
-        cosines.push_back(side == Side::reflection ? cos_scattering_angle_reflected(geometry)
-                                                   : cos_scattering_angle_transmitted(geometry));
+        cosines.push_back(cos_scattering_angle(side, geometry));
         phase.push_back(phase_function(cosines.back()));
         boundary_phase.push_back(boundary_phase_value(lower_boundary, geometry));
     }

@@ -274,11 +274,9 @@ std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSo
         corrected(layers, solved.truncations, &Truncation::single_scattering_albedo);
     const LowerBoundary boundary_corrected = truncated(lower_boundary, solved.boundary_truncation);
     std::vector<double> modes, cosines;
-    for (const MatrixXd& mode : upward ? light.reflection_modes : light.transmission_modes)
-        modes.push_back(mode(out, in));
+    for (const MatrixXd& mode : light.modes(side)) modes.push_back(mode(out, in));
     for (const double azimuth : azimuths)
-        cosines.push_back(upward ? cos_scattering_angle_reflected({mu_in, mu_out, azimuth})
-                                 : cos_scattering_angle_transmitted({mu_in, mu_out, azimuth}));
+        cosines.push_back(cos_scattering_angle(side, {mu_in, mu_out, azimuth}));
     const std::vector<double> again = sum_legendre(scattered_again, cosines);
     std::vector<SolvedValue> all;
     for (std::size_t a = 0; a < azimuths.size(); ++a) {

@@ -15,11 +15,10 @@ namespace {
 double single_correction(const LayerSolution& layer, Side side, int in, int out) {
     const double x = layer.mu(in), y = layer.mu(out);
     if (layer.order_weights.size()) return sum_paths(side, layer, 2, x, y);
-    const auto single = side == Side::reflection ? single_reflection : single_transmission;
     const Truncation& truncation = layer.truncation;
-    return single(1, truncation.single_scattering_albedo(layer.albedo),
-                  truncation.optical_depth(layer.optical_depth, layer.albedo), x, y) -
-           single(1, layer.albedo, layer.optical_depth, x, y);
+    return single_scattering(side, 1, truncation.single_scattering_albedo(layer.albedo),
+                             truncation.optical_depth(layer.optical_depth, layer.albedo), x, y) -
+           single_scattering(side, 1, layer.albedo, layer.optical_depth, x, y);
 }
 
 PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, int out) {

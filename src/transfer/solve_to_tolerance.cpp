@@ -251,7 +251,7 @@ class Group {
         std::vector<std::vector<double>> all(classes_.size());
         for (auto& [cosine, pair] : pairs_) {
             if (classes_[pair.kind].is_done) continue;
-            for (const Side side : {Side::reflection, Side::transmission}) {
+            for (const Side side : both_sides) {
                 std::vector<SolvedValue>& values = side == Side::reflection ? pair.R : pair.T;
                 values = solution.values(side, node_index(cosine.first), node_index(cosine.second),
                                          pair.azimuths);

@@ -38,6 +38,12 @@ class KeyedFile {
         return file;
     }
 
+    KeyedFile with(const Lines& more) const {
+        KeyedFile file(*this);
+        file.lines_.insert(file.lines_.end(), more.begin(), more.end());
+        return file;
+    }
+
     std::string text() const {
         std::string text;
         for (const auto& [name, value] : lines_) text += name + " = " + value + "\n";

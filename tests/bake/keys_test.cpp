@@ -15,36 +15,40 @@
 namespace stratus::test {
 namespace {
 
+/// Lines of keys that recipes and stacks share.
+const KeyedFile::Lines shared_lines{{"mu_in.min", "0.25"},
+                                    {"mu_in.max", "0.5"},
+                                    {"mu_out.min", "0.25"},
+                                    {"mu_out.max", "0.5"},
+                                    {"azimuth_deg.min", "30"},
+                                    {"azimuth_deg.max", "60"},
+                                    {"sides", "['reflection', 'transmission']"},
+                                    {"discretisation.nodes", "8"},
+                                    {"discretisation.modes", "8"},
+                                    {"discretisation.mu_samples", "8"},
+                                    {"discretisation.azimuth_samples", "8"},
+                                    {"discretisation.azimuth_scale", "'linear'"}};
+
 TEST(RecipeKeys, AreAllRead) {
-    const KeyedFile layer({{"title", "'Rings'"},
-                           {"phase_function", "'isotropic'"},
-                           {"second_phase_function", "'rayleigh'"},
-                           {"mixture.min", "0.25"},
-                           {"mixture.max", "0.5"},
-                           {"tolerance", "1e-3"},
-                           {"optical_depth.min", "0.5"},
-                           {"optical_depth.max", "inf"},
-                           {"albedo.min", "0.5"},
-                           {"albedo.max", "1.0"},
-                           {"mu_in.min", "0.25"},
-                           {"mu_in.max", "0.5"},
-                           {"mu_out.min", "0.25"},
-                           {"mu_out.max", "0.5"},
-                           {"azimuth_deg.min", "30"},
-                           {"azimuth_deg.max", "60"},
-                           {"sides", "['reflection', 'transmission']"},
-                           {"orders", "3"},
-                           {"discretisation.nodes", "8"},
-                           {"discretisation.modes", "8"},
-                           {"discretisation.mu_samples", "8"},
-                           {"discretisation.azimuth_samples", "8"},
-                           {"discretisation.azimuth_scale", "'linear'"},
-                           {"discretisation.optical_depth_samples_per_octave", "2"},
-                           {"discretisation.deepest_optical_depth", "8"},
-                           {"discretisation.albedo_samples", "8"},
-                           {"discretisation.albedo_scale", "'square_root_of_complement'"},
-                           {"discretisation.mixture_samples", "8"},
-                           {"discretisation.scheme", "'harmonic'"}});
+    const KeyedFile layer =
+        KeyedFile({{"title", "'Rings'"},
+                   {"phase_function", "'isotropic'"},
+                   {"second_phase_function", "'rayleigh'"},
+                   {"mixture.min", "0.25"},
+                   {"mixture.max", "0.5"},
+                   {"tolerance", "1e-3"},
+                   {"optical_depth.min", "0.5"},
+                   {"optical_depth.max", "inf"},
+                   {"albedo.min", "0.5"},
+                   {"albedo.max", "1.0"},
+                   {"orders", "3"},
+                   {"discretisation.optical_depth_samples_per_octave", "2"},
+                   {"discretisation.deepest_optical_depth", "8"},
+                   {"discretisation.albedo_samples", "8"},
+                   {"discretisation.albedo_scale", "'square_root_of_complement'"},
+                   {"discretisation.mixture_samples", "8"},
+                   {"discretisation.scheme", "'harmonic'"}})
+            .with(shared_lines);
     const KeyedFile ground({{"phase_function", "'isotropic'"},
                             {"tolerance", "1e-3"},
                             {"optical_depth.min", "0.5"},
@@ -97,23 +101,13 @@ TEST(StackKeys, OfLayersAreAllRead) {
 
 TEST(StackKeys, AreAllRead) {
     // The tables [[layers]] have a test of their own; the first lines here end them.
-    const KeyedFile stack({{"title", "'Haze'"},
-                           {"layers",
-                            "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth = "
-                            "1.0 }]"},
-                           {"tolerance", "1e-2"},
-                           {"mu_in.min", "0.25"},
-                           {"mu_in.max", "0.5"},
-                           {"mu_out.min", "0.25"},
-                           {"mu_out.max", "0.5"},
-                           {"azimuth_deg.min", "30"},
-                           {"azimuth_deg.max", "60"},
-                           {"sides", "['reflection', 'transmission']"},
-                           {"discretisation.nodes", "8"},
-                           {"discretisation.modes", "8"},
-                           {"discretisation.mu_samples", "8"},
-                           {"discretisation.azimuth_samples", "8"},
-                           {"discretisation.azimuth_scale", "'linear'"}});
+    const KeyedFile stack =
+        KeyedFile({{"title", "'Haze'"},
+                   {"layers",
+                    "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth = "
+                    "1.0 }]"},
+                   {"tolerance", "1e-2"}})
+            .with(shared_lines);
     const KeyedFile ground({{"layers",
                              "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
                              "= 1.0 }]"},

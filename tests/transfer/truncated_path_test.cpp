@@ -118,16 +118,16 @@ Regions compare(double g, double tau, int few, int many) {
             for (int k = 0; k <= 6; ++k) {
                 const double azimuth = k * pi / 6;
                 const Geometry at{found.mu(i), found.mu(j), azimuth};
-                const auto add = [&](double cosine, double value, double reference) {
+                for (const Side side : both_sides) {
                     Region& region = std::min(found.mu(i), found.mu(j)) < 0.15 ? regions.grazing
-                                     : cosine > std::cos(pi / 18)              ? regions.forward
-                                                                               : regions.elsewhere;
-                    region.errors.push_back(std::abs(value / reference - 1));
-                };
-                add(cos_scattering_angle_reflected(at), found.reflection(i, j, azimuth).total,
-                    expected.reflection(i, j, azimuth).total);
-                add(cos_scattering_angle_transmitted(at), found.transmission(i, j, azimuth).total,
-                    expected.transmission(i, j, azimuth).total);
+                                     : cos_scattering_angle(side, at) > std::cos(pi / 18)
+                                         ? regions.forward
+                                         : regions.elsewhere;
+                    region.errors.push_back(
+                        std::abs(found.values(side, i, j, {azimuth})[0].total /
+                                     expected.values(side, i, j, {azimuth})[0].total -
+                                 1));
+                }
             }
     for (Region* region : {&regions.forward, &regions.elsewhere, &regions.grazing})
         std::sort(region->errors.begin(), region->errors.end());

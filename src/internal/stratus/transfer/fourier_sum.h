@@ -65,11 +65,9 @@ class DirectionGrid {
     const Eigen::MatrixXd& cosines() const { return cosines_; }
     /// Over the grid: cos Theta, and the phase function there.
     const std::vector<double>& cos_scattering_angle(Side side) const {
-        return side == Side::reflection ? reflected_ : transmitted_;
+        return cos_scattering_angle_[side];
     }
-    const std::vector<double>& phase(Side side) const {
-        return side == Side::reflection ? reflected_phase_ : transmitted_phase_;
-    }
+    const std::vector<double>& phase(Side side) const { return phase_[side]; }
     /// Phase value of the lower boundary, 1 for a surface.
     const std::vector<double>& boundary_phase() const { return boundary_phase_; }
     const PathOrders* path_law() const { return path_law_.get(); }
@@ -83,8 +81,8 @@ class DirectionGrid {
     CosinePairs pairs_;
     std::vector<double> azimuth_;
     Eigen::MatrixXd cosines_;
-    std::vector<double> reflected_, transmitted_;
-    std::vector<double> reflected_phase_, transmitted_phase_, boundary_phase_;
+    PerSide<std::vector<double>> cos_scattering_angle_, phase_;
+    std::vector<double> boundary_phase_;
     std::shared_ptr<const PathOrders> path_law_;
 };
 

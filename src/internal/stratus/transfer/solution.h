@@ -40,6 +40,9 @@ struct ModeSolution {
     // where nothing is transmitted: at infinite depth and over a lower boundary.
     std::vector<Eigen::MatrixXd> reflection_modes;
     std::vector<Eigen::MatrixXd> transmission_modes;
+    const std::vector<Eigen::MatrixXd>& modes(Side side) const {
+        return side == Side::reflection ? reflection_modes : transmission_modes;
+    }
 
     // Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted
     // ones are those incident on it, interreflection with the layer included.

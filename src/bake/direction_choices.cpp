@@ -84,19 +84,19 @@ struct SampledCosines {
     }
 };
 
-/// The probed cosines and a candidate's samples along both axes, all solved at once; pairs of one
-/// with the other are not needed.
+/// A candidate's samples along both axes.
 struct MuSamples {
     SampledCosines in, out;
-    DirectionGrid probed, samples;
+    DirectionGrid grid;
 };
 
 MuSamples mu_samples(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
-    ProbedCosines probed = many_cosines(recipe);
-    SampledCosines in(mu_axis(recipe.mu_in, samples), probed.pairs.in, probed.mu);
-    SampledCosines out(mu_axis(recipe.mu_out, samples), probed.pairs.out, probed.mu);
-    ProbedCosines sampled{probed.mu, {{}, {}, probed.pairs.exchangeable}};
+    const std::vector<double>& probed = probes.directions.mu();
+    const CosinePairs& pairs = probes.directions.pairs();
+    SampledCosines in(mu_axis(recipe.mu_in, samples), pairs.in, probed);
+    SampledCosines out(mu_axis(recipe.mu_out, samples), pairs.out, probed);
+    ProbedCosines sampled{{}, {{}, {}, pairs.exchangeable}};
     const auto add_samples = [&](const SampledCosines& along) {
         std::vector<int> places;
         for (const double sample : along.samples) {
@@ -106,20 +106,19 @@ MuSamples mu_samples(const Probes& probes, int samples) {
         return places;
     };
     sampled.pairs.in = add_samples(in);
-    sampled.pairs.out = probed.pairs.are_symmetric() ? sampled.pairs.in : add_samples(out);
-    probed.mu = sampled.mu;
+    sampled.pairs.out = pairs.are_symmetric() ? sampled.pairs.in : add_samples(out);
     return {std::move(in), std::move(out),
-            directions_at(recipe, std::move(probed), probes.path_law),
             directions_at(recipe, std::move(sampled), probes.path_law)};
 }
 
 /// Adds the errors of cubics in both cosines, samples divided by the shares intercepted (lookup.h).
-void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSamples& cosines,
-                   Errors& errors) {
-    const SampledCosines &in = cosines.in, &out = cosines.out;
-    const DirectionGrid &probed = cosines.probed, &samples = cosines.samples;
+void add_mu_errors(const Probes& probes, const ProbedLayer& expected, const LayerSolution& solution,
+                   const MuSamples& samples, Errors& errors) {
+    const Recipe& recipe = probes.recipe;
+    const DirectionGrid& probed = probes.directions;
+    const SampledCosines &in = samples.in, &out = samples.out;
     const auto divisor = [&](double cosine) {
-        return intercepted(recipe, layer.solution.optical_depth, cosine);
+        return intercepted(recipe, solution.optical_depth, cosine);
     };
     /// Weights of the samples, divided by their shares, for each probed cosine.
     const auto divided = [&](const SampledCosines& along, const auto& cosine) {
@@ -136,23 +135,24 @@ void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSampl
     const auto weights_out = divided(out, [&](int j) { return probed.mu_out(j); });
     std::vector<double> sampled[2];  // of either side
     for (const Side side : asked_sides(recipe))
-        sampled[side == Side::transmission] = evaluate_tabulated(layer.solution, side, samples);
-    add_errors(recipe, layer, probed, Judged(probed), errors, [&](Side side, int i, int j, int k) {
-        const std::vector<double>& values = sampled[side == Side::transmission];
-        const auto at_in = static_cast<std::size_t>(i), at_out = static_cast<std::size_t>(j);
-        double found = 0;
-        for (std::size_t p = 0; p < Blend::size; ++p)
-            for (std::size_t q = 0; q < Blend::size; ++q)
-                found += weights_in[at_in][p] * weights_out[at_out][q] *
-                         values[samples.at(in.places[at_in][p], out.places[at_out][q], k)];
-        return found;
-    });
+        sampled[side == Side::transmission] = evaluate_tabulated(solution, side, samples.grid);
+    add_errors(
+        recipe, expected, probed, Judged(probed), errors, [&](Side side, int i, int j, int k) {
+            const std::vector<double>& values = sampled[side == Side::transmission];
+            const auto at_in = static_cast<std::size_t>(i), at_out = static_cast<std::size_t>(j);
+            double found = 0;
+            for (std::size_t p = 0; p < Blend::size; ++p)
+                for (std::size_t q = 0; q < Blend::size; ++q)
+                    found += weights_in[at_in][p] * weights_out[at_out][q] *
+                             values[samples.grid.at(in.places[at_in][p], out.places[at_out][q], k)];
+            return found;
+        });
 }
 
 /// Errors of candidates; those of the first half of the albedos alone tell what they are at least.
 class MuErrors {
   public:
-    explicit MuErrors(const Probes& probes) : probes_(probes) {}
+    explicit MuErrors(Probes& probes) : probes_(probes), expected_(probed_layers(probes)) {}
 
     /// Were there no errors in the other half, which is no larger.
     double at_least(int samples) {
@@ -172,32 +172,36 @@ class MuErrors {
   private:
     const Errors& first_half(int samples) {
         const auto [at, is_new] = first_half_.try_emplace(samples);
-        if (is_new) at->second = measure_errors(samples, {probes_.albedos.begin(), half()});
+        if (is_new) at->second = measure_errors(samples, 0, half());
         return at->second;
     }
 
     const Errors& second_half(int samples) {
         const auto [at, is_new] = second_half_.try_emplace(samples);
-        if (is_new) at->second = measure_errors(samples, {half(), probes_.albedos.end()});
+        if (is_new) at->second = measure_errors(samples, half(), probes_.albedos.size());
         return at->second;
     }
 
     /// Where this share's of the first half of all shares' albedos end.
-    std::vector<double>::const_iterator half() const {
-        return probes_.albedos.begin() +
-               static_cast<std::ptrdiff_t>(count_of_share(probes_, (probes_.all_albedos + 1) / 2));
-    }
+    std::size_t half() const { return count_of_share(probes_, (probes_.all_albedos + 1) / 2); }
 
-    Errors measure_errors(int samples, const std::vector<double>& albedos) const {
+    /// Of the albedos from `first` to before `end`.
+    Errors measure_errors(int samples, std::size_t first, std::size_t end) const {
+        const auto albedo = [&](std::size_t a) {
+            return probes_.albedos.begin() + static_cast<std::ptrdiff_t>(a);
+        };
         const MuSamples sampled = mu_samples(probes_, samples);
-        const ProbedLayers layers = solve_layers(probes_, albedos, probes_.ladder, sampled.probed);
+        const auto layers =
+            solve_layers(probes_, {albedo(first), albedo(end)}, probes_.ladder, sampled.grid.mu());
         return errors_of_layers(probes_, layers.size(), layers.empty() ? 0 : layers[0].size(),
                                 [&](std::size_t a, std::size_t d, Errors& errors) {
-                                    add_mu_errors(probes_.recipe, layers[a][d], sampled, errors);
+                                    add_mu_errors(probes_, expected_[first + a][d], layers[a][d],
+                                                  sampled, errors);
                                 });
     }
 
     const Probes& probes_;
+    const ProbedLayers& expected_;
     std::map<int, Errors> first_half_, second_half_;  // of each candidate
 };
 

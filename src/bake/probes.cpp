@@ -124,30 +124,40 @@ int chunk_count(std::size_t albedos, std::size_t chunk) {
     return static_cast<int>((albedos + chunk - 1) / chunk);
 }
 
-std::vector<ProbedLayers> solve_ladders_with(SolverOptions solver, const Probes& probes,
-                                             const std::vector<double>& albedos,
-                                             const std::vector<DepthLadder>& ladders,
-                                             const DirectionGrid& directions, Share share = {}) {
+/// Solves this share of the layers of several ladders: take(ladder, albedo, solutions of all depths).
+template <class Take>
+void solve_ladders_with(SolverOptions solver, const Probes& probes,
+                        const std::vector<double>& albedos, const std::vector<DepthLadder>& ladders,
+                        const std::vector<double>& mu, Share share, const Take& take) {
     solver.exact_fluxes = false;  // no choice is measured on them
     const Recipe& recipe = probes.recipe;
     const std::size_t chunk = chunk_size(albedos.size(), solver);
     const auto chunks = static_cast<std::size_t>(chunk_count(albedos.size(), chunk));
-    std::vector<ProbedLayers> layers(ladders.size(), ProbedLayers(albedos.size()));
     parallel_for(static_cast<int>(ladders.size() * chunks), probes.options.threads, [&](int n) {
         stop_if_asked(probes.options.log);
         const std::size_t c = static_cast<std::size_t>(n) % chunks,
                           ladder = static_cast<std::size_t>(n) / chunks;
         if (static_cast<int>(c) % share.count != share.index) return;
         const std::size_t first = c * chunk, last = std::min(albedos.size(), first + chunk);
-        auto solved =
-            solve_material(recipe.layers, recipe.phase_function,
-                           {albedos.begin() + static_cast<std::ptrdiff_t>(first),
-                            albedos.begin() + static_cast<std::ptrdiff_t>(last)},
-                           ladders[ladder], directions.mu(), solver, recipe.lower_boundary);
-        for (std::size_t a = first; a < last; ++a)
-            for (LayerSolution& solution : solved[a - first])
-                layers[ladder][a].push_back(probe(recipe, std::move(solution), directions));
+        auto solved = solve_material(recipe.layers, recipe.phase_function,
+                                     {albedos.begin() + static_cast<std::ptrdiff_t>(first),
+                                      albedos.begin() + static_cast<std::ptrdiff_t>(last)},
+                                     ladders[ladder], mu, solver, recipe.lower_boundary);
+        for (std::size_t a = first; a < last; ++a) take(ladder, a, std::move(solved[a - first]));
     });
+}
+
+std::vector<ProbedLayers> solve_ladders_with(const SolverOptions& solver, const Probes& probes,
+                                             const std::vector<double>& albedos,
+                                             const std::vector<DepthLadder>& ladders,
+                                             const DirectionGrid& directions, Share share = {}) {
+    std::vector<ProbedLayers> layers(ladders.size(), ProbedLayers(albedos.size()));
+    solve_ladders_with(
+        solver, probes, albedos, ladders, directions.mu(), share,
+        [&](std::size_t ladder, std::size_t a, std::vector<LayerSolution> solutions) {
+            for (LayerSolution& solution : solutions)
+                layers[ladder][a].push_back(probe(probes.recipe, std::move(solution), directions));
+        });
     return layers;
 }
 
@@ -279,6 +289,18 @@ const ProbedLayers& probed_layers(Probes& probes) {
     probes.layers =
         solve_layers_with(solver, probes, probes.albedos, probes.ladder, probes.directions);
     return probes.layers;
+}
+
+std::vector<std::vector<LayerSolution>> solve_layers(const Probes& probes,
+                                                     const std::vector<double>& albedos,
+                                                     const DepthLadder& ladder,
+                                                     const std::vector<double>& mu) {
+    std::vector<std::vector<LayerSolution>> layers(albedos.size());
+    solve_ladders_with(solver_options(probes.recipe), probes, albedos, {ladder}, mu, {},
+                       [&](std::size_t, std::size_t a, std::vector<LayerSolution> solutions) {
+                           layers[a] = std::move(solutions);
+                       });
+    return layers;
 }
 
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,

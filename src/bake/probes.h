@@ -79,7 +79,13 @@ DirectionGrid directions_at(const Recipe& recipe, ProbedCosines cosines,
 /// The probes' own layers, solved when first asked for.
 const ProbedLayers& probed_layers(Probes& probes);
 
-/// Layers solved with the nodes and modes that are chosen, or with their first modes alone.
+/// Layers solved with the nodes and modes that are chosen, [albedo][depth].
+std::vector<std::vector<LayerSolution>> solve_layers(const Probes& probes,
+                                                     const std::vector<double>& albedos,
+                                                     const DepthLadder& ladder,
+                                                     const std::vector<double>& mu);
+
+/// Layers probed like these, or with their first modes alone.
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
                           const DepthLadder& ladder, const DirectionGrid& directions,
                           int most_modes = 0);

@@ -5,12 +5,16 @@
 #include <boost/math/quadrature/gauss.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace stratus {
 
 namespace {
 
+using Eigen::ArrayXd;
+using Eigen::ArrayXXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -18,11 +22,35 @@ using Eigen::VectorXd;
 /// The largest rise whose series growth() sums.
 constexpr double most_of_series = 0.1;
 
-/// (e^rise - 1) / rise - 1, without a branch, so that several moments share a register.
+/// (e^rise - 1) / rise - 1.
 double growth(double rise) {
     return rise * (1. / 2 +
                    rise * (1. / 6 +
                            rise * (1. / 24 + rise * (1. / 120 + rise * (1. / 720 + rise / 5040)))));
+}
+
+/// The largest rise of which sum_growth() sums powers: of this one, the series misses 1e-9.
+constexpr double most_of_sums = 0.5;
+constexpr Index growth_terms = 8;
+
+/// Sums of weight x^j over points x.
+using PowerSums = std::array<double, growth_terms + 1>;
+
+/// The sum of weight growth(from + slope x) over these points, for several rises side by side.
+ArrayXd sum_growth(const PowerSums& power_sums, const ArrayXd& from, const ArrayXd& slope) {
+    ArrayXXd sums(from.size(), growth_terms + 1);
+    for (Index j = 0; j <= growth_terms; ++j)
+        sums.col(j).setConstant(power_sums[static_cast<std::size_t>(j)]);
+    ArrayXd all = ArrayXd::Zero(from.size());
+    double share = 1;  // 1 / (k + 1)!
+    for (Index k = 1; k <= growth_terms; ++k) {
+        // From sums of weight (from + slope x)^(k - 1) x^j to those of the next power of the rise.
+        for (Index j = 0; j + k <= growth_terms; ++j)
+            sums.col(j) = from * sums.col(j) + slope * sums.col(j + 1);
+        share /= static_cast<double>(k + 1);
+        all += share * sums.col(0);
+    }
+    return all;
 }
 
 /// (e^(from + rise) - e^from) / rise with at_from = e^from: the mean of an exponential along its rise.
@@ -110,31 +138,41 @@ void StackPath::add_turns(Index layer, const VectorXd& before, double rate, Vect
     const double slant_before = before.sum(), truncated_before = truncated_.dot(before);
     const MatrixXd::ConstColXpr peak_here = peak_.col(layer), kept_here = kept_.col(layer);
     const VectorXd peak_before = peak_ * before, kept_before = kept_ * before;
+    const double end = std::min(depth_(layer), deepest_ / rate);
+    Index first_of_series = sum.size();
+    while (first_of_series > std::max(alike_, kept_.rows()) &&
+           steepest_(first_of_series - 1) * (slant_before + rate * end) <= most_of_sums)
+        --first_of_series;
     double alike_peak = 0, alike_kept = 0;
-    for_each_node(
-        std::min(depth_(layer), deepest_ / rate), 1 / rate, [&](double depth, double weight) {
-            const double slant = rate * depth, S = slant_before + slant,
-                         F = truncated_before + truncated_(layer) * slant;
-            const double unscattered = std::exp(-S), passing = std::exp(F - S);
-            // Where all peaks are f, the truncated problem's widening is the path's own.
-            alike_peak += weight * (mean_exponential(-S, unscattered, F) - unscattered);
-            alike_kept += weight * (passing - unscattered);
-            Index l = alike_;
-            for (; l < sum.size() && (l < kept_.rows() || steepest_(l) * S > most_of_series); ++l) {
-                const double p = peak_here(l), P = peak_before(l) + slant * p;
-                double added = p * (mean_exponential(-S, unscattered, P) - unscattered);
-                if (l < kept_.rows() && kept_here(l) != 0) {
-                    const double c = kept_here(l), C = kept_before(l) + slant * c;
-                    added += c * (mean_exponential(P - S, std::exp(P - S), C) -
-                                  mean_exponential(F - S, passing, C) + passing - unscattered);
-                }
-                sum(l) += weight * added;
+    PowerSums slant_sums{};
+    for_each_node(end, 1 / rate, [&](double depth, double weight) {
+        const double slant = rate * depth, S = slant_before + slant,
+                     F = truncated_before + truncated_(layer) * slant;
+        const double unscattered = std::exp(-S), passing = std::exp(F - S);
+        // Where all peaks are f, the truncated problem's widening is the path's own.
+        alike_peak += weight * (mean_exponential(-S, unscattered, F) - unscattered);
+        alike_kept += weight * (passing - unscattered);
+        for (Index l = alike_; l < first_of_series; ++l) {
+            const double p = peak_here(l), P = peak_before(l) + slant * p;
+            double added = p * (mean_exponential(-S, unscattered, P) - unscattered);
+            if (l < kept_.rows() && kept_here(l) != 0) {
+                const double c = kept_here(l), C = kept_before(l) + slant * c;
+                added += c * (mean_exponential(P - S, std::exp(P - S), C) -
+                              mean_exponential(F - S, passing, C) + passing - unscattered);
             }
-            for (; l < sum.size(); ++l)
-                sum(l) += weight * unscattered * peak_here(l) *
-                          growth(peak_before(l) + slant * peak_here(l));
-        });
+            sum(l) += weight * added;
+        }
+        double power = weight * unscattered;
+        for (double& of_power : slant_sums) {
+            of_power += power;
+            power *= slant;
+        }
+    });
     sum.head(alike_) += alike_peak * peak_here.head(alike_) + alike_kept * kept_here.head(alike_);
+    const Index in_series = sum.size() - first_of_series;
+    sum.tail(in_series).array() +=
+        peak_here.tail(in_series).array() *
+        sum_growth(slant_sums, peak_before.tail(in_series), peak_here.tail(in_series));
 }
 
 std::vector<double> StackPath::legendre(Side side, std::size_t above, double mu_in,

@@ -55,7 +55,10 @@ void SolvedSamples::make_room() {
     // Who asks for fluxes asks for those along the direction of view, too.
     if (is_narrow(units_.recipe().mu_in, all_cosines)) return;
     table_.plane_albedo.resize(layers * mus);
-    if (sides_.transmission) table_.diffuse_transmittance.resize(layers * mus);
+    // Between depths and albedos it may be looked up only where T was asked for.
+    const bool is_clear_stack = table_.is_stack() && !table_.lower_boundary.is_present() &&
+                                std::isfinite(table_.optical_depth.values[0]);
+    if (sides_.transmission || is_clear_stack) table_.diffuse_transmittance.resize(layers * mus);
 }
 
 bool SolvedSamples::is_first_rank() const { return stratus::is_first_rank(options_.log); }

@@ -58,7 +58,9 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
                                                                        table(LightPath::fluxes);
     if (through && seen_light(scene).fluxes)
         for (const Table& header : through->headers)
-            require(!through->packed.has_transmission() || !header.diffuse_transmittance.empty(),
+            require(!header.diffuse_transmittance.empty() ||
+                        std::isinf(header.optical_depth.values[0]) ||
+                        !(through->packed.has_transmission() || header.is_stack()),
                     "LayerLight", "table",
                     "one of all mu_in, whose fluxes light what lies behind the layer",
                     "one without diffuse_transmittance");

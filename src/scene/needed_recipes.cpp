@@ -60,11 +60,12 @@ Scene without_shine(Scene scene) {
     return scene;
 }
 
-/// Whether sunlight's table gives the fluxes, too: of slabs, whose few cosines of view make a second
-/// table, with its own choices and check, dearer than all cosines of incidence in the first.
+/// Whether sunlight's table gives the fluxes, too: where a second table, with its own choices and check,
+/// is dearer than what the first takes more. Slabs have few cosines of view; stacks' tables hold them.
 bool has_fluxes_with_sunlight(const Scene& scene, const SeenLight& sunlight) {
-    return std::holds_alternative<Slab>(scene.subject) && sunlight.fluxes &&
-           (sunlight.reflection || sunlight.transmission);
+    const bool is_dearer =
+        std::holds_alternative<Slab>(scene.subject) || !scene.layer.stacks.empty();
+    return is_dearer && sunlight.fluxes && (sunlight.reflection || sunlight.transmission);
 }
 
 /// The directions that one light path asks of a table.
@@ -79,7 +80,7 @@ Asked asked_by_sunlight(const Scene& scene) {
     Asked asked{seen_directions(alone), seen.reflection, seen.transmission};
     if (has_fluxes_with_sunlight(scene, seen)) {
         asked.directions.mu_in = all_cosines;
-        asked.transmission = scene.effects.transmission;
+        if (scene.layer.stacks.empty()) asked.transmission = scene.effects.transmission;
     }
     return asked;
 }

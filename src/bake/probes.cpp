@@ -21,13 +21,15 @@ constexpr int max_nodes = 96;
 
 std::vector<double> probed_albedos(Range albedo) {
     if (albedo.min == albedo.max) return {albedo.min};
-    const double first = std::sqrt(1 - albedo.max), last = std::sqrt(1 - albedo.min);
+    // At darker ones there is little light of the orders n >= 2.
+    const double darkest = std::max(albedo.min, 0.3 * albedo.max);
+    const double first = std::sqrt(1 - albedo.max), last = std::sqrt(1 - darkest);
     constexpr double narrow = 0.05;  // the ends tell of all between them
     std::vector<double> albedos;
     for (const double share : {0.0, 0.1, 0.4, 1.0}) {
         if (last - first < narrow && share > 0 && share < 1) continue;
         const double s = first + share * (last - first);
-        albedos.push_back(std::clamp(1 - s * s, albedo.min, albedo.max));
+        albedos.push_back(std::clamp(1 - s * s, darkest, albedo.max));
     }
     return albedos;
 }

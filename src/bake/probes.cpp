@@ -257,6 +257,8 @@ ProbedCosines many_cosines(const Recipe& recipe) {
     std::vector<double> cosines;
     for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
         cosines.push_back(x * x);
+    // Laws of grounds are steep at grazing angles.
+    if (recipe.lower_boundary.law != nullptr) cosines.push_back(0.0003);
     // Thin layers of a stack are steep at cosines about as large as their depths.
     for (const StackLayer& layer : recipe.layers)
         for (const double share : {0.3, 1.0})

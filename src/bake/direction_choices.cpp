@@ -31,7 +31,7 @@ double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers
     const DirectionGrid& directions = probes.directions;
     return measure_layers(
         probes, to.size(), to[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-            add_errors(probes.recipe, to[a][d], directions, Judged(directions), errors,
+            add_errors(probes.recipe, to[a][d], directions, probes.usual, errors,
                        [&](Side side, int i, int j, int k) {
                            return from[a][d].side(side).tabulated[directions.at(i, j, k)];
                        });
@@ -45,7 +45,7 @@ double tail_of_modes(Probes& probes, int kept) {
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer& layer = layers[a][d];
-            add_errors(probes.recipe, layer, directions, Judged(directions), errors,
+            add_errors(probes.recipe, layer, directions, probes.usual, errors,
                        [&](Side side, int i, int j, int k) {
                            const int in = directions.pairs().in[static_cast<std::size_t>(i)];
                            const int out = directions.pairs().out[static_cast<std::size_t>(j)];
@@ -252,7 +252,7 @@ class AzimuthTests {
                     sampled[side == Side::transmission] =
                         evaluate_tabulated(layers_[a][d].solution, side, at_samples);
                 add_errors(
-                    recipe, expected_[a][d], directions_, Judged(directions_), errors,
+                    recipe, expected_[a][d], directions_, probes_.usual, errors,
                     [&](Side side, int i, int j, int k) {
                         const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
                         const auto& values = sampled[side == Side::transmission];

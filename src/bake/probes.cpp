@@ -59,13 +59,17 @@ std::vector<double> probed_azimuths(Range degrees) {
     return at_shares({radians(degrees.min), radians(degrees.max)}, {0.05, 0.37, 0.66, 0.98});
 }
 
+double least_cosine_of_choices(const Recipe& recipe) {
+    return leaves_path_law(recipe) ? least_judged_cosine : 0;
+}
+
 /// `cosines` along an axis of all, if they are judged, shares of the way along a narrow one.
 ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& cosines,
                                const std::vector<double>& shares) {
     ProbedCosines probed{floor_cosines(), {}};
     const bool narrow_in = is_narrow(recipe.mu_in, all_cosines),
                narrow_out = is_narrow(recipe.mu_out, all_cosines);
-    const double least = leaves_path_law(recipe) ? least_judged_cosine : 0;
+    const double least = least_cosine_of_choices(recipe);
     if (!narrow_in || !narrow_out)
         std::ranges::copy_if(cosines, std::back_inserter(probed.mu),
                              [&](double mu) { return mu >= least; });
@@ -226,17 +230,36 @@ void list_numbers(ProbedLayer& layer, const List& list) {
 
 }  // namespace
 
+namespace {
+
+/// Adds cosines, along axes of all, at which cubics between few samples would miss most.
+void add_cosines_between(const Recipe& recipe, ProbedCosines& probed) {
+    for (const double x : {0.075, 0.14, 0.32}) {
+        if (x * x < least_cosine_of_choices(recipe)) continue;
+        const int place = static_cast<int>(probed.mu.size());
+        probed.mu.push_back(x * x);
+        if (!is_narrow(recipe.mu_in, all_cosines)) probed.pairs.in.push_back(place);
+        if (!is_narrow(recipe.mu_out, all_cosines)) probed.pairs.out.push_back(place);
+    }
+}
+
+}  // namespace
+
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options) {
     std::vector<double> albedos = probed_albedos(recipe.albedo);
     const Share share = rank_share(options.log, albedos.size());
     const std::size_t all_albedos = albedos.size();
     albedos = every(share, albedos);
     const std::shared_ptr<const PathOrders> path_law = recipe_path_law(recipe);
+    ProbedCosines cosines = many_cosines(recipe);
+    const Judged usual(cosines.pairs);
+    add_cosines_between(recipe, cosines);
     return {recipe,
             max_error,
             options,
             path_law,
-            directions_at(recipe, many_cosines(recipe), path_law),
+            directions_at(recipe, std::move(cosines), path_law),
+            usual,
             albedos,
             decay_exponents(recipe, albedos),
             probed_ladder(recipe),

@@ -253,12 +253,16 @@ InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBo
     double depth = 0;
     for (const StackLayer& layer : layers) depth += layer.optical_depth;
     require(!levels.empty(), caller, "levels", "one or more", "none");
-    for (const double level : levels)
-        require(level >= 0 && level <= depth && level < infinity, caller, "levels",
+    constexpr double rounding = 1e-14;  // of sums of depths, to all of which a level may be given
+    std::vector<double> within;
+    for (const double level : levels) {
+        require(level >= 0 && level <= depth * (1 + rounding) && level < infinity, caller, "levels",
                 depth < infinity ? "in [0, " + shortest_text(depth) + "], the optical depth"
                                  : "in [0, inf)",
                 level);
-    return InsideRun(divide(layers, levels), boundary, levels, mu, options).run();
+        within.push_back(std::min(level, depth));
+    }
+    return InsideRun(divide(layers, within), boundary, within, mu, options).run();
 }
 
 std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSolution& light,

@@ -357,6 +357,13 @@ TEST(LightInside, OfNothingIsTheBeam) {
     EXPECT_NEAR(black.levels[0].heating_rate(0), 2 * std::exp(-2), 1e-15);
 }
 
+/// 0.7 + 0.1 < 0.8 in floating point.
+TEST(LightInside, IsTakenToTheWholeDepthInSpiteOfRounding) {
+    const InsideSolution inside =
+        solve_inside({{air, 0.5, 0.7}, {air, 0.5, 0.1}}, {}, {0.8}, {0.5});
+    EXPECT_NEAR(inside.levels[0].direct_flux(0), std::exp(-1.6), 1e-15);
+}
+
 TEST(LightInside, IsRefusedOutsideTheLayers) {
     const auto refused = [](std::vector<double> levels, const SolverOptions& options,
                             Fragments fragments) {

@@ -61,7 +61,8 @@ Scene without_shine(Scene scene) {
 }
 
 /// Whether sunlight's table gives the fluxes, too: where a second table, with its own choices and check,
-/// is dearer than what the first takes more. Slabs have few cosines of view; stacks' tables hold them.
+/// is dearer than what the first takes more. Slabs have few cosines of view; tables of stacks hold the
+/// fluxes at once, at the cosines that a planet's reflection takes.
 bool has_fluxes_with_sunlight(const Scene& scene, const SeenLight& sunlight) {
     const bool is_dearer =
         std::holds_alternative<Slab>(scene.subject) || !scene.layer.stacks.empty();
@@ -80,7 +81,8 @@ Asked asked_by_sunlight(const Scene& scene) {
     Asked asked{seen_directions(alone), seen.reflection, seen.transmission};
     if (has_fluxes_with_sunlight(scene, seen)) {
         asked.directions.mu_in = all_cosines;
-        if (scene.layer.stacks.empty()) asked.transmission = scene.effects.transmission;
+        if (std::holds_alternative<Slab>(scene.subject))
+            asked.transmission = scene.effects.transmission;
     }
     return asked;
 }

@@ -235,6 +235,28 @@ TEST(StackTable, LosesNothingWithoutAbsorption) {
     EXPECT_LT(checked.furnace_defect, tolerance);
 }
 
+/// What lies behind a stack is lit and seen by its fluxes, whichever sides are tabulated.
+TEST(StackTable, OfReflectionAloneHoldsWhatPassesThrough) {
+    Recipe recipe = stack_recipe(air + haze);
+    recipe.transmission = false;
+    const Table table = bake(recipe);
+    SolverOptions options;
+    options.nodes = 64;
+    options.modes = 1;
+    const LayerSolution solved =
+        as_one_layer(solve_stack(table.layers, {}, table.mu_in.values, options));
+    ASSERT_EQ(table.diffuse_transmittance.size(), table.mu_in.values.size());
+    for (std::size_t i = 0; i < table.mu_in.values.size(); ++i)
+        EXPECT_NEAR(table.diffuse_transmittance[i],
+                    solved.diffuse_transmittance(static_cast<Eigen::Index>(i)), 1e-4)
+            << "mu_in " << table.mu_in.values[i];
+    recipe = stack_recipe(air + haze + "[below]\nlambert_albedo = 0.3\n");
+    EXPECT_TRUE(bake(recipe).diffuse_transmittance.empty());
+    recipe = stack_recipe(air + layer("henyey_greenstein:g=0.7", 0.9, "inf"));
+    recipe.transmission = false;
+    EXPECT_TRUE(bake(recipe).diffuse_transmittance.empty());
+}
+
 TEST(StackTable, ShowsABackgroundFromAbove) {
     const Table& table = haze_under_air();
     const StackLayer mean = mean_layer(table.layers);

@@ -252,7 +252,7 @@ class AzimuthTests {
                     sampled[side == Side::transmission] =
                         evaluate_tabulated(layers_[a][d].solution, side, at_samples);
                 add_errors(
-                    recipe, expected_[a][d], directions_, probes_.usual, errors,
+                    recipe, expected_[a][d], directions_, Judged(directions_), errors,
                     [&](Side side, int i, int j, int k) {
                         const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
                         const auto& values = sampled[side == Side::transmission];
@@ -268,10 +268,16 @@ class AzimuthTests {
   private:
     DirectionGrid grid_at(const std::vector<double>& azimuths) const {
         const Recipe& recipe = probes_.recipe;
-        return {recipe.phase_function,           recipe.lower_boundary,
-                probes_.directions.mu(),         azimuths,
-                2 * recipe.discretisation.nodes, probes_.path_law,
-                probes_.directions.pairs()};
+        CosinePairs usual = probes_.directions.pairs();
+        usual.in.resize(static_cast<std::size_t>(probes_.usual.in));
+        usual.out.resize(static_cast<std::size_t>(probes_.usual.out));
+        return {recipe.phase_function,
+                recipe.lower_boundary,
+                probes_.directions.mu(),
+                azimuths,
+                2 * recipe.discretisation.nodes,
+                probes_.path_law,
+                std::move(usual)};
     }
 
     /// A layer's floors are the same at all azimuths, its modes are not needed here.

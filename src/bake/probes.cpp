@@ -95,6 +95,20 @@ ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& 
     return probed;
 }
 
+/// Adds cosines, along axes of all, at which cubics between few samples would miss most.
+void add_cosines_between(const Recipe& recipe, ProbedCosines& probed) {
+    const bool narrow_in = is_narrow(recipe.mu_in, all_cosines),
+               narrow_out = is_narrow(recipe.mu_out, all_cosines);
+    if (narrow_in && narrow_out) return;
+    for (const double x : {0.075, 0.14, 0.32}) {
+        if (x * x < least_cosine_of_choices(recipe)) continue;
+        const int place = static_cast<int>(probed.mu.size());
+        probed.mu.push_back(x * x);
+        if (!narrow_in) probed.pairs.in.push_back(place);
+        if (!narrow_out) probed.pairs.out.push_back(place);
+    }
+}
+
 /// A share of the chunks of albedos: every so many, from one on.
 struct Share {
     int index = 0, count = 1;
@@ -225,21 +239,6 @@ void list_numbers(ProbedLayer& layer, const List& list) {
             values->resize(static_cast<std::size_t>(count));
             for (double& value : *values) list(value);
         }
-    }
-}
-
-}  // namespace
-
-namespace {
-
-/// Adds cosines, along axes of all, at which cubics between few samples would miss most.
-void add_cosines_between(const Recipe& recipe, ProbedCosines& probed) {
-    for (const double x : {0.075, 0.14, 0.32}) {
-        if (x * x < least_cosine_of_choices(recipe)) continue;
-        const int place = static_cast<int>(probed.mu.size());
-        probed.mu.push_back(x * x);
-        if (!is_narrow(recipe.mu_in, all_cosines)) probed.pairs.in.push_back(place);
-        if (!is_narrow(recipe.mu_out, all_cosines)) probed.pairs.out.push_back(place);
     }
 }
 

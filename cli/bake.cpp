@@ -4,7 +4,6 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/ranks.h>
-#include <stratus/bake/shared_writing.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
 #include <stratus/io/atomic_file.h>
@@ -20,7 +19,6 @@
 #include "progress.h"
 #include "query.h"
 #include "signals.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <atomic>
@@ -96,6 +94,39 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
                             "interrupted; " + (checkpoint.pieces() == 0 ? "no work was kept"
                                                                         : sentence_of_kept(path)));
     }
+}
+
+/// A stage as the ranks that deflate see it.
+RankedStage deflating() {
+    RankedStage stage;
+    stage.solve = [](int, std::span<const char> given) { return deflate_part(given); };
+    stage.claimed_ahead = 1;
+    return stage;
+}
+
+/// Writes a .h5 as write_table does, on rank 0 while all others are in help_write; each rank deflates on so many
+/// threads. Besides the table, rank 0 holds the parts that are deflated.
+void write_on_ranks(const Table& table, const std::filesystem::path& path, Ranks& ranks,
+                    int threads, const SampleFiles* samples) {
+    WriteOptions options;
+    options.samples = samples;
+    options.share = [&](const PartsToDeflate& parts) {
+        ranks.share({1});  // there is a side to write
+        RankedStage stage = deflating();
+        stage.count = parts.count;
+        stage.most_ahead = 2 * ranks.count() * threads;
+        stage.give = parts.give;
+        stage.take = parts.take;
+        stage.is_done = [](int) { return false; };
+        stage.progress = [](int) {};
+        ranks.run(stage, threads);
+    };
+    write_table(table, path, options);
+    ranks.share({});
+}
+
+void help_write(Ranks& ranks, int threads) {
+    while (!ranks.share({}).empty()) ranks.run(deflating(), threads);
 }
 
 /// Writes all files of a table, compressed at the same time; with ranks, by all of them.

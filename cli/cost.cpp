@@ -2,7 +2,7 @@
 #include <stratus/bake/cost.h>
 
 #include <stratus/base/number_text.h>
-#include <stratus/picture/cost_plot.h>
+#include <stratus/picture/plots.h>
 
 #include "commands.h"
 #include "options.h"

@@ -12,7 +12,6 @@
 #include "progress.h"
 #include "query.h"
 #include "signals.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <cmath>

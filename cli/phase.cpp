@@ -3,7 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/picture/line_plot.h>
+#include <stratus/picture/plots.h>
 
 #include "commands.h"
 #include "options.h"

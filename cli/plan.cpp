@@ -15,7 +15,6 @@
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "scene_options.h"
 #include "signals.h"
 
 #include <algorithm>

@@ -11,8 +11,6 @@
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "scene_options.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <charconv>

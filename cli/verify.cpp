@@ -5,7 +5,6 @@
 #include "commands.h"
 #include "options.h"
 #include "progress.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -7,7 +7,7 @@
 #include "commands.h"
 #include "query.h"
 #include "signals.h"
-#include "table_option.h"
+#include "options.h"
 
 #include <iostream>
 #include <memory>

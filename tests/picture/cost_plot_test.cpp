@@ -1,6 +1,6 @@
 // Everything is drawn: each mark is a path of the SVG and each letter a use of a glyph. Its looks
 // are checked visually.
-#include <stratus/picture/cost_plot.h>
+#include <stratus/picture/plots.h>
 
 #include <stratus/base/constants.h>
 

@@ -1,4 +1,4 @@
-#include "probes.h"
+#include "choices.h"
 
 #include <stratus/bake/axes.h>
 #include <stratus/bake/parallel.h>

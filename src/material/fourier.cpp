@@ -8,7 +8,6 @@
 #include <stratus/base/number_text.h>
 
 #include "cosine_series.h"
-#include "encoder.h"
 #include "formats.h"
 #include "solved_stack.h"
 

@@ -5,7 +5,7 @@
 #include <stratus/base/tensor_file.h>
 #include <stratus/io/atomic_file.h>
 
-#include "even_grid.h"
+#include "solved_stack.h"
 #include "formats.h"
 
 #include <cstddef>

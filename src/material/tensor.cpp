@@ -11,7 +11,6 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 
-#include "encoder.h"
 #include "formats.h"
 #include "reflection_field.h"
 

@@ -50,14 +50,14 @@ std::vector<double> beams(double optical_depth, const std::vector<double>& mu) {
     return list;
 }
 
-/// Fluxes of a solution. `absorptance`: under uniform illumination, with the name it goes by.
+/// Fluxes of a solution. `orders`: the last one that is solved, 0: all.
 template <class Solution>
 MethodFluxes list_fluxes(const Solution& solution, const std::vector<double>& mu,
-                         double optical_depth, std::pair<std::string, double> absorptance) {
+                         double optical_depth, double absorptance, int orders = 0) {
     MethodFluxes fluxes;
     fluxes.uniform = {{"spherical_albedo", solution.spherical_albedo},
                       {"total_transmittance", solution.total_transmittance},
-                      std::move(absorptance)};
+                      {orders ? "absorptance_and_higher_orders" : "absorptance", absorptance}};
     if (mu.empty()) return fluxes;
     fluxes.lists = {{"mu_in", mu},
                     {"plane_albedo", to_list(solution.plane_albedo)},
@@ -66,11 +66,10 @@ MethodFluxes list_fluxes(const Solution& solution, const std::vector<double>& mu
     return fluxes;
 }
 
-/// Absorptance of a layer under uniform illumination. `orders`: the last one that is solved, 0: all.
+/// Absorptance of a layer under uniform illumination.
 template <class Solution>
-std::pair<std::string, double> labelled_absorptance(const Solution& layer, int orders) {
-    return {orders ? "absorptance_and_higher_orders" : "absorptance",
-            1 - layer.spherical_albedo - layer.total_transmittance};
+double lost_light(const Solution& layer) {
+    return 1 - layer.spherical_albedo - layer.total_transmittance;
 }
 
 /// Fluxes are made of the first azimuthal mode alone.
@@ -93,10 +92,9 @@ std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows_by(Solv
     };
 }
 
-std::vector<std::string> error_columns() { return {"reflection_error", "transmission_error"}; }
-
-std::vector<std::string> order_columns(int orders) {
-    std::vector<std::string> columns;
+/// Columns of errors, and of every order up to the last that is solved.
+std::vector<std::string> error_columns(int orders = 0) {
+    std::vector<std::string> columns{"reflection_error", "transmission_error"};
     for (const char* side : {"reflection_order_", "transmission_order_"})
         for (int n = 1; n <= orders; ++n) columns.push_back(side + std::to_string(n));
     return columns;
@@ -125,9 +123,8 @@ Method by_classic(const LayerQuestion& question) {
         });
     method.fluxes = [=](const std::vector<double>& mu) {
         const LayerSolution solution = solve(mu, flux_only(options));
-        auto absorptance = labelled_absorptance(solution, 0);
-        if (question.albedo == 1) absorptance.second = 0;
-        return list_fluxes(solution, mu, question.optical_depth, std::move(absorptance));
+        return list_fluxes(solution, mu, question.optical_depth,
+                           question.albedo == 1 ? 0 : lost_light(solution));
     };
     return method;
 }
@@ -136,17 +133,8 @@ MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
                            const std::vector<double>& mu) {
     const SolvedFluxes solved = solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
     const bool is_over = stack.lower_boundary.is_present();
-    double depth = 0;
-    bool is_conservative = options.orders == 0 && (!is_over || stack.lower_boundary.albedo == 1);
-    for (const StackLayer& layer : stack.layers) {
-        depth += layer.optical_depth;
-        is_conservative = is_conservative && layer.albedo == 1;
-    }
-    auto absorptance = labelled_absorptance(solved, options.orders);
-    // The boundary's share is part of it: what falls on the boundary is not lost.
-    if (is_over) absorptance.second = 1 - solved.spherical_albedo;
-    if (is_conservative) absorptance.second = 0;
-    MethodFluxes fluxes = list_fluxes(solved, mu, depth, std::move(absorptance));
+    MethodFluxes fluxes = list_fluxes(solved, mu, stack.optical_depth(),
+                                      absorptance(stack, solved, options.orders), options.orders);
     if (is_over) {
         fluxes.uniform.emplace_back("ground_absorptance", solved.spherical_ground_absorptance);
         if (!mu.empty())
@@ -224,9 +212,8 @@ Method by_h_function(const LayerQuestion& question) {
     method.rows = rows_by(solve, row);
     method.fluxes = [=](const std::vector<double>& mu) {
         const IsotropicSolution solution = solve(mu);
-        auto absorptance = labelled_absorptance(solution, 0);
-        if (question.albedo == 1) absorptance.second = 0;
-        return list_fluxes(solution, mu, question.optical_depth, std::move(absorptance));
+        return list_fluxes(solution, mu, question.optical_depth,
+                           question.albedo == 1 ? 0 : lost_light(solution));
     };
     return method;
 }
@@ -241,9 +228,7 @@ Method by_markov(const LayerQuestion& question) {
                             with);
     };
     Method method;
-    method.more_columns = error_columns();
-    for (const std::string& column : order_columns(question.orders))
-        method.more_columns.push_back(column);
+    method.more_columns = error_columns(question.orders);
     const auto row = [=](const MarkovSolution& solution, const Geometry& at, int in, int out) {
         const MarkovValue R = solution.reflection(in, out, at.azimuth);
         const MarkovValue T = solution.transmission(in, out, at.azimuth);
@@ -258,7 +243,7 @@ Method by_markov(const LayerQuestion& question) {
     method.fluxes = [=](const std::vector<double>& mu) {
         const MarkovSolution solution = solve(mu, flux_only(options));
         MethodFluxes fluxes = list_fluxes(solution.layer, mu, question.optical_depth,
-                                          labelled_absorptance(solution.layer, question.orders));
+                                          lost_light(solution.layer), question.orders);
         fluxes.uniform.emplace_back("error", solution.flux_error);
         return fluxes;
     };
@@ -370,9 +355,7 @@ Method make_method(const Stack& stack, const LayerQuestion& question) {
     Method method;
     // With orders, these are solved at all cosines that are given at once.
     if (question.orders == 0) method.max_cosines = std::numeric_limits<std::size_t>::max();
-    method.more_columns = error_columns();
-    for (const std::string& column : order_columns(question.orders))
-        method.more_columns.push_back(column);
+    method.more_columns = error_columns(question.orders);
     method.rows = [=](const std::vector<Geometry>& geometries) {
         return solved_rows(stack, options, geometries);
     };

@@ -175,9 +175,7 @@ std::vector<std::pair<std::string, double>> describe_medium(const SolveCommand& 
     if (command.layers.empty())
         return {{"albedo", command.question.albedo},
                 {"optical_depth", command.question.optical_depth}};
-    double depth = 0;
-    for (const StackLayer& layer : stack.layers) depth += layer.optical_depth;
-    return {{"optical_depth", depth}};
+    return {{"optical_depth", stack.optical_depth()}};
 }
 
 std::string answer_levels(const SolveCommand& command, const Stack& stack) {
@@ -225,28 +223,30 @@ void run_solve(SolveCommand command) {
                                short_number(findings.worst_error));
 }
 
-/// Refuses an option that the scheme does not know.
-void require_scheme(const CLI::Option* option, const std::string& scheme,
-                    const std::vector<std::string>& knowing) {
-    if (option->count() == 0 || std::find(knowing.begin(), knowing.end(), scheme) != knowing.end())
-        return;
-    require(false, "solve", "--scheme", joined(knowing, " or ") + " with " + option->get_name(),
-            scheme);
-}
+/// Options that some schemes alone know.
+struct SchemeOption {
+    const char* name;
+    std::vector<std::string> schemes;
+};
 
 /// Refuses options that the scheme does not know, and a layer that is not described in full.
 void check_given(const CLI::App& solve, const std::string& scheme) {
     const auto given = [&](const char* name) { return solve.get_option(name)->count() > 0; };
     for (const char* needed : {"--phase", "--albedo", "--optical-depth"})
         if (!given("--layers") && !given(needed)) throw CLI::RequiredError(needed);
-    for (const char* name : {"--tolerance", "--levels", "--over"})
-        require_scheme(solve.get_option(name), scheme, {"harmonic"});
-    require_scheme(solve.get_option("--orders"), scheme, {"harmonic", "markov", "photons"});
-    for (const char* name : {"--start", "--start-depth"})
-        require_scheme(solve.get_option(name), scheme, {"classic"});
-    require_scheme(solve.get_option("--sublayers"), scheme, {"markov"});
-    for (const char* name : {"--photons", "--seed", "--backward-collisions", "--threads"})
-        require_scheme(solve.get_option(name), scheme, {"photons"});
+    for (const auto& [name, schemes] : {SchemeOption{"--tolerance", {"harmonic"}},
+                                        {"--levels", {"harmonic"}},
+                                        {"--over", {"harmonic"}},
+                                        {"--orders", {"harmonic", "markov", "photons"}},
+                                        {"--start", {"classic"}},
+                                        {"--start-depth", {"classic"}},
+                                        {"--sublayers", {"markov"}},
+                                        {"--photons", {"photons"}},
+                                        {"--seed", {"photons"}},
+                                        {"--backward-collisions", {"photons"}},
+                                        {"--threads", {"photons"}}})
+        require(!given(name) || std::ranges::find(schemes, scheme) != schemes.end(), "solve",
+                "--scheme", joined(schemes, " or ") + " with " + name, scheme);
 }
 
 void add_layer_options(CLI::App& solve, SolveCommand& command) {

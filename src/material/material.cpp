@@ -83,7 +83,7 @@ void note_beam(const Material& material, std::vector<std::string>& notes) {
     if (material.is_opaque()) return;
     std::vector<std::string> depths;
     for (const Stack& stack : material.colours) {
-        const std::string depth = shortest_text(optical_depth(stack));
+        const std::string depth = shortest_text(stack.optical_depth());
         if (depths.empty() || depth != depths.back()) depths.push_back(depth);
     }
     notes.push_back(

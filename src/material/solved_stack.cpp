@@ -8,13 +8,7 @@
 namespace stratus {
 
 bool is_transparent(const Stack& stack) {
-    return !stack.lower_boundary.is_present() && !std::isinf(optical_depth(stack));
-}
-
-double optical_depth(const Stack& stack) {
-    double depth = 0;
-    for (const StackLayer& layer : stack.layers) depth += layer.optical_depth;
-    return depth;
+    return !stack.lower_boundary.is_present() && !std::isinf(stack.optical_depth());
 }
 
 SolvedStack::SolvedStack(const Stack& stack, const std::vector<double>& mu, int nodes)
@@ -73,7 +67,7 @@ std::vector<LitSide> lit_sides(const Material& material, const std::vector<Solve
 std::vector<double> beam_depths(const Material& material) {
     std::vector<double> depths;
     for (const Stack& stack : material.colours)
-        depths.push_back(is_transparent(stack) ? optical_depth(stack) : infinity);
+        depths.push_back(is_transparent(stack) ? stack.optical_depth() : infinity);
     return depths;
 }
 

@@ -15,9 +15,6 @@ constexpr double grazing = 1e-9;  // cosine that is solved for the limit at 0
 /// True where light passes through.
 bool is_transparent(const Stack& stack);
 
-/// Returns the optical depth of all layers.
-double optical_depth(const Stack& stack);
-
 class SolvedStack {
   public:
     SolvedStack(const Stack& stack, const std::vector<double>& mu, int nodes);

@@ -1,10 +1,10 @@
 // Chandrasekhar's functions against their closed-form properties, and the solver against them.
-#include <stratus/transfer/reference/isotropic.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
+#include "isotropic.h"
 #include "refusal.h"
 #include "usual_layers.h"
 

@@ -1,9 +1,9 @@
 // The Markov chain agrees with the solver within its stated errors.
-#include <stratus/transfer/reference/markov.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
+#include "markov.h"
 #include "refusal.h"
 #include "usual_layers.h"
 

@@ -1,10 +1,10 @@
-#include <stratus/transfer/reference/markov.h>
+#include "markov.h"
 
 #include <stratus/base/argument.h>
 #include <stratus/layer/single_scattering.h>
 
-#include "../layer.h"
-#include "classic.h"
+#include "layer.h"
+#include "reference/classic.h"
 
 #include <Eigen/LU>
 

@@ -151,7 +151,7 @@ BakeOptions make_options(const BakeCommand& command, Progress& progress) {
     BakeOptions options;
     options.threads = command.threads;
     options.note = [&](const std::string& line) { progress.note("  " + line); };
-    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    options.progress = std::ref(progress);
     return options;
 }
 
@@ -164,7 +164,7 @@ void run_dry(const BakeCommand& command) {
         const Recipe recipe = read_recipe(command.recipe, &notes);
         tolerance = recipe.tolerance;
         Progress progress(command.quiet);
-        for (const std::string& note : notes) progress.note("note: " + note);
+        progress.notes(notes);
         ahead = forecast(recipe, make_options(command, progress));
     }
     std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
@@ -206,7 +206,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
 
     const auto started = Clock::now();
     Progress progress(command.quiet);
-    for (const std::string& note : notes) progress.note("note: " + note);
+    progress.notes(notes);
     BakeOptions options = make_options(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
@@ -373,7 +373,7 @@ void add_bake(CLI::App& app) {
                      "counts as lost, and the bake ends")
         ->capture_default_str()
         ->check(number("at least 1", [](double seconds) { return seconds >= 1; }));
-    bake->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_quiet(*bake, command->quiet);
     add_keys(*bake, "recipes", recipe_keys());
     bake->footer(
         "Before the first solve, a note tells size and time, and a warning every axis at its cap: "

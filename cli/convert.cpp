@@ -43,8 +43,7 @@ struct PackOptions {
 };
 
 void run_pack(const PackOptions& options) {
-    require_writable("pack", "--output", options.output, {packed_ending});
-    require_different_files("pack", options.input, options.output);
+    require_output("pack", "--output", options.output, {options.input}, {packed_ending});
     if (is_packed(options.input))
         throw std::invalid_argument("pack: TABLE must end in .h5 or .exr, got " + options.input);
     const Table table = read_table(options.input, options.reading);

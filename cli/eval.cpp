@@ -54,7 +54,7 @@ Effects parse_effects(const std::vector<std::string>& names) {
     for (const auto& [name, effect] : known) named.*effect = false;
     for (const std::string& name : names) {
         const auto effect = known.find(name);
-        require(effect != known.end(), "eval", "--effects", std::string("out of ") + effect_names,
+        require(effect != known.end(), "eval", "--effects", "out of " + std::string(effect_names),
                 name);
         named.*effect->second = true;
     }
@@ -367,7 +367,7 @@ void run_eval(const EvalOptions& options) {
 void add_eval(CLI::App& app) {
     auto options = std::make_shared<EvalOptions>();
     CLI::App* command = app.add_subcommand("eval", "Look up a table at the rows of a query");
-    command->add_option("TABLE", options->table, "Baked table, .h5, .exr or .stratus")->required();
+    add_table(*command, options->table);
     command
         ->add_option("--query", options->query,
                      "CSV with columns " + direction_columns_help +
@@ -377,9 +377,7 @@ void add_eval(CLI::App& app) {
                          "wavelength in um). "
                          "Default or -: standard input")
         ->check(file_name());
-    command
-        ->add_option("-o,--output", options->output, "CSV to write. Default or -: standard output")
-        ->check(file_name());
+    add_csv_output(*command, options->output);
     command
         ->add_option("--effects", options->effects,
                      std::string("What to evaluate, out of ") + effect_names +

@@ -352,8 +352,7 @@ void check_files(const FitCommand& command) {
     }
     if (!command.svg.empty()) require_writable("fit", "--svg", command.svg, {".svg"});
     if (command.rows.empty()) return;
-    require_writable("fit", "--rows", command.rows);
-    require_different_files("fit", command.observations, command.rows);
+    require_output("fit", "--rows", command.rows, {command.observations});
 }
 
 void run_fit(const FitCommand& command) {
@@ -434,8 +433,7 @@ void add_fit(CLI::App& app) {
         ->required()
         ->check(file_name());
     add_model_options(*fit, *command);
-    fit->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
-        ->check(file_name());
+    add_csv_output(*fit, command->output);
     fit->add_option(
            "--rows", command->rows,
            "CSV to write: the rows of OBSERVATIONS with columns model, what the fit makes of "

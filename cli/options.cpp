@@ -76,6 +76,19 @@ std::vector<std::string> split(const std::string& list) {
     return parts;
 }
 
+void add_table(CLI::App& command, std::string& path) {
+    command.add_option("TABLE", path, "Baked table, .h5, .exr or .stratus")->required();
+}
+
+void add_csv_output(CLI::App& command, std::string& path) {
+    command.add_option("-o,--output", path, "CSV to write. Default or -: standard output")
+        ->check(file_name());
+}
+
+void add_quiet(CLI::App& command, bool& quiet) {
+    command.add_flag("--quiet", quiet, "No progress, no notes");
+}
+
 void add_threads(CLI::App& command, int& threads, const std::string& more) {
     command.add_option("--threads", threads, "Threads; 0: one for each processor" + more)
         ->capture_default_str()

@@ -40,6 +40,15 @@ CLI::Validator file_name();
 /// The parts of a comma-separated list.
 std::vector<std::string> split(const std::string& list);
 
+/// Adds the table that a command reads.
+void add_table(CLI::App& command, std::string& path);
+
+/// Adds the option --output of commands that answer in CSV.
+void add_csv_output(CLI::App& command, std::string& path);
+
+/// Adds the flag --quiet of commands that show progress and notes.
+void add_quiet(CLI::App& command, bool& quiet);
+
 /// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");
 

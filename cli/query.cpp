@@ -241,6 +241,14 @@ void require_writable(const std::string& command, const std::string& option,
         throw std::runtime_error(path.string() + ": the folder cannot be written to");
 }
 
+void require_output(const std::string& command, const std::string& option,
+                    const std::filesystem::path& path,
+                    const std::vector<std::filesystem::path>& inputs,
+                    const std::vector<std::string>& endings) {
+    require_writable(command, option, path, endings);
+    for (const std::filesystem::path& input : inputs) require_different_files(command, input, path);
+}
+
 void require_writable_answer(const std::string& command, const std::filesystem::path& path) {
     if (!is_stream(path.string()) && !takes_what_comes(path))
         require_writable(command, "--output", path);

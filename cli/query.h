@@ -102,6 +102,12 @@ void require_writable(const std::string& command, const std::string& option,
                       const std::filesystem::path& path,
                       const std::vector<std::string>& endings = {});
 
+/// Refuses likewise, and a file that is one of `inputs`.
+void require_output(const std::string& command, const std::string& option,
+                    const std::filesystem::path& path,
+                    const std::vector<std::filesystem::path>& inputs,
+                    const std::vector<std::string>& endings = {});
+
 /// Refuses a file that an answer cannot be written to; write_answer may add to it.
 void require_writable_answer(const std::string& command, const std::filesystem::path& path);
 

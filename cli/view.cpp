@@ -23,8 +23,7 @@ struct ViewOptions {
 };
 
 void run_view(const ViewOptions& options) {
-    require_writable("view", "--output", options.output, {".html"});
-    require_different_files("view", options.table, options.output);
+    require_output("view", "--output", options.output, {options.table}, {".html"});
     const std::string page =
         view_page(read_member("view", options.table, options.reading, options.at));
     {

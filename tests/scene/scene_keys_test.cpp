@@ -5,6 +5,7 @@
 
 #include "keyed_file.h"
 #include "temporary_folder.h"
+#include "small_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -245,8 +245,8 @@ void require_output(const std::string& command, const std::string& option,
                     const std::filesystem::path& path,
                     const std::vector<std::filesystem::path>& inputs,
                     const std::vector<std::string>& endings) {
-    require_writable(command, option, path, endings);
     for (const std::filesystem::path& input : inputs) require_different_files(command, input, path);
+    require_writable(command, option, path, endings);
 }
 
 void require_writable_answer(const std::string& command, const std::filesystem::path& path) {

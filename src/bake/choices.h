@@ -9,6 +9,7 @@
 #include <stratus/transfer/fourier_sum.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -172,12 +173,14 @@ void add_errors(const Recipe& recipe, const ProbedLayer& expected, const Directi
 struct Blend {
     static constexpr int size = std::extent_v<decltype(Stencil::weight)>;
     const ProbedLayer* sample[size] = {};
-    double reflection[size] = {}, transmission[size] = {};
+    PerSide<std::array<double, size>> weight{};
 };
 
-/// Adds the errors of a blend at all directions.
+/// Adds the errors of a blend at all directions. `along`, if any: a factor for each sample over mu, of both
+/// directions.
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
-                      const DirectionGrid& directions, const Blend& blend, Errors& errors);
+                      const DirectionGrid& directions, const Blend& blend, Errors& errors,
+                      const std::vector<double>* along = nullptr);
 
 // ---- what samples are divided by before they are interpolated (lookup.h); 1 over a boundary -----
 

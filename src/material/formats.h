@@ -9,9 +9,11 @@
 #include <bit>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -21,6 +23,9 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
 MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& options);
 MaterialFile make_atlas(const Material& material, const MaterialOptions& options);
 MaterialFile make_slice(const Material& material, const MaterialOptions& options);
+
+/// Returns a MaterialFile::write of these bytes.
+std::function<void(const std::filesystem::path&)> writing(std::vector<char> bytes);
 
 /// Every colour of a material solved at the same cosines.
 std::vector<SolvedStack> solve_colours(const Material& material, const std::vector<double>& mu,
@@ -57,10 +62,8 @@ class Encoder {
     std::size_t size() const { return bytes_.size(); }
     const std::vector<char>& bytes() const { return bytes_; }
 
-    /// Errors   std::system_error.
-    void write(const std::filesystem::path& path) const {
-        write_content(path, {bytes_.data(), bytes_.size()});
-    }
+    /// Returns the whole file, after which nothing is left.
+    std::vector<char> finish() { return std::move(bytes_); }
 
   private:
     std::vector<char> bytes_;

@@ -17,6 +17,7 @@ bool is_transparent(const Stack& stack);
 
 class SolvedStack {
   public:
+    SolvedStack() = default;
     SolvedStack(const Stack& stack, const std::vector<double>& mu, int nodes);
 
     /// R lit from above at many azimuths in radians.
@@ -38,7 +39,7 @@ class SolvedStack {
   private:
     StackSolution above_;
     std::optional<StackSolution> below_;  // of layers that differ and let light through
-    bool transparent_;
+    bool transparent_ = false;
 };
 
 // Grids that strangers look up: cosines even in u = asin(sqrt(mu)) 2 / pi, azimuths even from 0 to

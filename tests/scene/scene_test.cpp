@@ -721,7 +721,7 @@ TEST(SceneOfAStack, HoldsItsLayers) {
         return parse_scene("[camera]\ndistance = 10.0\nelevation_deg = " + view +
                                "\northographic_width = 2.0\n[sun]\nelevation_deg = " + elevation +
                                "\n[layer]\nstack = '" + stack + "'\n" + more + subject,
-                           folder.path().string(), nullptr, "scene.toml")
+                           folder.path().string(), "scene.toml")
             .panels[0];
     };
     const Scene scene = scene_of("two.toml");

@@ -8,12 +8,14 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 
 namespace stratus {
 
 /// The first frame of a scene file.
-inline SceneFile parse_scene(const std::string& text, const std::string& directory = "") {
-    return parse_film(text, directory)[0];
+inline SceneFile parse_scene(const std::string& text, const std::string& directory = "",
+                             const std::string& name = "") {
+    return parse_film(text, directory, nullptr, name)[0];
 }
 
 /// A planet of unit radius before an orthographic camera, the picture 2 wide and high.

@@ -43,7 +43,8 @@ struct PackOptions {
 };
 
 void run_pack(const PackOptions& options) {
-    require_output("pack", "--output", options.output, {options.input}, {packed_ending});
+    require_writable("pack", "--output", options.output, {packed_ending});
+    require_different_files("pack", options.input, options.output);
     if (is_packed(options.input))
         throw std::invalid_argument("pack: TABLE must end in .h5 or .exr, got " + options.input);
     const Table table = read_table(options.input, options.reading);

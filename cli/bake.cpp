@@ -4,7 +4,6 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/ranks.h>
-#include <stratus/bake/shared_writing.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
 #include <stratus/io/atomic_file.h>
@@ -20,7 +19,6 @@
 #include "progress.h"
 #include "query.h"
 #include "signals.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <atomic>
@@ -98,6 +96,39 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
     }
 }
 
+/// A stage as the ranks that deflate see it.
+RankedStage deflating() {
+    RankedStage stage;
+    stage.solve = [](int, std::span<const char> given) { return deflate_part(given); };
+    stage.claimed_ahead = 1;
+    return stage;
+}
+
+/// Writes a .h5 as write_table does, on rank 0 while all others are in help_write; each rank deflates on so many
+/// threads. Besides the table, rank 0 holds the parts that are deflated.
+void write_on_ranks(const Table& table, const std::filesystem::path& path, Ranks& ranks,
+                    int threads, const SampleFiles* samples) {
+    WriteOptions options;
+    options.samples = samples;
+    options.share = [&](const PartsToDeflate& parts) {
+        ranks.share({1});  // there is a side to write
+        RankedStage stage = deflating();
+        stage.count = parts.count;
+        stage.most_ahead = 2 * ranks.count() * threads;
+        stage.give = parts.give;
+        stage.take = parts.take;
+        stage.is_done = [](int) { return false; };
+        stage.progress = [](int) {};
+        ranks.run(stage, threads);
+    };
+    write_table(table, path, options);
+    ranks.share({});
+}
+
+void help_write(Ranks& ranks, int threads) {
+    while (!ranks.share({}).empty()) ranks.run(deflating(), threads);
+}
+
 /// Writes all files of a table, compressed at the same time; with ranks, by all of them.
 void write_files(const Table& table, const std::vector<char>& packed, const BakeCommand& command,
                  const SampleFiles* samples, Ranks* ranks) {
@@ -120,7 +151,7 @@ BakeOptions make_options(const BakeCommand& command, Progress& progress) {
     BakeOptions options;
     options.threads = command.threads;
     options.note = [&](const std::string& line) { progress.note("  " + line); };
-    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    options.progress = std::ref(progress);
     return options;
 }
 
@@ -133,7 +164,7 @@ void run_dry(const BakeCommand& command) {
         const Recipe recipe = read_recipe(command.recipe, &notes);
         tolerance = recipe.tolerance;
         Progress progress(command.quiet);
-        for (const std::string& note : notes) progress.note("note: " + note);
+        progress.notes(notes);
         ahead = forecast(recipe, make_options(command, progress));
     }
     std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
@@ -175,7 +206,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
 
     const auto started = Clock::now();
     Progress progress(command.quiet);
-    for (const std::string& note : notes) progress.note("note: " + note);
+    progress.notes(notes);
     BakeOptions options = make_options(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
@@ -342,7 +373,7 @@ void add_bake(CLI::App& app) {
                      "counts as lost, and the bake ends")
         ->capture_default_str()
         ->check(number("at least 1", [](double seconds) { return seconds >= 1; }));
-    bake->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_quiet(*bake, command->quiet);
     add_keys(*bake, "recipes", recipe_keys());
     bake->footer(
         "Before the first solve, a note tells size and time, and a warning every axis at its cap: "

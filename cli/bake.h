@@ -2,7 +2,7 @@
 #pragma once
 
 #include <stratus/bake/rank_transport.h>
-#include <stratus/bake/work_log.h>
+#include <stratus/bake/bake.h>
 #include <stratus/io/checkpoint.h>
 
 #include <memory>

@@ -1,25 +1,13 @@
-// The subcommands, one file each. Each function registers a command with its options and callback.
+// The subcommands, a file each but for convert, pack and seal. Each function registers a command with its options and callback.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace stratus {
 
-void add_solve(CLI::App& app);
-void add_bake(CLI::App& app);
-void add_eval(CLI::App& app);
-void add_info(CLI::App& app);
-void add_verify(CLI::App& app);
-void add_convert(CLI::App& app);
-void add_pack(CLI::App& app);
-void add_seal(CLI::App& app);
-void add_export(CLI::App& app);
-void add_shader(CLI::App& app);
-void add_fit(CLI::App& app);
-void add_cost(CLI::App& app);
-void add_phase(CLI::App& app);
-void add_plan(CLI::App& app);
-void add_render(CLI::App& app);
-void add_view(CLI::App& app);
+using AddCommand = void(CLI::App& app);
+
+AddCommand add_solve, add_bake, add_eval, add_info, add_verify, add_convert, add_pack, add_seal,
+    add_export, add_shader, add_fit, add_cost, add_phase, add_plan, add_render, add_view;
 
 }  // namespace stratus

@@ -2,7 +2,7 @@
 #include <stratus/bake/cost.h>
 
 #include <stratus/base/number_text.h>
-#include <stratus/picture/cost_plot.h>
+#include <stratus/picture/plots.h>
 
 #include "commands.h"
 #include "options.h"
@@ -100,10 +100,10 @@ void run_cost(const CostCommand& command) {
     const Recipe recipe = read_recipe(command.recipe, &notes);
 
     Progress progress(command.quiet);
-    for (const std::string& note : notes) progress.note("note: " + note);
+    progress.notes(notes);
     CostOptions options = command.options;
     options.note = [&](const std::string& line) { progress.note("  " + line); };
-    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    options.progress = std::ref(progress);
     const CostStudy study = measure_cost(recipe, options);
     write_answer(command.output, [&](std::ostream& out) { write_cost(out, study.points); });
     if (command.svg.empty()) return;
@@ -118,8 +118,7 @@ void add_cost(CLI::App& app) {
     CLI::App* cost =
         app.add_subcommand("cost", "Measure what accuracy costs a recipe in time and bytes");
     cost->add_option("RECIPE", command->recipe, "Recipe, .toml")->required()->check(file_name());
-    cost->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
-        ->check(file_name());
+    add_csv_output(*cost, command->output);
     cost->add_option("--svg", command->svg, "Figure of all points and both frontiers to draw, .svg")
         ->check(file_name());
     cost->add_option("--seconds", command->options.seconds,
@@ -127,7 +126,7 @@ void add_cost(CLI::App& app) {
         ->capture_default_str()
         ->check(number("above 0", [](double seconds) { return seconds > 0; }));
     add_threads(*cost, command->options.threads, ". What is timed runs alone on one");
-    cost->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_quiet(*cost, command->quiet);
     std::string columns =
         "Columns of the CSV, a row a point; empty where one does not belong to it:\n";
     for (const auto& [name, meaning] : cost_columns())

@@ -16,7 +16,6 @@
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "table_option.h"
 
 #include <cmath>
 #include <iostream>
@@ -55,7 +54,7 @@ Effects parse_effects(const std::vector<std::string>& names) {
     for (const auto& [name, effect] : known) named.*effect = false;
     for (const std::string& name : names) {
         const auto effect = known.find(name);
-        require(effect != known.end(), "eval", "--effects", std::string("out of ") + effect_names,
+        require(effect != known.end(), "eval", "--effects", "out of " + std::string(effect_names),
                 name);
         named.*effect->second = true;
     }
@@ -122,21 +121,18 @@ struct QueryPoint {
 };
 
 std::vector<QueryPoint> make_points(const Query& query, const Table& table) {
-    const CsvTable& rows = query.table;
-    const auto value = [&](std::size_t r, const std::string& name) {
-        return rows.rows[r][static_cast<std::size_t>(rows.column(name))];
-    };
-    const auto value_or_only_sample = [&](std::size_t r, const char* name, const Axis& axis) {
-        return rows.has_column(name) ? value(r, name) : axis.values.front();
-    };
     std::vector<QueryPoint> points;
-    points.reserve(rows.rows.size());
-    for (std::size_t r = 0; r < rows.rows.size(); ++r) {
+    points.reserve(query.directions.size());
+    for (std::size_t r = 0; r < query.directions.size(); ++r) {
+        const Row row = query.row(r);
+        const auto value_or_only_sample = [&](const char* name, const Axis& axis) {
+            return row.has(name) ? row[name] : axis.values.front();
+        };
         std::vector<double> member;
-        for (const FamilyAxis& axis : table.family) member.push_back(value(r, axis.name()));
+        for (const FamilyAxis& axis : table.family) member.push_back(row[axis.name()]);
         points.push_back(
-            {{value_or_only_sample(r, "albedo", table.albedo),
-              value_or_only_sample(r, "optical_depth", table.optical_depth), std::move(member)},
+            {{value_or_only_sample("albedo", table.albedo),
+              value_or_only_sample("optical_depth", table.optical_depth), std::move(member)},
              query.directions[r].geometry});
     }
     return points;
@@ -256,8 +252,7 @@ class LayerLookup {
 };
 
 std::vector<Answer> look_up_points(const TableView& table, const std::vector<QueryPoint>& points,
-                                   const CsvTable& query, const Effects& asked,
-                                   OutsideTable outside) {
+                                   const Query& query, const Effects& asked, OutsideTable outside) {
     std::map<LayerKey, std::vector<std::size_t>> rows_by_layer;
     for (std::size_t r = 0; r < points.size(); ++r) rows_by_layer[points[r].layer].push_back(r);
     std::vector<Answer> answers(points.size());
@@ -266,9 +261,8 @@ std::vector<Answer> look_up_points(const TableView& table, const std::vector<Que
             const LayerLookup lookup(table, layer, asked, outside);
             for (const std::size_t r : rows) answers[r] = lookup.at(points[r].geometry);
         } catch (const std::invalid_argument& error) {
-            throw std::invalid_argument(query.name + ", line " +
-                                        std::to_string(query.lines[rows.front()]) + ": " +
-                                        error.what() + "; --clamp looks up the nearest layer");
+            throw std::invalid_argument(query.row(rows.front()).place() + ": " + error.what() +
+                                        "; --clamp looks up the nearest layer");
         }
     }
     return answers;
@@ -356,9 +350,8 @@ void run_eval(const EvalOptions& options) {
 
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
-    const std::vector<Answer> answers =
-        look_up_points(view, points, query.table, effects,
-                       options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+    const std::vector<Answer> answers = look_up_points(
+        view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(points, answers, view, asked.density);
 
     const std::vector<std::string> answered = answer_columns(effects);
@@ -374,7 +367,7 @@ void run_eval(const EvalOptions& options) {
 void add_eval(CLI::App& app) {
     auto options = std::make_shared<EvalOptions>();
     CLI::App* command = app.add_subcommand("eval", "Look up a table at the rows of a query");
-    command->add_option("TABLE", options->table, "Baked table, .h5, .exr or .stratus")->required();
+    add_table(*command, options->table);
     command
         ->add_option("--query", options->query,
                      "CSV with columns " + direction_columns_help +
@@ -384,9 +377,7 @@ void add_eval(CLI::App& app) {
                          "wavelength in um). "
                          "Default or -: standard input")
         ->check(file_name());
-    command
-        ->add_option("-o,--output", options->output, "CSV to write. Default or -: standard output")
-        ->check(file_name());
+    add_csv_output(*command, options->output);
     command
         ->add_option("--effects", options->effects,
                      std::string("What to evaluate, out of ") + effect_names +

@@ -12,7 +12,6 @@
 #include "progress.h"
 #include "query.h"
 #include "signals.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <cmath>
@@ -152,16 +151,14 @@ void run_export(ExportCommand command) {
     std::vector<std::string> notes;
     const Material material = read_material(command, notes);
     Progress progress(command.quiet);
-    for (const std::string& note : notes) progress.note("note: " + note);
-    command.options.progress = [&](double done, const std::string& stage) {
-        progress.show(done, stage);
-    };
+    progress.notes(notes);
+    command.options.progress = std::ref(progress);
     const MaterialFile file = make_material(material, format, command.options);
     {
         const SignalsHeld held;
         write_material(file, command.output);
     }
-    for (const std::string& note : file.notes) progress.note("note: " + note);
+    progress.notes(file.notes);
     progress.note(
         command.output + ": " +
         short_number(static_cast<double>(std::filesystem::file_size(command.output)) / 1e6, 3) +
@@ -226,7 +223,7 @@ void add_export(CLI::App& app) {
                  command->options.accept);
     add_threads(*export_app, command->options.threads);
     add_max_memory(*export_app, command->reading);
-    export_app->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_quiet(*export_app, command->quiet);
     export_app->footer(
         "Examples:\n"
         "  stratus export baked/saturn_rings.stratus --optical-depth 1.5 --albedo 0.95,0.93,0.8 "

@@ -3,24 +3,26 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
+#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/picture/residual_plot.h>
+#include <stratus/picture/plots.h>
 
 #include "commands.h"
-#include "fit_rows.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "table_option.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <ostream>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -34,6 +36,23 @@ struct FitCommand {
     int threads = 0;
     ReadOptions reading;
 };
+
+/// Returns the light that a row observes.
+Light observed_light(const RowDirection& direction) {
+    if (!direction.side) return Light::beam;
+    return *direction.side == Side::reflection ? Light::reflected : Light::transmitted;
+}
+
+/// Returns the word for it in the column side.
+const char* light_word(Light light) {
+    constexpr const char* names[] = {"lit", "unlit", "beam"};
+    return names[static_cast<int>(light)];
+}
+
+bool all_are_beams(const Query& rows) {
+    return std::ranges::all_of(rows.directions,
+                               [](const RowDirection& direction) { return !direction.side; });
+}
 
 /// The observations of one radius of rings, or of one pixel.
 struct Bin {
@@ -56,29 +75,26 @@ std::string column_of_bins(const CsvTable& rows, const std::vector<FamilyAxis>& 
     return "pixel";
 }
 
-/// Columns of what the table's family varies, in the order of its axes; -1: not there.
-std::vector<int> family_columns(const CsvTable& rows, const std::vector<FamilyAxis>& family) {
-    std::vector<int> columns;
-    for (const FamilyAxis& axis : family)
-        columns.push_back(rows.has_column(axis.name()) ? rows.column(axis.name()) : -1);
+/// Refuses columns of what the table's family does not vary.
+void check_family_columns(const CsvTable& rows, const std::vector<FamilyAxis>& family) {
     for (const char* const name : {"g", "wavelength", "variance"})
-        if (rows.has_column(name) && std::ranges::find(columns, rows.column(name)) == columns.end())
+        if (rows.has_column(name) && std::ranges::none_of(family, [&](const FamilyAxis& axis) {
+                return axis.name() == name;
+            }))
             throw std::invalid_argument(rows.name + ": column " + name +
                                         " must be left out unless the table's family varies it");
-    return columns;
 }
 
 /// Parameters of the family that a row states; not-a-number for the others.
-FamilyPoint known_point(const CsvTable& rows, std::size_t r, const std::vector<FamilyAxis>& family,
-                        const std::vector<int>& columns) {
-    std::vector<double> known(family.size(), std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t k = 0; k < family.size(); ++k) {
-        if (columns[k] < 0) continue;
-        known[k] = rows.rows[r][static_cast<std::size_t>(columns[k])];
-        if (!holds(family[k], known[k]))
-            throw std::invalid_argument(
-                rows.name + ", line " + std::to_string(rows.lines[r]) + ": " + family[k].name() +
-                " must be " + allowed_text(family[k]) + ", got " + shortest_text(known[k]));
+FamilyPoint known_point(const Row& row, const std::vector<FamilyAxis>& family) {
+    std::vector<double> known;
+    for (const FamilyAxis& axis : family) {
+        known.push_back(row.has(axis.name()) ? row[axis.name()]
+                                             : std::numeric_limits<double>::quiet_NaN());
+        if (row.has(axis.name()) && !holds(axis, known.back()))
+            throw std::invalid_argument(row.place() + ": " + axis.name() + " must be " +
+                                        allowed_text(axis) + ", got " +
+                                        shortest_text(known.back()));
     }
     return FamilyPoint(known);
 }
@@ -87,23 +103,20 @@ FamilyPoint known_point(const CsvTable& rows, std::size_t r, const std::vector<F
 std::vector<Bin> make_bins(const Query& query, const LayerModel& model) {
     const CsvTable& rows = query.table;
     const std::vector<FamilyAxis> family = model.family();
-    const std::vector<int> of_family = family_columns(rows, family);
+    check_family_columns(rows, family);
     const std::string place_column = column_of_bins(rows, family);
-    const std::size_t brightness = column_index(rows, "brightness"),
-                      sigma = column_index(rows, "sigma");
     std::vector<Bin> bins;
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
-        const std::vector<double>& row = rows.rows[r];
+        const Row row = query.row(r);
         const Light light = observed_light(query.directions[r]);
         if (!model.has(light))
-            throw std::invalid_argument(rows.name + ", line " + std::to_string(rows.lines[r]) +
-                                        ": side must be one that the table holds, got " +
-                                        light_word(light));
-        const double place = place_column.empty() ? 0 : row[column_index(rows, place_column)];
+            throw std::invalid_argument(
+                row.place() + ": side must be one that the table holds, got " + light_word(light));
+        const double place = place_column.empty() ? 0 : row[place_column];
         auto bin = std::ranges::find(bins, place, &Bin::place);
         if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
-        bin->observations.push_back({query.directions[r].geometry, light, row[brightness],
-                                     row[sigma], known_point(rows, r, family, of_family)});
+        bin->observations.push_back({query.directions[r].geometry, light, row["brightness"],
+                                     row["sigma"], known_point(row, family)});
         bin->rows.push_back(r);
     }
     if (bins.empty()) throw std::invalid_argument(rows.name + ": no observations");
@@ -268,6 +281,69 @@ std::vector<double> model_values(const std::vector<Bin>& bins, const std::vector
     return values;
 }
 
+/// Beams come from behind: their phase angle is 180 degrees.
+double phase_angle_deg(const RowDirection& at) {
+    if (!at.side) return 180;
+    return 180 - degrees(std::acos(cos_scattering_angle(*at.side, at.geometry)));
+}
+
+/// The angle is beyond 90 degrees on the unlit side.
+double emission_angle_deg(const RowDirection& at) {
+    const double angle = degrees(std::acos(at.geometry.mu_out));
+    return at.side == Side::transmission ? 180 - angle : angle;
+}
+
+std::size_t count_distinct(const std::vector<double>& angles_deg) {
+    constexpr double per_degree = 100;
+    std::set<double> rounded;
+    for (const double angle : angles_deg) rounded.insert(std::round(angle * per_degree));
+    return rounded.size();
+}
+
+/// Returns the title of a figure's axis, and where its rows are along it: over the wavelength if that is a
+/// column, else over the phase angle, or over the emission angle if that takes more values.
+std::pair<std::string, std::vector<double>> plot_places(const Query& query) {
+    std::vector<double> wavelengths, phases, emissions;
+    if (query.table.has_column("wavelength")) {
+        for (std::size_t r = 0; r < query.directions.size(); ++r)
+            wavelengths.push_back(query.row(r)["wavelength"]);
+        return {"wavelength (um)", wavelengths};
+    }
+    for (const RowDirection& direction : query.directions) {
+        phases.push_back(phase_angle_deg(direction));
+        emissions.push_back(emission_angle_deg(direction));
+    }
+    if (count_distinct(emissions) > count_distinct(phases))
+        return {"emission angle (degrees)", emissions};
+    return {"phase angle (degrees)", phases};
+}
+
+/// Writes the rows with columns model and residual; `model` has a value for each row.
+void write_rows(std::ostream& out, const Query& query, const std::vector<double>& model) {
+    const std::vector<std::string> columns{"model", "residual"};
+    write_answer_header(out, query, columns);
+    for (std::size_t r = 0; r < model.size(); ++r)
+        write_answer_row(out, query, r, columns, {model[r], query.row(r)["brightness"] - model[r]});
+}
+
+/// Returns a figure of the rows.
+ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) {
+    ResidualPlot plot;
+    plot.title = "Fit of " + std::filesystem::path(query.table.name).filename().string();
+    const auto [x_title, places] = plot_places(query);
+    plot.x_title = x_title;
+    plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";
+    for (const Light light : {Light::reflected, Light::transmitted, Light::beam}) {
+        ResidualSeries series{light_word(light), {}};
+        for (std::size_t r = 0; r < model.size(); ++r)
+            if (observed_light(query.directions[r]) == light)
+                series.points.push_back(
+                    {places[r], query.row(r)["brightness"], query.row(r)["sigma"], model[r]});
+        if (!series.points.empty()) plot.series.push_back(std::move(series));
+    }
+    return plot;
+}
+
 /// Refuses files to write, before any work.
 void check_files(const FitCommand& command) {
     if (!command.output.empty()) {
@@ -276,8 +352,7 @@ void check_files(const FitCommand& command) {
     }
     if (!command.svg.empty()) require_writable("fit", "--svg", command.svg, {".svg"});
     if (command.rows.empty()) return;
-    require_writable("fit", "--rows", command.rows);
-    require_different_files("fit", command.observations, command.rows);
+    require_output("fit", "--rows", command.rows, {command.observations});
 }
 
 void run_fit(const FitCommand& command) {
@@ -358,8 +433,7 @@ void add_fit(CLI::App& app) {
         ->required()
         ->check(file_name());
     add_model_options(*fit, *command);
-    fit->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
-        ->check(file_name());
+    add_csv_output(*fit, command->output);
     fit->add_option(
            "--rows", command->rows,
            "CSV to write: the rows of OBSERVATIONS with columns model, what the fit makes of "

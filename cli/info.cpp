@@ -7,7 +7,7 @@
 
 #include "commands.h"
 #include "query.h"
-#include "table_option.h"
+#include "options.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -183,10 +183,8 @@ void draw_picture(const AnyTable& table, const InfoOptions& options) {
 }
 
 void run_info(const InfoOptions& options) {
-    if (!options.picture.empty()) {
-        require_different_files("info", options.table, options.picture);
-        require_writable("info", "--picture", options.picture, {".png"});
-    }
+    if (!options.picture.empty())
+        require_output("info", "--picture", options.picture, {options.table}, {".png"});
     const AnyTable given = read_intact_table(options.table, options.reading);
     const Table& table = given.table();
     if (!options.picture.empty()) draw_picture(given, options);
@@ -202,7 +200,7 @@ void run_info(const InfoOptions& options) {
 void add_info(CLI::App& app) {
     auto options = std::make_shared<InfoOptions>();
     CLI::App* command = app.add_subcommand("info", "Show what a table holds and how it was made");
-    command->add_option("TABLE", options->table, "Baked table, .h5, .exr or .stratus")->required();
+    add_table(*command, options->table);
     command->add_option("--picture", options->picture, "Portrait of the table to draw, .png");
     add_max_memory(*command, options->reading);
     command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");

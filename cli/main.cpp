@@ -67,22 +67,11 @@ int run(int argc, char** argv) {
         "Example:\n  stratus info saturn_rings.h5\n"
         "Options of each command: stratus COMMAND --help");
     app.require_subcommand(0, 1);  // 0: with 1, CLI11 would not name a misspelt one
-    stratus::add_solve(app);
-    stratus::add_bake(app);
-    stratus::add_eval(app);
-    stratus::add_info(app);
-    stratus::add_verify(app);
-    stratus::add_convert(app);
-    stratus::add_pack(app);
-    stratus::add_seal(app);
-    stratus::add_export(app);
-    stratus::add_shader(app);
-    stratus::add_fit(app);
-    stratus::add_cost(app);
-    stratus::add_phase(app);
-    stratus::add_plan(app);
-    stratus::add_render(app);
-    stratus::add_view(app);
+    using namespace stratus;
+    for (AddCommand* const add :
+         {add_solve, add_bake, add_eval, add_info, add_verify, add_convert, add_pack, add_seal,
+          add_export, add_shader, add_fit, add_cost, add_phase, add_plan, add_render, add_view})
+        add(app);
 
     try {
         app.parse(argc, argv);

@@ -3,19 +3,20 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
-#include <stratus/transfer/reference/isotropic.h>
-#include <stratus/transfer/reference/markov.h>
+#include <stratus/base/number_text.h>
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
 
+#include "query.h"
+
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <ostream>
 
 namespace stratus {
-
 namespace {
 
 /// The distinct cosines of geometries, and where each is in the list.
@@ -47,14 +48,14 @@ std::vector<double> beams(double optical_depth, const std::vector<double>& mu) {
     return list;
 }
 
-/// Fluxes of a solution. `absorptance`: under uniform illumination, with the name it goes by.
+/// Fluxes of a solution. `orders`: the last one that is solved, 0: all.
 template <class Solution>
 MethodFluxes list_fluxes(const Solution& solution, const std::vector<double>& mu,
-                         double optical_depth, std::pair<std::string, double> absorptance) {
+                         double optical_depth, double absorptance, int orders = 0) {
     MethodFluxes fluxes;
     fluxes.uniform = {{"spherical_albedo", solution.spherical_albedo},
                       {"total_transmittance", solution.total_transmittance},
-                      std::move(absorptance)};
+                      {orders ? "absorptance_and_higher_orders" : "absorptance", absorptance}};
     if (mu.empty()) return fluxes;
     fluxes.lists = {{"mu_in", mu},
                     {"plane_albedo", to_list(solution.plane_albedo)},
@@ -63,11 +64,10 @@ MethodFluxes list_fluxes(const Solution& solution, const std::vector<double>& mu
     return fluxes;
 }
 
-/// Absorptance of a layer under uniform illumination. `orders`: the last one that is solved, 0: all.
+/// Absorptance of a layer under uniform illumination.
 template <class Solution>
-std::pair<std::string, double> labelled_absorptance(const Solution& layer, int orders) {
-    return {orders ? "absorptance_and_higher_orders" : "absorptance",
-            1 - layer.spherical_albedo - layer.total_transmittance};
+double lost_light(const Solution& layer) {
+    return 1 - layer.spherical_albedo - layer.total_transmittance;
 }
 
 /// Fluxes are made of the first azimuthal mode alone.
@@ -90,10 +90,9 @@ std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows_by(Solv
     };
 }
 
-std::vector<std::string> error_columns() { return {"reflection_error", "transmission_error"}; }
-
-std::vector<std::string> order_columns(int orders) {
-    std::vector<std::string> columns;
+/// Columns of errors, and of every order up to the last that is solved.
+std::vector<std::string> error_columns(int orders = 0) {
+    std::vector<std::string> columns{"reflection_error", "transmission_error"};
     for (const char* side : {"reflection_order_", "transmission_order_"})
         for (int n = 1; n <= orders; ++n) columns.push_back(side + std::to_string(n));
     return columns;
@@ -122,9 +121,8 @@ Method by_classic(const LayerQuestion& question) {
         });
     method.fluxes = [=](const std::vector<double>& mu) {
         const LayerSolution solution = solve(mu, flux_only(options));
-        auto absorptance = labelled_absorptance(solution, 0);
-        if (question.albedo == 1) absorptance.second = 0;
-        return list_fluxes(solution, mu, question.optical_depth, std::move(absorptance));
+        return list_fluxes(solution, mu, question.optical_depth,
+                           question.albedo == 1 ? 0 : lost_light(solution));
     };
     return method;
 }
@@ -133,17 +131,8 @@ MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
                            const std::vector<double>& mu) {
     const SolvedFluxes solved = solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
     const bool is_over = stack.lower_boundary.is_present();
-    double depth = 0;
-    bool is_conservative = options.orders == 0 && (!is_over || stack.lower_boundary.albedo == 1);
-    for (const StackLayer& layer : stack.layers) {
-        depth += layer.optical_depth;
-        is_conservative = is_conservative && layer.albedo == 1;
-    }
-    auto absorptance = labelled_absorptance(solved, options.orders);
-    // The boundary's share is part of it: what falls on the boundary is not lost.
-    if (is_over) absorptance.second = 1 - solved.spherical_albedo;
-    if (is_conservative) absorptance.second = 0;
-    MethodFluxes fluxes = list_fluxes(solved, mu, depth, std::move(absorptance));
+    MethodFluxes fluxes = list_fluxes(solved, mu, stack.optical_depth(),
+                                      absorptance(stack, solved, options.orders), options.orders);
     if (is_over) {
         fluxes.uniform.emplace_back("ground_absorptance", solved.spherical_ground_absorptance);
         if (!mu.empty())
@@ -196,71 +185,6 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
 }
 
 // ---- the reference solvers ---------------------------------------------------------------------
-
-Method by_h_function(const LayerQuestion& question) {
-    require(question.phase_function.is_isotropic(), "solve", "--phase",
-            "isotropic for the scheme h-function", question.phase_function.text());
-    const auto solve = [=](const std::vector<double>& mu) {
-        const std::vector<double> cosines = mu.empty() ? std::vector<double>{1} : mu;
-        return question.nodes ? solve_isotropic(question.albedo, question.optical_depth, cosines,
-                                                question.nodes)
-                              : solve_isotropic(question.albedo, question.optical_depth, cosines);
-    };
-    Method method;
-    const auto row = [=](const IsotropicSolution& solution, const Geometry& at, int in,
-                         int out) -> MethodRow {
-        const auto part = [&](Side side, double all) {
-            const double once = single_scattering(side, 1, question.albedo, question.optical_depth,
-                                                  at.mu_in, at.mu_out);
-            return SolvedValue{all, once, all - once};
-        };
-        return {part(Side::reflection, solution.reflection(in, out)),
-                part(Side::transmission, solution.transmission(in, out)),
-                {}};
-    };
-    method.rows = rows_by(solve, row);
-    method.fluxes = [=](const std::vector<double>& mu) {
-        const IsotropicSolution solution = solve(mu);
-        auto absorptance = labelled_absorptance(solution, 0);
-        if (question.albedo == 1) absorptance.second = 0;
-        return list_fluxes(solution, mu, question.optical_depth, std::move(absorptance));
-    };
-    return method;
-}
-
-Method by_markov(const LayerQuestion& question) {
-    MarkovOptions options;
-    if (question.nodes) options.nodes = question.nodes;
-    if (question.sublayers) options.sublayers = question.sublayers;
-    options.orders = question.orders;
-    const auto solve = [=](const std::vector<double>& mu, const MarkovOptions& with) {
-        return solve_markov(question.phase_function, question.albedo, question.optical_depth, mu,
-                            with);
-    };
-    Method method;
-    method.more_columns = error_columns();
-    for (const std::string& column : order_columns(question.orders))
-        method.more_columns.push_back(column);
-    const auto row = [=](const MarkovSolution& solution, const Geometry& at, int in, int out) {
-        const MarkovValue R = solution.reflection(in, out, at.azimuth);
-        const MarkovValue T = solution.transmission(in, out, at.azimuth);
-        MethodRow row{R.value, T.value, {R.error, T.error}};
-        for (int n = 1; n <= question.orders; ++n)
-            row.more.push_back(solution.reflection_of_order(n, in, out, at.azimuth));
-        for (int n = 1; n <= question.orders; ++n)
-            row.more.push_back(solution.transmission_of_order(n, in, out, at.azimuth));
-        return row;
-    };
-    method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); }, row);
-    method.fluxes = [=](const std::vector<double>& mu) {
-        const MarkovSolution solution = solve(mu, flux_only(options));
-        MethodFluxes fluxes = list_fluxes(solution.layer, mu, question.optical_depth,
-                                          labelled_absorptance(solution.layer, question.orders));
-        fluxes.uniform.emplace_back("error", solution.flux_error);
-        return fluxes;
-    };
-    return method;
-}
 
 Method by_photons(const LayerQuestion& question) {
     PhotonOptions options;
@@ -321,12 +245,29 @@ Method by_photons(const LayerQuestion& question) {
     };
     return method;
 }
+std::vector<Geometry> make_geometries(const Query& query) {
+    std::vector<Geometry> geometries;
+    for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
+    return geometries;
+}
+
+/// The largest relative error of what the rows ask for.
+double worst_error(const SolvedGeometries& solved, const Query& query) {
+    double worst = 0;
+    for (std::size_t r = 0; r < solved.at.size(); ++r) {
+        const SolvedGeometry& at = solved.at[r];
+        const std::optional<Side> side = query.directions[r].side;
+        if (side != Side::transmission)
+            worst = std::max(worst, relative_error(at.reflection.total, at.reflection_error));
+        if (side != Side::reflection)
+            worst = std::max(worst, relative_error(at.transmission.total, at.transmission_error));
+    }
+    return worst;
+}
 
 }  // namespace
 
 Method make_method(const LayerQuestion& question) {
-    if (question.scheme == "h-function") return by_h_function(question);
-    if (question.scheme == "markov") return by_markov(question);
     if (question.scheme == "photons") return by_photons(question);
     if (question.scheme == "classic") return by_classic(question);
     return make_method(
@@ -348,9 +289,7 @@ Method make_method(const Stack& stack, const LayerQuestion& question) {
     Method method;
     // With orders, these are solved at all cosines that are given at once.
     if (question.orders == 0) method.max_cosines = std::numeric_limits<std::size_t>::max();
-    method.more_columns = error_columns();
-    for (const std::string& column : order_columns(question.orders))
-        method.more_columns.push_back(column);
+    method.more_columns = error_columns(question.orders);
     method.rows = [=](const std::vector<Geometry>& geometries) {
         return solved_rows(stack, options, geometries);
     };
@@ -358,6 +297,54 @@ Method make_method(const Stack& stack, const LayerQuestion& question) {
         return solved_fluxes(stack, options, mu);
     };
     return method;
+}
+
+std::string answer_fluxes_inside(const LevelsCommand& command) {
+    const auto& [layers, boundary] = command.stack;
+    const SolvedInside solved =
+        solve_fluxes_inside(layers, boundary, command.levels, command.mu_in, command.options);
+    write_answer(command.output, [&](std::ostream& out) {
+        out << "level,mu_in,direct_flux,diffuse_flux,upward_flux,actinic_flux,heating_rate,error\n";
+        for (const FluxesAtLevel& at : solved.levels)
+            for (std::size_t i = 0; i < command.mu_in.size(); ++i) {
+                out << shortest_text(at.optical_depth) << ',' << shortest_text(command.mu_in[i]);
+                for (const double value : {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i],
+                                           at.heating_rate[i], solved.error})
+                    out << ',' << full_text(value);
+                out << '\n';
+            }
+    });
+    const double tolerance = command.options.tolerance;
+    return tolerance > 0 && solved.relative_error > tolerance ? "see error" : "";
+}
+
+std::string answer_query_inside(const LevelsCommand& command) {
+    const Stack& stack = command.stack;
+    const std::vector<std::string> columns{
+        "level",           "upward",          "downward",          "upward_single",
+        "downward_single", "upward_multiple", "downward_multiple", "upward_error",
+        "downward_error"};
+    require_different_files("solve", command.query, command.output);
+    const Query query = read_query(command.query, {});
+    const std::vector<Geometry> geometries = make_geometries(query);
+    double worst = 0;
+    write_answer(command.output, [&](std::ostream& out) {
+        write_answer_header(out, query, columns);
+        for (const double level : command.levels) {
+            const SolvedGeometries solved = solve_geometries_inside(
+                stack.layers, stack.lower_boundary, level, geometries, command.options);
+            worst = std::max(worst, worst_error(solved, query));
+            for (std::size_t r = 0; r < geometries.size(); ++r) {
+                const auto& [up, down, up_error, down_error] = solved.at[r];
+                write_answer_row(out, query, r, columns,
+                                 {level, up.total, down.total, up.single, down.single, up.multiple,
+                                  down.multiple, up_error, down_error});
+            }
+        }
+    });
+    const double tolerance = command.options.tolerance;
+    if (tolerance == 0 || worst <= tolerance) return "";
+    return "the largest relative error is some " + short_number(worst);
 }
 
 }  // namespace stratus

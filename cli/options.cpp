@@ -1,10 +1,16 @@
 #include "options.h"
 
+#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/table/family_member.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <filesystem>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -13,6 +19,13 @@ namespace {
 
 std::string refusal(const std::string& allowed, const std::string& met) {
     return "must be " + allowed + ", got " + (met.empty() ? "nothing" : met);
+}
+/// A family's first member, as an example.
+std::string example_point(const std::vector<FamilyAxis>& family) {
+    std::vector<std::string> parts;
+    for (const FamilyAxis& axis : family)
+        parts.push_back(std::string(axis.name()) + "=" + shortest_text(axis.axis.values.front()));
+    return joined(parts, ",");
 }
 
 }  // namespace
@@ -61,6 +74,19 @@ std::vector<std::string> split(const std::string& list) {
     std::istringstream text(list);
     for (std::string part; std::getline(text, part, ',');) parts.push_back(part);
     return parts;
+}
+
+void add_table(CLI::App& command, std::string& path) {
+    command.add_option("TABLE", path, "Baked table, .h5, .exr or .stratus")->required();
+}
+
+void add_csv_output(CLI::App& command, std::string& path) {
+    command.add_option("-o,--output", path, "CSV to write. Default or -: standard output")
+        ->check(file_name());
+}
+
+void add_quiet(CLI::App& command, bool& quiet) {
+    command.add_flag("--quiet", quiet, "No progress, no notes");
 }
 
 void add_threads(CLI::App& command, int& threads, const std::string& more) {
@@ -147,6 +173,100 @@ Opposition parse_opposition(const std::string& command, const std::string& text,
             "these two, got " +
             text);
     return Opposition::hapke(amplitude, width);
+}
+
+double parameter_value(const std::string& text, PhaseParameter parameter) {
+    double value = 0;
+    const std::size_t end = read_number(text, value);
+    const std::string unit = end > 0 ? text.substr(end) : "?";
+    const bool is_length = parameter_unit(parameter) == std::string("um");
+    if (unit.empty() || (is_length && unit == "um")) return value;
+    return is_length && unit == "nm" ? value / 1000 : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string at_help(const std::string& more) {
+    return "Member of a table's family, such as radius=8,wavelength=0.55: all parameters that the "
+           "table varies (g, variance, mixture; radius and wavelength in um)" +
+           more;
+}
+
+FamilyPoint parse_point(const char* caller, const std::string& at,
+                        const std::vector<FamilyAxis>& family, const std::string& path) {
+    if (family.empty()) {
+        require(at.empty(), caller, "--at",
+                "left out for " + path + ", which is of one phase function", at);
+        return {};
+    }
+    const std::string example = "as in " + example_point(family);
+    require(!at.empty(), caller, "--at", "given for " + path + ", " + example, "nothing");
+    std::vector<double> values(family.size(), std::numeric_limits<double>::quiet_NaN());
+    std::istringstream parts(at);
+    for (std::string part; std::getline(parts, part, ',');) {
+        const std::size_t equals = part.find('=');
+        const std::string name = part.substr(0, equals);
+        std::size_t axis = 0;
+        while (axis < family.size() && family[axis].name() != name) ++axis;
+        require(equals != std::string::npos && axis < family.size() && std::isnan(values[axis]),
+                caller, "--at", "NAME=VALUE of each parameter of " + path + ", " + example, at);
+        values[axis] = parameter_value(part.substr(equals + 1), family[axis].parameter);
+        require(holds(family[axis], values[axis]), caller, "--at " + name,
+                allowed_text(family[axis]), part.substr(equals + 1));
+    }
+    for (std::size_t k = 0; k < family.size(); ++k)
+        require(!std::isnan(values[k]), caller, "--at",
+                "NAME=VALUE of each parameter of " + path + ", " + example, at);
+    return FamilyPoint(values);
+}
+
+PackedTable read_member(const char* caller, const std::string& path, const ReadOptions& options,
+                        const std::string& at) {
+    if (at.empty()) {
+        PackedTable table = read_packed_table(path, options);
+        parse_point(caller, at, table.header().family, path);
+        return table;
+    }
+    const Table table = read_samples(path, options);
+    return PackedTable(pack(table_at(table, parse_point(caller, at, table.family, path))));
+}
+
+void add_drop(CLI::App& command, std::string& names) {
+    command
+        .add_option("--drop", names,
+                    "Effects to leave out whatever they change, even those that the scene names: "
+                    "NAME[,NAME]")
+        ->check(file_name());
+}
+
+void add_width(CLI::App& command, int& width) {
+    command.add_option("--width", width, "Pixels, instead of the scene's; 0: the scene's")
+        ->capture_default_str()
+        ->check(whole_number(0, 16384));
+}
+
+void add_cache(CLI::App& command, CacheOptions& options) {
+    constexpr long long mebibyte = 1 << 20;
+    command.add_flag("--no-cache", options.off, "Neither look for kept tables nor keep any");
+    command
+        .add_option_function<long long>(
+            "--cache-limit",
+            [&options](const long long& size) {
+                options.limit = static_cast<std::uintmax_t>(size * mebibyte);
+            },
+            "Size of all kept tables, in MiB, beyond which those longest unused are removed. "
+            "Default: 2048")
+        ->check(whole_number(0, 1LL << 40));
+}
+
+std::string panel_name(const SceneFile& file, std::size_t panel) {
+    const std::string& title = file.panels[panel].title;
+    if (!title.empty()) return shown(title);
+    return file.panels.size() == 1 ? "the picture" : "panel " + std::to_string(panel + 1);
+}
+
+std::optional<TableCache> open_cache(const CacheOptions& options) {
+    const std::filesystem::path folder = default_cache_folder();
+    if (options.off || folder.empty()) return std::nullopt;
+    return TableCache(folder, options.limit);
 }
 
 }  // namespace stratus

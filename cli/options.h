@@ -1,14 +1,24 @@
-// Options that several commands have, and validators, which refuse in the house form: option, allowed
+// Options that several commands have, the tables and caches that they name, and validators, which refuse in the house form: option, allowed
 // range, value met.
 //
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
 #include <stratus/bake/keys.h>
+#include <stratus/io/table_file.h>
 #include <stratus/layer/effects.h>
+#include <stratus/phase/phase_family.h>
+#include <stratus/scene/scene.h>
+#include <stratus/scene/table_cache.h>
+#include <stratus/table/packed_table.h>
 
 #include <CLI/CLI.hpp>
 
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -29,6 +39,15 @@ CLI::Validator file_name();
 
 /// The parts of a comma-separated list.
 std::vector<std::string> split(const std::string& list);
+
+/// Adds the table that a command reads.
+void add_table(CLI::App& command, std::string& path);
+
+/// Adds the option --output of commands that answer in CSV.
+void add_csv_output(CLI::App& command, std::string& path);
+
+/// Adds the flag --quiet of commands that show progress and notes.
+void add_quiet(CLI::App& command, bool& quiet);
 
 /// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");
@@ -53,5 +72,89 @@ double parse_density(const std::string& command, const std::string& text);
 ///
 /// Errors   std::invalid_argument naming the command.
 Opposition parse_opposition(const std::string& command, const std::string& text, double density);
+
+// Reading a table in a command; the options --max-memory and --at, which takes one member of a family:
+// "radius=8,wavelength=0.55", by the names, and in the units, of a query's columns.
+
+inline void add_max_memory(CLI::App& command, ReadOptions& options) {
+    constexpr long long mebibyte = 1 << 20;
+    command
+        .add_option_function<long long>(
+            "--max-memory",
+            [&options](const long long& size) {
+                options.max_memory = static_cast<std::uintmax_t>(size * mebibyte);
+            },
+            "Memory for reading the table, in MiB. Default: half of the machine's")
+        ->check(whole_number(1, 1LL << 40));
+}
+
+inline bool is_packed(const std::filesystem::path& path) {
+    return path.extension() == packed_ending;
+}
+
+/// Reads a table of any kind, and refuses a packed one that is not as it was written.
+inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadOptions& options) {
+    AnyTable table = read_any_table(path, options);
+    if (table.packed() && !table.packed()->is_intact())
+        throw std::runtime_error(
+            path.string() +
+            ": numbers or texts are not those of its checksum; bake or pack it "
+            "again");
+    return table;
+}
+
+/// Reads a table with its samples; those of a packed one are evaluated.
+inline Table read_samples(const std::filesystem::path& path, const ReadOptions& options) {
+    if (!is_packed(path)) return read_table(path, options);
+    return read_intact_table(path, options).packed()->unpacked();
+}
+
+/// Refuses a file that is neither .h5 nor .exr, before a long read finds out.
+inline void require_table_ending(const char* command, const char* argument,
+                                 const std::filesystem::path& path) {
+    if (path.extension() == ".h5" || path.extension() == ".exr") return;
+    throw std::invalid_argument(std::string(command) + ": " + argument +
+                                " must end in .h5 or .exr, got " + path.string());
+}
+
+/// A table ready for lookups: a packed one mapped, another one read and packed.
+inline PackedTable read_packed_table(const std::string& path, const ReadOptions& options) {
+    if (is_packed(path)) return PackedTable(path);
+    return PackedTable(pack(read_table(path, options)));
+}
+
+/// Returns the help of --at. Where there are several, `more` says what they are for.
+std::string at_help(const std::string& more = "");
+
+/// The point that the option names, within the family; of a table without a family, none.
+///
+/// Errors   std::invalid_argument for what names no member of the family, for an option that is
+///          missing, "", or given to a table without a family; `path`: the table's.
+FamilyPoint parse_point(const char* caller, const std::string& at,
+                        const std::vector<FamilyAxis>& family, const std::string& path);
+
+/// A number; of lengths um or nm may follow, um without it. Not-a-number where it is none.
+double parameter_value(const std::string& text, PhaseParameter parameter);
+
+/// A table ready for lookups, of one member where it has several.
+PackedTable read_member(const char* caller, const std::string& path, const ReadOptions& options,
+                        const std::string& at);
+
+// Options that the commands on scenes share: --drop, --width, and the cache of tables.
+
+struct CacheOptions {
+    bool off = false;
+    std::uintmax_t limit = default_cache_limit;
+};
+
+void add_drop(CLI::App& command, std::string& names);
+void add_width(CLI::App& command, int& width);
+void add_cache(CLI::App& command, CacheOptions& options);
+
+/// Returns the name that messages give a panel: its title, or its number.
+std::string panel_name(const SceneFile& file, std::size_t panel);
+
+/// None where it is switched off or no folder is known.
+std::optional<TableCache> open_cache(const CacheOptions& options);
 
 }  // namespace stratus

@@ -3,7 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/picture/line_plot.h>
+#include <stratus/picture/plots.h>
 
 #include "commands.h"
 #include "options.h"
@@ -152,8 +152,7 @@ void add_phase(CLI::App& app) {
         ->capture_default_str()
         ->check(number("in [0.001, 90]", [](double step) { return step >= 0.001 && step <= 90; }))
         ->excludes(moments);
-    phase->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
-        ->check(file_name());
+    add_csv_output(*phase, command->output);
     phase->add_option("--svg", command->svg, "Figure to draw, .svg: all over the scattering angle")
         ->check(file_name());
     phase->add_flag("--quiet", command->quiet, "No summary, no notes");

@@ -15,7 +15,6 @@
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "scene_options.h"
 #include "signals.h"
 
 #include <algorithm>
@@ -380,14 +379,9 @@ void write_recipe(const std::string& recipe, const std::string& path) {
 }
 
 void run_plan(const PlanCommand& command) {
-    if (!command.recipe.empty()) {
-        require_writable("plan", "--write", command.recipe);
-        require_different_files("plan", command.scene, command.recipe);
-    }
-    if (!command.picture.empty()) {
-        require_writable("plan", "--picture", command.picture, {".png"});
-        require_different_files("plan", command.scene, command.picture);
-    }
+    if (!command.recipe.empty()) require_output("plan", "--write", command.recipe, {command.scene});
+    if (!command.picture.empty())
+        require_output("plan", "--picture", command.picture, {command.scene}, {".png"});
     Progress progress(command.quiet);
     std::vector<std::string> notes;
     const auto start = Clock::now();
@@ -395,7 +389,7 @@ void run_plan(const PlanCommand& command) {
     std::vector<SceneFile> film = read_film(command.scene, &notes);
     const SceneFile& file = film[0];
     const double reading = processor_seconds() - started;
-    for (const std::string& note : notes) progress.note("note: " + note);
+    progress.notes(notes);
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
@@ -403,7 +397,7 @@ void run_plan(const PlanCommand& command) {
     const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
     BakeOptions options;
     options.threads = command.threads;
-    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    options.progress = std::ref(progress);
     std::optional<TableCache> cache = open_cache(command.cache);
     const FileReport report =
         report_plans(file.panels, options, cache ? &*cache : nullptr,
@@ -463,7 +457,7 @@ void add_plan(CLI::App& app) {
     add_width(*plan, command->width);
     add_cache(*plan, command->cache);
     add_threads(*plan, command->threads);
-    plan->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_quiet(*plan, command->quiet);
     plan->footer(
         "The first line says what to simulate. Largest changes with ~ are estimates over all that "
         "the\n"

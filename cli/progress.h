@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -20,8 +21,14 @@ class Progress {
     /// Share done [0, 1] of a stage; a new stage, or less done than before, starts its own clock.
     void show(double done, const std::string& stage);
 
+    void operator()(double done, const std::string& stage) { show(done, stage); }
+
     /// A line of its own, clear of the bar.
     void note(const std::string& line);
+    /// What reading a file had to tell.
+    void notes(const std::vector<std::string>& notes) {
+        for (const std::string& each : notes) note("note: " + each);
+    }
 
   private:
     using Clock = std::chrono::steady_clock;

@@ -58,10 +58,6 @@ bool is_observed(const CsvTable& rows) {
                                [&](const std::string& name) { return rows.has_column(name); });
 }
 
-std::string row_place(const CsvTable& rows, std::size_t r) {
-    return rows.name + ", line " + std::to_string(rows.lines[r]);
-}
-
 bool contains(const std::vector<std::string>& words, const std::string& word) {
     return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -85,14 +81,13 @@ void check_columns(const CsvTable& query, const std::vector<std::string>& of_dir
 void check_values(const CsvTable& query, bool signed_mu_out) {
     for (std::size_t r = 0; r < query.rows.size(); ++r)
         for (const ColumnRange& plain : column_ranges) {
+            const Row row(query, r);
             const bool either = signed_mu_out && std::strcmp(plain.column, either_side.column) == 0;
             const ColumnRange& range = either ? either_side : plain;
-            if (!query.has_column(range.column)) continue;
-            const double value =
-                query.rows[r][static_cast<std::size_t>(query.column(range.column))];
-            if (range.holds(value)) continue;
-            throw std::invalid_argument(row_place(query, r) + ": " + range.column + " must be " +
-                                        range.allowed + ", got " + shortest_text(value));
+            if (!row.has(range.column) || range.holds(row[range.column])) continue;
+            throw std::invalid_argument(row.place() + ": " + range.column + " must be " +
+                                        range.allowed + ", got " +
+                                        shortest_text(row[range.column]));
         }
 }
 
@@ -113,24 +108,9 @@ CsvTable read_rows(const std::string& path, const std::vector<CsvWords>& words) 
     return is_stream(path) ? read_csv(std::cin, "standard input", words) : read_csv(path, words);
 }
 
-/// Numbers of a row by the names of columns.
-class Row {
-  public:
-    Row(const CsvTable& rows, std::size_t r) : rows_(rows), r_(r) {}
-
-    bool has(const char* column) const { return rows_.has_column(column); }
-    double operator[](const char* column) const {
-        return rows_.rows[r_][static_cast<std::size_t>(rows_.column(column))];
-    }
-
-  private:
-    const CsvTable& rows_;
-    std::size_t r_;
-};
-
-RowDirection observed_direction(const Row& row, const std::string& line) {
+RowDirection observed_direction(const Row& row) {
     const ObservedAngles angles{row["incidence_deg"], row["emission_deg"], row["phase_deg"]};
-    const auto [geometry, side] = observed_geometry(angles, line.c_str());
+    const auto [geometry, side] = observed_geometry(angles, row.place().c_str());
     return {geometry, side};
 }
 
@@ -139,23 +119,23 @@ RowDirection cosine_direction(const Row& row) {
 }
 
 /// A beam leaves along the line of sight; nothing else of its direction counts.
-RowDirection beam_direction(const Row& row, const std::string& line) {
+RowDirection beam_direction(const Row& row) {
     if (!row.has("emission_deg")) return {{row["mu_out"], row["mu_out"], 0}};
     const double emission = row["emission_deg"];
-    return {observed_geometry({0, emission, emission}, line.c_str()).geometry};
+    return {observed_geometry({0, emission, emission}, row.place().c_str()).geometry};
 }
 
-RowDirection observation_direction(const Row& row, const std::string& line) {
+RowDirection observation_direction(const Row& row) {
     const int stated = row.has("side") ? static_cast<int>(row["side"]) : -1;
-    if (stated == beam) return beam_direction(row, line);
+    if (stated == beam) return beam_direction(row);
     if (!row.has("emission_deg")) {
         RowDirection direction = cosine_direction(row);
         direction.side = stated == 1 || row["mu_out"] < 0 ? Side::transmission : Side::reflection;
         return direction;
     }
-    const RowDirection direction = observed_direction(row, line);
+    const RowDirection direction = observed_direction(row);
     const bool is_lit = direction.side == Side::reflection;
-    require(stated < 0 || is_lit == (stated == 0), line.c_str(), "emission_deg",
+    require(stated < 0 || is_lit == (stated == 0), row.place().c_str(), "emission_deg",
             stated == 0 ? "below 90 on the side lit" : "above 90 on the side unlit",
             row["emission_deg"]);
     return direction;
@@ -172,8 +152,8 @@ Query read_query(const std::string& path, const std::vector<std::string>& requir
                   optional);
     check_values(rows, false);
     for (std::size_t r = 0; r < rows.rows.size(); ++r)
-        query.directions.push_back(observed ? observed_direction({rows, r}, row_place(rows, r))
-                                            : cosine_direction({rows, r}));
+        query.directions.push_back(observed ? observed_direction(query.row(r))
+                                            : cosine_direction(query.row(r)));
     return query;
 }
 
@@ -186,7 +166,7 @@ Query read_observations(const std::string& path, const std::vector<std::string>&
     check_columns(rows, is_observed(rows) ? observed_columns : cosine_columns, {1}, required, more);
     check_values(rows, !rows.has_column("side"));
     for (std::size_t r = 0; r < rows.rows.size(); ++r)
-        query.directions.push_back(observation_direction({rows, r}, row_place(rows, r)));
+        query.directions.push_back(observation_direction(query.row(r)));
     return query;
 }
 
@@ -259,6 +239,14 @@ void require_writable(const std::string& command, const std::string& option,
         throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(path.string() + ": the folder cannot be written to");
+}
+
+void require_output(const std::string& command, const std::string& option,
+                    const std::filesystem::path& path,
+                    const std::vector<std::filesystem::path>& inputs,
+                    const std::vector<std::string>& endings) {
+    for (const std::filesystem::path& input : inputs) require_different_files(command, input, path);
+    require_writable(command, option, path, endings);
 }
 
 void require_writable_answer(const std::string& command, const std::filesystem::path& path) {

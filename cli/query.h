@@ -24,9 +24,28 @@ struct RowDirection {
     std::optional<Side> side{};
 };
 
+/// A row's numbers by the names of their columns.
+class Row {
+  public:
+    Row(const CsvTable& rows, std::size_t r) : rows_(rows), r_(r) {}
+
+    bool has(const std::string& column) const { return rows_.has_column(column); }
+    double operator[](const std::string& column) const {
+        return rows_.rows[r_][static_cast<std::size_t>(rows_.column(column))];
+    }
+    /// "FILE, line 7", for refusals.
+    std::string place() const { return rows_.name + ", line " + std::to_string(rows_.lines[r_]); }
+
+  private:
+    const CsvTable& rows_;
+    std::size_t r_;
+};
+
 struct Query {
     CsvTable table;
     std::vector<RowDirection> directions;  // of each row
+
+    Row row(std::size_t r) const { return {table, r}; }
 };
 
 /// Help of `--query` on the columns that name directions.
@@ -82,6 +101,12 @@ void require_different_files(const std::string& command, const std::filesystem::
 void require_writable(const std::string& command, const std::string& option,
                       const std::filesystem::path& path,
                       const std::vector<std::string>& endings = {});
+
+/// Refuses likewise, and a file that is one of `inputs`.
+void require_output(const std::string& command, const std::string& option,
+                    const std::filesystem::path& path,
+                    const std::vector<std::filesystem::path>& inputs,
+                    const std::vector<std::string>& endings = {});
 
 /// Refuses a file that an answer cannot be written to; write_answer may add to it.
 void require_writable_answer(const std::string& command, const std::filesystem::path& path);

@@ -11,8 +11,6 @@
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "scene_options.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <charconv>
@@ -108,7 +106,7 @@ SceneTables tables_for(const RenderCommand& command, const std::vector<Scene>& s
     }
     BakeOptions options;
     options.threads = command.threads;
-    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    options.progress = std::ref(progress);
     std::optional<TableCache> cache = open_cache(command.cache);
     auto tables = bake_for(scenes, options, cache ? &*cache : nullptr);
     if (cache && !cache->trouble().empty())
@@ -258,7 +256,7 @@ void run_render(const RenderCommand& command) {
     const bool is_figure = film[0].figure.has_value();
     for (const std::string& output : command.outputs) require_ending(output, is_figure);
     Progress progress(command.quiet);
-    for (const std::string& note : notes) progress.note("note: " + note);
+    progress.notes(notes);
     if (is_figure) return run_figure(command, film[0], progress);
     const FrameRange frames = read_frames(command.frames, film[0].frames);
     if (command.frames.empty() && film.size() > 1)
@@ -307,7 +305,7 @@ void add_render(CLI::App& app) {
     add_cache(*render, command->cache);
     add_width(*render, command->width);
     add_threads(*render, command->threads);
-    render->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_quiet(*render, command->quiet);
     add_keys(*render, "scenes", scene_keys());
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"

@@ -10,7 +10,6 @@
 #include "commands.h"
 #include "options.h"
 #include "query.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -175,9 +175,7 @@ std::vector<std::pair<std::string, double>> describe_medium(const SolveCommand& 
     if (command.layers.empty())
         return {{"albedo", command.question.albedo},
                 {"optical_depth", command.question.optical_depth}};
-    double depth = 0;
-    for (const StackLayer& layer : stack.layers) depth += layer.optical_depth;
-    return {{"optical_depth", depth}};
+    return {{"optical_depth", stack.optical_depth()}};
 }
 
 std::string answer_levels(const SolveCommand& command, const Stack& stack) {
@@ -225,28 +223,29 @@ void run_solve(SolveCommand command) {
                                short_number(findings.worst_error));
 }
 
-/// Refuses an option that the scheme does not know.
-void require_scheme(const CLI::Option* option, const std::string& scheme,
-                    const std::vector<std::string>& knowing) {
-    if (option->count() == 0 || std::find(knowing.begin(), knowing.end(), scheme) != knowing.end())
-        return;
-    require(false, "solve", "--scheme", joined(knowing, " or ") + " with " + option->get_name(),
-            scheme);
-}
+/// Options that some schemes alone know.
+struct SchemeOption {
+    const char* name;
+    std::vector<std::string> schemes;
+};
 
 /// Refuses options that the scheme does not know, and a layer that is not described in full.
 void check_given(const CLI::App& solve, const std::string& scheme) {
     const auto given = [&](const char* name) { return solve.get_option(name)->count() > 0; };
     for (const char* needed : {"--phase", "--albedo", "--optical-depth"})
         if (!given("--layers") && !given(needed)) throw CLI::RequiredError(needed);
-    for (const char* name : {"--tolerance", "--levels", "--over"})
-        require_scheme(solve.get_option(name), scheme, {"harmonic"});
-    require_scheme(solve.get_option("--orders"), scheme, {"harmonic", "markov", "photons"});
-    for (const char* name : {"--start", "--start-depth"})
-        require_scheme(solve.get_option(name), scheme, {"classic"});
-    require_scheme(solve.get_option("--sublayers"), scheme, {"markov"});
-    for (const char* name : {"--photons", "--seed", "--backward-collisions", "--threads"})
-        require_scheme(solve.get_option(name), scheme, {"photons"});
+    for (const auto& [name, schemes] : {SchemeOption{"--tolerance", {"harmonic"}},
+                                        {"--levels", {"harmonic"}},
+                                        {"--over", {"harmonic"}},
+                                        {"--orders", {"harmonic", "photons"}},
+                                        {"--start", {"classic"}},
+                                        {"--start-depth", {"classic"}},
+                                        {"--photons", {"photons"}},
+                                        {"--seed", {"photons"}},
+                                        {"--backward-collisions", {"photons"}},
+                                        {"--threads", {"photons"}}})
+        require(!given(name) || std::ranges::find(schemes, scheme) != schemes.end(), "solve",
+                "--scheme", joined(schemes, " or ") + " with " + name, scheme);
 }
 
 void add_layer_options(CLI::App& solve, SolveCommand& command) {
@@ -269,22 +268,21 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
                         ground_help())
         ->type_name("GROUND");
     add_accuracy(solve, command.question.nodes, command.question.tolerance, command.accept,
-                 ". Default of other schemes: classic 32, h-function 64, markov 16");
+                 ". Default of the scheme classic: 32");
     solve
         .add_option("--scheme", command.question.scheme,
                     "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "
-                    "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
-                    "isotropic only), markov (Markov chain), photons (Monte Carlo)")
+                    "classic (textbook doubling), photons (Monte Carlo)")
         ->capture_default_str()
-        ->check(CLI::IsMember({"harmonic", "classic", "h-function", "markov", "photons"}));
+        ->check(CLI::IsMember({"harmonic", "classic", "photons"}));
 }
 
 /// Options that some schemes know.
 void add_scheme_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--orders", command.question.orders,
-                    "Light scattered at most this often, [1, 200]; harmonic and markov tell "
-                    "every order")
+                    "Light scattered at most this often, [1, 200]; harmonic tells every "
+                    "order")
         ->check(whole_number(1, 200));
     solve
         .add_option("--start", command.question.start,
@@ -295,10 +293,6 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
                     "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
                     "1e-3 of the smallest cosine")
         ->check(number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
-    solve
-        .add_option("--sublayers", command.question.sublayers,
-                    "markov: sublayers, even, [4, 1024]. Default: 32")
-        ->check(whole_number(4, 1024));
     solve
         .add_option("--photons", command.question.photons,
                     "photons: how many for each mu_in, [2, 1e12]. Default: 1000000")

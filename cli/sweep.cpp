@@ -348,7 +348,7 @@ void run_sweep(const SweepCommand& command, Ranks* ranks) {
     std::vector<Outcome> outcomes;
     {
         Progress progress(command.quiet);
-        for (const std::string& note : notes) progress.note("note: " + note);
+        progress.notes(notes);
         std::optional<StopOnSignal> stop;
         if (!ranks) stop.emplace();
         try {

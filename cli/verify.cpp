@@ -5,7 +5,6 @@
 #include "commands.h"
 #include "options.h"
 #include "progress.h"
-#include "table_option.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -148,7 +147,7 @@ void add_verify(CLI::App& app) {
     auto command = std::make_shared<VerifyCommand>();
     CLI::App* verify =
         app.add_subcommand("verify", "Check a table against the solver at random points");
-    verify->add_option("TABLE", command->table, "Baked table, .h5, .exr or .stratus")->required();
+    add_table(*verify, command->table);
     verify->add_option("--samples", command->options.samples, "Random points")
         ->capture_default_str()
         ->check(whole_number(1, 100000000));

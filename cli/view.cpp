@@ -7,7 +7,7 @@
 #include "commands.h"
 #include "query.h"
 #include "signals.h"
-#include "table_option.h"
+#include "options.h"
 
 #include <iostream>
 #include <memory>
@@ -23,8 +23,7 @@ struct ViewOptions {
 };
 
 void run_view(const ViewOptions& options) {
-    require_writable("view", "--output", options.output, {".html"});
-    require_different_files("view", options.table, options.output);
+    require_output("view", "--output", options.output, {options.table}, {".html"});
     const std::string page =
         view_page(read_member("view", options.table, options.reading, options.at));
     {

@@ -3,7 +3,6 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/bake/resolve.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/sample_files.h>

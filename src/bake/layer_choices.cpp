@@ -29,29 +29,14 @@ ProbedLayers solve_between(const Probes& probes) {
 void add_depth_errors(const Probes& probes, const DirectionGrid& directions,
                       const ProbedLayer& target, const Blend& blend, Errors& errors) {
     std::vector<double> along[Blend::size];  // over mu
-    for (int p = 0; p < Blend::size; ++p) {
+    for (std::size_t p = 0; p < Blend::size; ++p) {
         if (blend.sample[p] == nullptr) continue;
         const double depth = blend.sample[p]->solution.optical_depth;
         for (const double cosine : directions.mu())
             along[p].push_back(intercepted(probes.recipe, target.solution.optical_depth, cosine) /
                                intercepted(probes.recipe, depth, cosine));
     }
-    const CosinePairs& pairs = directions.pairs();
-    add_errors(probes.recipe, target, directions, Judged(directions), errors,
-               [&](Side side, int i, int j, int k) {
-                   const double* const weight =
-                       side == Side::reflection ? blend.reflection : blend.transmission;
-                   const std::size_t at = directions.at(i, j, k);
-                   const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]);
-                   const auto out =
-                       static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
-                   double found = 0;
-                   for (int p = 0; p < Blend::size; ++p)
-                       if (weight[p] != 0)
-                           found += weight[p] * along[p][in] * along[p][out] *
-                                    blend.sample[p]->side(side).tabulated[at];
-                   return found;
-               });
+    add_blend_errors(probes.recipe, target, directions, blend, errors, along);
 }
 
 /// Returns the error at the worst depth beyond the finite depth `last`: most depths are at the limit.
@@ -70,11 +55,11 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
                 Blend blend;
                 blend.sample[0] = &layers[a][last];
                 blend.sample[1] = &layers[a].back();
-                blend.reflection[0] =
-                    deficit > 0 ? reflection_deficit(tau, k, length) / deficit : 0;
-                blend.reflection[1] = 1 - blend.reflection[0];
-                blend.transmission[0] = ratio(transmission_scale(tau, k, length),
-                                              transmission_scale(tau_last, k, length));
+                auto& [reflection, transmission] = blend.weight;
+                reflection[0] = deficit > 0 ? reflection_deficit(tau, k, length) / deficit : 0;
+                reflection[1] = 1 - reflection[0];
+                transmission[0] = ratio(transmission_scale(tau, k, length),
+                                        transmission_scale(tau_last, k, length));
                 add_depth_errors(probes, probes.directions, target, blend, errors);
             }));
     };
@@ -136,15 +121,13 @@ double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
             const double tau = target.solution.optical_depth, k = probes.exponents[a];
             const Stencil stencil = axis.stencil(tau);
             Blend blend;
-            for (int p = 0; p < Blend::size; ++p) {
+            for (std::size_t p = 0; p < Blend::size; ++p) {
                 if (stencil.weight[p] == 0) continue;
-                blend.sample[p] = &depths.at(a, (stencil.first + p) * stride);
-                const auto weight = [&](Side side) {
-                    return stencil.weight[p] * sample_scale(probes, side, tau, k) /
-                           sample_scale(probes, side, blend.sample[p]->solution.optical_depth, k);
-                };
-                blend.reflection[p] = weight(Side::reflection);
-                blend.transmission[p] = weight(Side::transmission);
+                blend.sample[p] = &depths.at(a, (stencil.first + static_cast<int>(p)) * stride);
+                for (const Side side : both_sides)
+                    blend.weight[side][p] =
+                        stencil.weight[p] * sample_scale(probes, side, tau, k) /
+                        sample_scale(probes, side, blend.sample[p]->solution.optical_depth, k);
             }
             add_depth_errors(probes, depths.directions, target, blend, errors);
         });
@@ -160,8 +143,8 @@ struct Steps {
 
     std::size_t middle(std::size_t interval) const { return interval * stride + stride / 2; }
 
-    std::size_t sample(const Stencil& stencil, int p) const {
-        return std::min(static_cast<std::size_t>(stencil.first + p), intervals) * stride;
+    std::size_t sample(const Stencil& stencil, std::size_t p) const {
+        return std::min(static_cast<std::size_t>(stencil.first) + p, intervals) * stride;
     }
 };
 
@@ -231,22 +214,20 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
             const double albedo = target.solution.albedo, tau = target.solution.optical_depth;
             const Stencil stencil = axis.stencil(albedo);
             double k = 0;
-            for (int p = 0; p < Blend::size; ++p)
+            for (std::size_t p = 0; p < Blend::size; ++p)
                 k += stencil.weight[p] * fine.exponents[steps.sample(stencil, p)];
             Blend blend;
-            for (int p = 0; p < Blend::size; ++p) {
+            for (std::size_t p = 0; p < Blend::size; ++p) {
                 const std::size_t at = steps.sample(stencil, p);
                 const ProbedLayer& sample = layers[at][d];
                 blend.sample[p] = &sample;
-                const auto weight = [&](Side side) {
-                    if (!divides) return double{stencil.weight[p]};
-                    return stencil.weight[p] *
-                           ratio(albedo * sample_scale(probes, side, tau, k),
-                                 sample.solution.albedo *
-                                     sample_scale(probes, side, tau, fine.exponents[at]));
-                };
-                blend.reflection[p] = weight(Side::reflection);
-                blend.transmission[p] = weight(Side::transmission);
+                for (const Side side : both_sides)
+                    blend.weight[side][p] =
+                        divides ? stencil.weight[p] *
+                                      ratio(albedo * sample_scale(probes, side, tau, k),
+                                            sample.solution.albedo *
+                                                sample_scale(probes, side, tau, fine.exponents[at]))
+                                : stencil.weight[p];
             }
             add_blend_errors(probes.recipe, target, fine.directions, blend, errors);
         });
@@ -322,16 +303,16 @@ double family_error(FineMembers& all, int candidate) {
                                           any.extrapolation_length);
             };
             double k = 0;
-            for (int p = 0; p < Blend::size; ++p)
+            for (std::size_t p = 0; p < Blend::size; ++p)
                 k += double{stencil.weight[p]} *
                      all.at(steps.sample(stencil, p)).probes.exponents[a];
             Blend blend;
-            for (int p = 0; p < Blend::size; ++p) {
+            for (std::size_t p = 0; p < Blend::size; ++p) {
                 const FamilyStep& sample = all.at(steps.sample(stencil, p));
                 blend.sample[p] = &sample.layers[a][d];
-                blend.reflection[p] = stencil.weight[p];
+                blend.weight.reflection[p] = stencil.weight[p];
                 const double sampled = transmitted(sample.probes.exponents[a]);
-                blend.transmission[p] =
+                blend.weight.transmission[p] =
                     sampled > 0 ? stencil.weight[p] * transmitted(k) / sampled : 0;
             }
             add_blend_errors(here.probes.recipe, target, here.directions, blend, errors);

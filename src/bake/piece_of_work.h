@@ -1,7 +1,7 @@
 // Pieces of work whose results are numbers.
 #pragma once
 
-#include <stratus/bake/work_log.h>
+#include <stratus/bake/bake.h>
 
 #include <cstring>
 #include <functional>

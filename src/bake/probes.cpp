@@ -1,4 +1,4 @@
-#include "probes.h"
+#include "choices.h"
 
 #include <stratus/bake/axes.h>
 #include <stratus/bake/parallel.h>
@@ -476,16 +476,22 @@ double measure_layers(
 }
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
-                      const DirectionGrid& directions, const Blend& blend, Errors& errors) {
+                      const DirectionGrid& directions, const Blend& blend, Errors& errors,
+                      const std::vector<double>* along) {
+    const CosinePairs& pairs = directions.pairs();
     add_errors(recipe, expected, directions, Judged(directions), errors,
                [&](Side side, int i, int j, int k) {
-                   const double* const weight =
-                       side == Side::reflection ? blend.reflection : blend.transmission;
+                   const std::size_t at = directions.at(i, j, k);
+                   const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]),
+                              out =
+                                  static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
                    double found = 0;
-                   for (int p = 0; p < Blend::size; ++p)
-                       if (weight[p] != 0)
-                           found += weight[p] *
-                                    blend.sample[p]->side(side).tabulated[directions.at(i, j, k)];
+                   for (std::size_t p = 0; p < Blend::size; ++p) {
+                       const double weight = blend.weight[side][p];
+                       if (weight == 0) continue;
+                       const double share = along ? weight * along[p][in] * along[p][out] : weight;
+                       found += share * blend.sample[p]->side(side).tabulated[at];
+                   }
                    return found;
                });
 }

@@ -1,4 +1,4 @@
-#include <stratus/bake/resolve.h>
+#include <stratus/bake/forecast.h>
 
 // From a recipe to its discretisation, one choice after the other: what the recipe gives stays,
 // what an interrupted bake has chosen is taken from its log, the rest is measured on the probes.

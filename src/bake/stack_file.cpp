@@ -73,6 +73,24 @@ auto parsed(const std::string& text, const std::string& directory, std::vector<s
 
 }  // namespace
 
+double Stack::optical_depth() const {
+    double depth = 0;
+    for (const StackLayer& layer : layers) depth += layer.optical_depth;
+    return depth;
+}
+
+bool Stack::is_lossless() const {
+    return (!lower_boundary.is_present() || lower_boundary.albedo == 1) &&
+           std::ranges::all_of(layers, [](const StackLayer& layer) { return layer.albedo == 1; });
+}
+
+double absorptance(const Stack& stack, const SolvedFluxes& fluxes, int orders) {
+    if (orders == 0 && stack.is_lossless()) return 0;
+    // What falls on the boundary is not lost: its share is part of it.
+    const double passed = stack.lower_boundary.is_present() ? 0 : fluxes.total_transmittance;
+    return 1 - fluxes.spherical_albedo - passed;
+}
+
 Stack read_layers(const Section& file, const TomlFile& origin, const PhaseSource& source) {
     std::vector<Stack> stacks = read_stacks(file, origin, source);
     require(stacks.size() == 1, origin.caller, file.at("layers"),

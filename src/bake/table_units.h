@@ -40,7 +40,6 @@ class TableUnits {
     const Recipe& recipe() const { return recipe_; }
     /// The directions of the samples of a member.
     const DirectionGrid& grid(std::size_t member) const { return grids_[member]; }
-    bool are_pairs_symmetric() const { return pairs_.are_symmetric(); }
 
     /// All layers, each in one unit.
     std::vector<Unit> all() const;

@@ -3,9 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 
-#include "chi_square.h"
 #include "least_squares.h"
-#include "remarks.h"
 
 #include <Eigen/Eigenvalues>
 

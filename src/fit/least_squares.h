@@ -1,7 +1,10 @@
-// Weighted least squares within a unit cube, by Levenberg-Marquardt.
+// Weighted least squares within a unit cube, by Levenberg-Marquardt, and what a minimum is worth: the probability
+// of its chi-square, and remarks on what its geometries leave open and what contradicts the model.
 #pragma once
 
 #include "parameter_space.h"
+
+#include <Eigen/Core>
 
 #include <optional>
 #include <vector>
@@ -46,5 +49,17 @@ Minimum descend(const Problem& problem, Problem::Point at, std::optional<int> he
 /// Local minima over the optical depth, the others fitted at each: a scan of all depths.
 /// Parameters of phase functions that are free start from three values each.
 std::vector<Minimum> scan_minima(const Problem& problem);
+
+/// The probability of so large a chi-square or a larger one, Q(degrees / 2, chi_square / 2).
+///
+/// Range    chi_square [0, inf]; degrees_of_freedom above 0.
+/// Accuracy 1e-13 relative: half-integer incomplete gamma functions are finite sums of positive
+///          terms.
+double chi_square_probability(double chi_square, int degrees_of_freedom) noexcept;
+
+/// Adds the remarks of a fit whose estimates, covariance and chi-square are known. `covariance` is
+/// in the terms of ParameterSpace::derivatives; `minima` are sorted, the best first.
+void add_remarks(const Problem& problem, const LayerModel& model,
+                 const std::vector<Minimum>& minima, const Eigen::MatrixXd& covariance, Fit& fit);
 
 }  // namespace stratus

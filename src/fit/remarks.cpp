@@ -1,4 +1,4 @@
-#include "remarks.h"
+#include "least_squares.h"
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>

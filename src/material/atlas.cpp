@@ -5,7 +5,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/io/image.h>
 
-#include "even_grid.h"
+#include "solved_stack.h"
 #include "formats.h"
 
 #include <algorithm>

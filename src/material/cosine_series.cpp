@@ -74,7 +74,8 @@ std::vector<std::vector<double>> cosine_series(const AzimuthValues& values, doub
                                       [](const auto& terms) { return !(terms[0] > 0); });
         return dark ? std::vector<std::vector<double>>() : found;
     }
-    throw std::runtime_error("export: the phase function is too narrow for cosine series of 4096 terms");
+    throw std::runtime_error(
+        "export: the phase function is too narrow for cosine series of 4096 terms");
 }
 
 }  // namespace stratus

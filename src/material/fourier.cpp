@@ -8,7 +8,6 @@
 #include <stratus/base/number_text.h>
 
 #include "cosine_series.h"
-#include "encoder.h"
 #include "formats.h"
 #include "solved_stack.h"
 
@@ -16,7 +15,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -294,9 +292,9 @@ MaterialFile make_fourier(const Material& material, const MaterialOptions& optio
         file.notes.push_back(
             "between the file's cosines readers are off by up to " + error +
             ", most of it straight on or back, where the phase function or the ground peaks");
-    const auto bytes = std::make_shared<const Encoder>(
-        table.encode(describe(material) + ". Without the beam straight through, exp(-tau/mu)."));
-    file.write = [bytes](const std::filesystem::path& path) { bytes->write(path); };
+    file.write = writing(
+        table.encode(describe(material) + ". Without the beam straight through, exp(-tau/mu).")
+            .finish());
     return file;
 }
 

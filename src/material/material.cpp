@@ -10,8 +10,7 @@
 #include "formats.h"
 
 #include <algorithm>
-#include <optional>
-#include <sstream>
+#include <memory>
 #include <stdexcept>
 
 namespace stratus {
@@ -55,7 +54,7 @@ const std::vector<std::string>& material_format_names() {
 std::vector<SolvedStack> solve_colours(const Material& material, const std::vector<double>& mu,
                                        const MaterialOptions& options) {
     const int count = static_cast<int>(material.colours.size());
-    std::vector<std::optional<SolvedStack>> solved(material.colours.size());
+    std::vector<SolvedStack> solved(material.colours.size());
     const auto finished = [&](int done) {
         if (options.progress) options.progress(static_cast<double>(done) / count, "solving");
     };
@@ -63,12 +62,17 @@ std::vector<SolvedStack> solve_colours(const Material& material, const std::vect
         count, options.threads,
         [&](int c) {
             const auto at = static_cast<std::size_t>(c);
-            solved[at].emplace(material.colours[at], mu, options.nodes);
+            solved[at] = SolvedStack(material.colours[at], mu, options.nodes);
         },
         finished);
-    std::vector<SolvedStack> all;
-    for (std::optional<SolvedStack>& one : solved) all.push_back(std::move(*one));
-    return all;
+    return solved;
+}
+
+std::function<void(const std::filesystem::path&)> writing(std::vector<char> bytes) {
+    return [all = std::make_shared<const std::vector<char>>(std::move(bytes))](
+               const std::filesystem::path& path) {
+        write_content(path, {all->data(), all->size()});
+    };
 }
 
 std::string describe(const Material& material) {
@@ -83,7 +87,7 @@ void note_beam(const Material& material, std::vector<std::string>& notes) {
     if (material.is_opaque()) return;
     std::vector<std::string> depths;
     for (const Stack& stack : material.colours) {
-        const std::string depth = shortest_text(optical_depth(stack));
+        const std::string depth = shortest_text(stack.optical_depth());
         if (depths.empty() || depth != depths.back()) depths.push_back(depth);
     }
     notes.push_back(

@@ -5,11 +5,10 @@
 #include <stratus/base/tensor_file.h>
 #include <stratus/io/atomic_file.h>
 
-#include "even_grid.h"
+#include "solved_stack.h"
 #include "formats.h"
 
 #include <cstddef>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -99,10 +98,7 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
         tensors.add(side.name, shape, samples.all_orders);
         tensors.add(std::string(side.name) + "_multiple", shape, samples.multiple);
     }
-    const auto bytes = std::make_shared<const std::vector<char>>(tensors.finish());
-    file.write = [bytes](const std::filesystem::path& path) {
-        write_content(path, {bytes->data(), bytes->size()});
-    };
+    file.write = writing(tensors.finish());
     return file;
 }
 

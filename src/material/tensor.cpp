@@ -11,7 +11,6 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 
-#include "encoder.h"
 #include "formats.h"
 #include "reflection_field.h"
 
@@ -19,7 +18,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <utility>
 
@@ -369,8 +367,7 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
         if (colours == 3)
             file.notes.push_back("blue is up to 473 nm, green from 503 to 575, red from 605");
     }
-    const auto bytes = std::make_shared<const Encoder>(tensor.encode());
-    file.write = [bytes](const std::filesystem::path& path) { bytes->write(path); };
+    file.write = writing(tensor.encode().finish());
     return file;
 }
 

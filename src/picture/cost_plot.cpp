@@ -1,8 +1,8 @@
-#include <stratus/picture/cost_plot.h>
+#include <stratus/picture/plots.h>
 
 #include <stratus/base/argument.h>
 
-#include "plot_axes.h"
+#include "page.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
-#include <stratus/picture/line_plot.h>
+#include <stratus/picture/plots.h>
 
-#include "plot_axes.h"
+#include "page.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
-#include <stratus/picture/lobe_plot.h>
+#include <stratus/picture/plots.h>
 
 #include <stratus/base/number_text.h>
 #include <stratus/picture/round_number.h>
 
-#include "plot_axes.h"
+#include "page.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
-#include <stratus/picture/residual_plot.h>
+#include <stratus/picture/plots.h>
 
 #include <stratus/picture/round_number.h>
 
-#include "plot_axes.h"
+#include "page.h"
 
 #include <algorithm>
 #include <cmath>

@@ -102,10 +102,7 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
     std::vector<Observation> observations =
         make_observations(mu_in, mu_out, azimuth, brightness, sigma, light);
     set_known(model, known, observations);
-    const Fit found = [&] {
-        const py::gil_scoped_release release;
-        return fit_layer(model, observations, options);
-    }();
+    const Fit found = without_lock([&] { return fit_layer(model, observations, options); });
     const auto names = fit_parameter_names(model);
     const auto is_free = free_parameters(model, observations, options);
     py::dict value, deviation;

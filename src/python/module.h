@@ -35,6 +35,13 @@ void add_slice(py::module_& module);
 void add_scene(py::module_& module);
 void add_fit(py::module_& module);
 
+/// Returns work(), during which other Python threads run.
+template <class Work>
+auto without_lock(const Work& work) {
+    const py::gil_scoped_release release;
+    return work();
+}
+
 inline std::size_t element_count(const py::array& array) {
     return static_cast<std::size_t>(array.size());
 }

@@ -1,5 +1,5 @@
 // Scenes: plans and pictures.
-#include <stratus/bake/work_log.h>
+#include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>
@@ -88,10 +88,7 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
         }
         seconds = report.cost.seconds();
     } else {
-        const auto planned = [&] {
-            const py::gil_scoped_release release;
-            return follow_plans(film);
-        }();
+        const auto planned = without_lock([&] { return follow_plans(film); });
         for (std::size_t k = 0; k < panels; ++k) plans.append(plan_dict(frames[k], planned[k]));
     }
     return py::make_tuple(plans, seconds, notes);

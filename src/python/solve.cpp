@@ -49,74 +49,47 @@ SolverOptions make_options(int nodes, double tolerance, int orders) {
     return options;
 }
 
-py::dict fluxes_dict(SolvedFluxes solved, double optical_depth, const std::vector<double>& mu,
-                     bool over_boundary) {
-    std::vector<double> direct;
-    for (const double cosine : mu) direct.push_back(direct_transmittance(optical_depth, cosine));
-    py::dict fluxes;
-    fluxes["spherical_albedo"] = solved.spherical_albedo;
-    fluxes["total_transmittance"] = solved.total_transmittance;
-    fluxes["ground_absorptance"] = solved.spherical_ground_absorptance;
-    fluxes["plane_albedo"] = numpy_array(std::move(solved.plane_albedo));
-    fluxes["diffuse_transmittance"] = numpy_array(std::move(solved.diffuse_transmittance));
-    fluxes["direct_transmittance"] = numpy_array(std::move(direct));
-    fluxes["error"] = solved.error;
-    fluxes["over_boundary"] = over_boundary;
-    return fluxes;
-}
-
 std::vector<double> checked_cosines(const Doubles& mu_in) {
     require_all(mu_in.data(), element_count(mu_in), "fluxes", "mu_in", allowed_cosine);
     return {mu_in.data(), mu_in.data() + mu_in.size()};
 }
 
-py::tuple solve_several(const Stack& stack, const Doubles& mu_in, const Doubles& mu_out,
-                        const Doubles& azimuth, int nodes, double tolerance, int orders) {
+py::tuple solve_stack(const Stack& stack, const Doubles& mu_in, const Doubles& mu_out,
+                      const Doubles& azimuth, int nodes, double tolerance, int orders) {
     const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
     const SolverOptions options = make_options(nodes, tolerance, orders);
-    const auto solved = [&] {
-        const py::gil_scoped_release release;
-        return solve_geometries(stack.layers, stack.lower_boundary, geometries, options);
-    };
-    return numpy_arrays(solved());
+    return numpy_arrays(without_lock(
+        [&] { return solve_geometries(stack.layers, stack.lower_boundary, geometries, options); }));
 }
 
-py::tuple solve_one(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                    const Doubles& mu_in, const Doubles& mu_out, const Doubles& azimuth, int nodes,
-                    double tolerance, int orders, const py::object& below) {
-    return solve_several({{{phase_function, albedo, optical_depth}}, make_lower_boundary(below)},
-                         mu_in, mu_out, azimuth, nodes, tolerance, orders);
-}
-
-py::dict fluxes_of_several(const Stack& stack, const Doubles& mu_in, int nodes, double tolerance,
-                           int orders) {
+py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, int nodes, double tolerance,
+                      int orders) {
     const std::vector<double> mu = checked_cosines(mu_in);
     const SolverOptions options = make_options(nodes, tolerance, orders);
-    double depth = 0;
-    bool lossless =
-        orders == 0 && (!stack.lower_boundary.is_present() || stack.lower_boundary.albedo == 1);
-    for (const StackLayer& layer : stack.layers) {
-        depth += layer.optical_depth;
-        lossless = lossless && layer.albedo == 1;
-    }
-    const auto solved = [&] {
-        const py::gil_scoped_release release;
-        return solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
-    };
-    py::dict fluxes = fluxes_dict(solved(), depth, mu, stack.lower_boundary.is_present());
-    fluxes["conservative"] = lossless;
+    SolvedFluxes solved =
+        without_lock([&] { return solve_fluxes(stack.layers, stack.lower_boundary, mu, options); });
+    std::vector<double> direct;
+    for (const double cosine : mu)
+        direct.push_back(direct_transmittance(stack.optical_depth(), cosine));
+    py::dict fluxes;
+    fluxes["spherical_albedo"] = solved.spherical_albedo;
+    fluxes["total_transmittance"] = solved.total_transmittance;
+    fluxes["absorptance"] = absorptance(stack, solved, orders);
+    fluxes["ground_absorptance"] = solved.spherical_ground_absorptance;
+    fluxes["plane_albedo"] = numpy_array(std::move(solved.plane_albedo));
+    fluxes["diffuse_transmittance"] = numpy_array(std::move(solved.diffuse_transmittance));
+    fluxes["direct_transmittance"] = numpy_array(std::move(direct));
+    fluxes["error"] = solved.error;
     return fluxes;
 }
 
-py::dict fluxes_of_one(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                       const Doubles& mu_in, int nodes, double tolerance, int orders,
-                       const py::object& below) {
-    return fluxes_of_several(
-        {{{phase_function, albedo, optical_depth}}, make_lower_boundary(below)}, mu_in, nodes,
-        tolerance, orders);
-}
-
 using LayerParts = std::tuple<PhaseFunction, double, double>;  // with albedo and optical depth
+
+/// Unchecked: the solver refuses what it is given itself.
+Stack make_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
+                 const py::object& below) {
+    return {{{phase_function, albedo, optical_depth}}, make_lower_boundary(below)};
+}
 
 Stack make_stack(const std::vector<LayerParts>& parts, const py::object& below) {
     Stack stack{{}, make_lower_boundary(below)};
@@ -131,10 +104,9 @@ py::tuple fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles
     const std::vector<double> mu = checked_cosines(mu_in);
     const std::vector<double> depths(levels.data(), levels.data() + levels.size());
     const SolverOptions options = make_options(nodes, tolerance, orders);
-    const SolvedInside solved = [&] {
-        const py::gil_scoped_release release;
+    const SolvedInside solved = without_lock([&] {
         return solve_fluxes_inside(stack.layers, stack.lower_boundary, depths, mu, options);
-    }();
+    });
     std::vector<double> columns[5];
     for (const FluxesAtLevel& at : solved.levels) {
         const std::vector<double>* const lists[5] = {&at.direct, &at.diffuse, &at.upward,
@@ -153,12 +125,10 @@ py::tuple light_inside(const Stack& stack, double level, const Doubles& mu_in,
                        int orders) {
     const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
     const SolverOptions options = make_options(nodes, tolerance, orders);
-    const auto solved = [&] {
-        const py::gil_scoped_release release;
+    return numpy_arrays(without_lock([&] {
         return solve_geometries_inside(stack.layers, stack.lower_boundary, level, geometries,
                                        options);
-    };
-    return numpy_arrays(solved());
+    }));
 }
 
 /// Cosines, azimuths, and 1 where light leaves on the lit side, 0 elsewhere.
@@ -190,10 +160,9 @@ std::pair<Stack, std::vector<std::string>> read_layers(const std::string& text_o
 void add_solve(py::module_& module) {
     const py::class_<Stack> stack(module, "Stack");
     module.def("read_stack", read_layers);
-    module.def("solve_layer", solve_one);
-    module.def("solve_stack", solve_several);
-    module.def("layer_fluxes", fluxes_of_one);
-    module.def("stack_fluxes", fluxes_of_several);
+    module.def("make_layer", make_layer);
+    module.def("solve_stack", solve_stack);
+    module.def("stack_fluxes", stack_fluxes);
     module.def("make_stack", make_stack);
     module.def("stack_fluxes_inside", fluxes_inside);
     module.def("solve_stack_inside", light_inside);

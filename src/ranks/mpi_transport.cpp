@@ -1,6 +1,5 @@
 // Ranks by MPI. Calls of MPI are made one at a time, under a mutex, and none of them waits: MPI
 // libraries keep a processor busy while they do, and here ranks may have more threads than cores.
-#include <stratus/bake/backoff.h>
 #include <stratus/bake/rank_transport.h>
 
 #include <mpi.h>

@@ -1,4 +1,4 @@
-#include <stratus/scene/order_estimates.h>
+#include <stratus/scene/plan.h>
 
 #include <stratus/base/angle.h>
 #include <stratus/base/number_text.h>

@@ -196,10 +196,12 @@ SceneFile read_frame(const std::string& text, const TomlFile& origin, const Sour
     return file;
 }
 
-/// Reads every frame, or the first alone.
-std::vector<SceneFile> read_frames(const std::string& text, const std::string& directory,
-                                   std::vector<std::string>* notes, const std::string& name,
-                                   bool every) {
+}  // namespace
+}  // namespace scene_file
+
+std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory,
+                                  std::vector<std::string>* notes, const std::string& name) {
+    using namespace scene_file;
     std::vector<std::string> all_notes;  // panels and frames repeat one another's
     std::map<std::string, std::shared_ptr<const Image>> images;
     std::map<std::string, Texture> oceans;
@@ -208,9 +210,9 @@ std::vector<SceneFile> read_frames(const std::string& text, const std::string& d
     toml::table parsed = parse_toml(text, origin);
     const Animation animation = animate(parsed, origin, 0);
     // Frames with keys come first: refusals of what these say name its line.
-    std::vector<int> order = every ? animation.keyed : std::vector<int>{};
-    for (int frame = 0; frame < (every ? animation.frames : 1); ++frame)
-        if (!every || !std::ranges::binary_search(animation.keyed, frame)) order.push_back(frame);
+    std::vector<int> order = animation.keyed;
+    for (int frame = 0; frame < animation.frames; ++frame)
+        if (!std::ranges::binary_search(animation.keyed, frame)) order.push_back(frame);
     std::vector<SceneFile> film(order.size());
     for (const int frame : order) {
         TomlFile own = origin;
@@ -225,23 +227,6 @@ std::vector<SceneFile> read_frames(const std::string& text, const std::string& d
     for (const std::string& note : all_notes)
         if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
     return film;
-}
-
-}  // namespace
-}  // namespace scene_file
-
-SceneFile parse_scene(const std::string& text, const std::string& directory,
-                      std::vector<std::string>* notes, const std::string& name) {
-    return scene_file::read_frames(text, directory, notes, name, false)[0];
-}
-
-std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory,
-                                  std::vector<std::string>* notes, const std::string& name) {
-    return scene_file::read_frames(text, directory, notes, name, true);
-}
-
-SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    return parse_scene(read_text(path), path.parent_path().string(), notes, path.string());
 }
 
 std::vector<SceneFile> read_film(const std::filesystem::path& path,

@@ -13,61 +13,32 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <vector>
 
 namespace stratus::test {
 namespace {
 
+/// What a recipe is narrowed to.
 struct Narrowing {
     const char* name;
-    std::function<void(Recipe&)> narrow;
+    Range mu_in = Recipe().mu_in, mu_out = Recipe().mu_out, azimuth = Recipe().azimuth;
 };
 
-const std::vector<Narrowing>& narrowings() {
-    static const std::vector<Narrowing> all{
-        {"OneSun",
-         [](Recipe& r) {
-             r.mu_in = {0.4, 0.4};
-         }},
-        {"OneView",
-         [](Recipe& r) {
-             r.mu_out = {0.4, 0.4};
-         }},
-        {"GrazingViews",
-         [](Recipe& r) {
-             r.mu_out = {0, 0.1};
-         }},
-        {"SomeOfBoth",
-         [](Recipe& r) {
-             r.mu_in = r.mu_out = {0.2, 0.5};
-         }},
-        {"ForwardAzimuths",
-         [](Recipe& r) {
-             r.azimuth = {0, 25};
-         }},
-        {"BackwardAzimuths",
-         [](Recipe& r) {
-             r.azimuth = {160, 180};
-         }},
-        {"OneAzimuth",
-         [](Recipe& r) {
-             r.azimuth = {120, 120};
-         }},
-        {"All",
-         [](Recipe& r) {
-             r.mu_in = {0.4, 0.4};
-             r.mu_out = {0.6, 0.7};
-             r.azimuth = {100, 109};
-         }},
-    };
-    return all;
-}
+const Narrowing narrowings[] = {{"OneSun", {0.4, 0.4}},
+                                {.name = "OneView", .mu_out = {0.4, 0.4}},
+                                {.name = "GrazingViews", .mu_out = {0, 0.1}},
+                                {"SomeOfBoth", {0.2, 0.5}, {0.2, 0.5}},
+                                {.name = "ForwardAzimuths", .azimuth = {0, 25}},
+                                {.name = "BackwardAzimuths", .azimuth = {160, 180}},
+                                {.name = "OneAzimuth", .azimuth = {120, 120}},
+                                {"All", {0.4, 0.4}, {0.6, 0.7}, {100, 109}}};
 
 class NarrowBake : public testing::TestWithParam<Narrowing> {
   protected:
     Recipe narrowed(Recipe recipe) const {
-        GetParam().narrow(recipe);
+        recipe.mu_in = GetParam().mu_in;
+        recipe.mu_out = GetParam().mu_out;
+        recipe.azimuth = GetParam().azimuth;
         return recipe;
     }
 };
@@ -124,7 +95,7 @@ TEST_P(NarrowBake, IsForecast) {
               static_cast<double>(solve_table(recipe).sample_count()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, NarrowBake, testing::ValuesIn(narrowings()), row_name);
+INSTANTIATE_TEST_SUITE_P(Of, NarrowBake, testing::ValuesIn(narrowings), row_name);
 
 /// A single cosine that is a sample of the full table, too: the samples are the same.
 TEST(NarrowTable, HoldsWhatTheFullOneHolds) {

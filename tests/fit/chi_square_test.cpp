@@ -1,7 +1,7 @@
 
 #include <stratus/base/constants.h>
 
-#include "chi_square.h"
+#include "least_squares.h"
 
 #include <gtest/gtest.h>
 

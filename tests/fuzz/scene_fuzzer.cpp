@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const char* costly : {"file", ".png", ".exr", ".csv", "mie"})
         if (text.find(costly) != std::string::npos) return 0;
     try {
-        stratus::parse_scene(text);
+        stratus::parse_film(text);
     } catch (const std::exception&) {
     }
     return 0;

@@ -1,4 +1,4 @@
-#include <stratus/picture/lobe_plot.h>
+#include <stratus/picture/plots.h>
 
 #include "temporary_folder.h"
 

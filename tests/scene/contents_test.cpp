@@ -3,7 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/layer_tables.h>
-#include <stratus/scene/order_estimates.h>
+#include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
 #include "small_scene.h"

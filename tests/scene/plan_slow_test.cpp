@@ -3,6 +3,7 @@
 #include <stratus/scene/plan.h>
 
 #include "plan_scenes.h"
+#include "small_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -5,6 +5,7 @@
 
 #include "keyed_file.h"
 #include "temporary_folder.h"
+#include "small_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -19,8 +20,8 @@ const KeyedFile slab({{"title", "'Clouds'"},
                       {"effects", "['-multiple']"},
                       {"columns", "1"},
                       {"panels", "[{ title = 'first' }]"},
-                      {"animation.frames", "3"},
-                      {"animation.keys", "[{ frame = 1 }]"},
+                      {"animation.frames", "1"},
+                      {"animation.keys", "[{ frame = 0 }]"},
                       {"picture.width", "8"},
                       {"picture.height", "8"},
                       {"picture.samples", "1"},
@@ -86,40 +87,33 @@ const KeyedFile sea = planet.with("planet.surface", "{}")
                           .with("planet.surface.index", "1.3")
                           .with("planet.surface.colour", "0.05");
 
-const KeyedFile stacked({{"camera.position", "[4, 0, 0]"},
-                         {"camera.orthographic_width", "2"},
-                         {"sun.phase_angle_deg", "30"},
-                         {"layer.stack", "'stack.toml'"},
-                         {"planet.surface", "0.1"}});
+const KeyedFile seen_planet({{"camera.position", "[4, 0, 0]"},
+                             {"camera.orthographic_width", "2"},
+                             {"sun.phase_angle_deg", "30"}});
 
-const KeyedFile shelled({{"camera.position", "[4, 0, 0]"},
-                         {"camera.orthographic_width", "2"},
-                         {"sun.phase_angle_deg", "30"},
-                         {"layer.phase_function", "'isotropic'"},
-                         {"layer.albedo", "0.5"},
-                         {"layer.optical_depth", "0.5"},
-                         {"planet.shell", "0.01"}});
+const KeyedFile stacked =
+    seen_planet.with({{"layer.stack", "'stack.toml'"}, {"planet.surface", "0.1"}});
 
-const KeyedFile rings({{"camera.position", "[4, 0, 1]"},
-                       {"camera.orthographic_width", "2"},
-                       {"sun.direction", "[1, 0, 1]"},
-                       {"layer.components", "['isotropic', 'rayleigh']"},
-                       {"rings.profile", "'rings.csv'"},
-                       {"rings.planet_radius", "1.0"},
-                       {"rings.inner", "1.25"},
-                       {"rings.outer", "1.5"},
-                       {"rings.surface", "0.5"},
-                       {"rings.flattening", "0.1"}});
+const KeyedFile shelled = seen_planet.with({{"layer.phase_function", "'isotropic'"},
+                                            {"layer.albedo", "0.5"},
+                                            {"layer.optical_depth", "0.5"},
+                                            {"planet.shell", "0.01"}});
 
-const KeyedFile cloudy_rings({{"camera.position", "[4, 0, 1]"},
-                              {"camera.orthographic_width", "2"},
-                              {"sun.direction", "[1, 0, 1]"},
-                              {"layer.components", "['isotropic', 'rayleigh']"},
-                              {"rings.profile", "'rings.csv'"},
-                              {"planet.layer",
-                               "{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
-                               "= 1.0 }"},
-                              {"planet.surface", "0.5"}});
+const KeyedFile seen_rings({{"camera.position", "[4, 0, 1]"},
+                            {"camera.orthographic_width", "2"},
+                            {"sun.direction", "[1, 0, 1]"},
+                            {"layer.components", "['isotropic', 'rayleigh']"},
+                            {"rings.profile", "'rings.csv'"}});
+
+const KeyedFile rings = seen_rings.with({{"rings.planet_radius", "1.0"},
+                                         {"rings.inner", "1.25"},
+                                         {"rings.outer", "1.5"},
+                                         {"rings.surface", "0.5"},
+                                         {"rings.flattening", "0.1"}});
+
+const KeyedFile cloudy_rings = seen_rings.with(
+    {{"planet.layer", "{ phase_function = 'isotropic', albedo = 0.5, optical_depth = 1.0 }"},
+     {"planet.surface", "0.5"}});
 
 const KeyedFile keyed_lobes({{"lobes.phase_function", "'isotropic'"},
                              {"lobes.incident_deg", "[30]"},

@@ -5,6 +5,7 @@
 
 #include "refusal.h"
 #include "temporary_folder.h"
+#include "small_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -354,7 +355,7 @@ class RingsFile : public ::testing::Test {
         const std::string name = (folder / "rings.toml").string();
         set_content(name, content);
         const std::string start = "scene: " + name + ", line " + std::to_string(line) + ": " + text;
-        expect_refusal<Error>([&] { read_scene(name); }, {start.c_str()});
+        expect_refusal<Error>([&] { read_film(name); }, {start.c_str()});
     }
 
     TemporaryFolder folder;
@@ -599,7 +600,7 @@ TEST(SceneFile, OfTheGalleryIsReadable) {
          std::filesystem::directory_iterator(STRATUS_REFERENCE_FOLDER "/../../tables/scenes")) {
         if (entry.path().extension() != ".toml") continue;
         SCOPED_TRACE(entry.path().string());
-        const SceneFile file = read_scene(entry.path());
+        const SceneFile file = read_film(entry.path())[0];
         EXPECT_FALSE(file.title.empty());
         EXPECT_TRUE(file.figure.has_value() != !file.panels.empty());
         ++count;
@@ -720,7 +721,7 @@ TEST(SceneOfAStack, HoldsItsLayers) {
         return parse_scene("[camera]\ndistance = 10.0\nelevation_deg = " + view +
                                "\northographic_width = 2.0\n[sun]\nelevation_deg = " + elevation +
                                "\n[layer]\nstack = '" + stack + "'\n" + more + subject,
-                           folder.path().string(), nullptr, "scene.toml")
+                           folder.path().string(), "scene.toml")
             .panels[0];
     };
     const Scene scene = scene_of("two.toml");

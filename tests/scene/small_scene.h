@@ -8,8 +8,15 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 
 namespace stratus {
+
+/// The first frame of a scene file.
+inline SceneFile parse_scene(const std::string& text, const std::string& directory = "",
+                             const std::string& name = "") {
+    return parse_film(text, directory, nullptr, name)[0];
+}
 
 /// A planet of unit radius before an orthographic camera, the picture 2 wide and high.
 inline Scene small_planet(double phase_angle_deg, double optical_depth, double albedo) {

@@ -1,5 +1,5 @@
 // Tabulated phase functions keep their values, and sampled scattering angles their moments.
-#include "reference/scattering_angle.h"
+#include "reference/photon_path.h"
 
 #include <stratus/base/constants.h>
 #include <stratus/io/phase_file.h>

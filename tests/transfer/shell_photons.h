@@ -10,7 +10,6 @@
 #include <stratus/transfer/reference/photons.h>
 
 #include "reference/photon_path.h"
-#include "reference/scattering_angle.h"
 
 #include <algorithm>
 #include <array>

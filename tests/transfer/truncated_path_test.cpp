@@ -1,4 +1,4 @@
-#include <stratus/transfer/truncated_path.h>
+#include <stratus/transfer/truncation.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>

@@ -17,6 +17,7 @@
 
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/stack_layers.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
 #include <filesystem>
 #include <string>
@@ -28,7 +29,15 @@ namespace stratus {
 struct Stack {
     std::vector<StackLayer> layers;  // top first
     LowerBoundary lower_boundary;
+
+    double optical_depth() const;  // of all layers
+    /// Whether nothing absorbs light, the lower boundary included.
+    bool is_lossless() const;
 };
+
+/// Returns the share of uniform light that layers and lower boundary absorb, by fluxes of all orders, or of
+/// so many: it then contains the light of higher ones.
+double absorptance(const Stack& stack, const SolvedFluxes& fluxes, int orders = 0);
 
 /// Reads a stack from TOML text; files it names are looked for below `directory`. Notes for the
 /// user go to `notes`. `name`: of its file, in refusals.

@@ -86,18 +86,10 @@ def plan(
     with builtin_errors(text if is_path else None):
         told, seconds, notes = _stratus.plan(text, is_path, tolerance or 0.0, list(drop), measure, threads, progress)
     warn(notes)
-    scenes = [
-        ScenePlan(
-            title=one["title"],
-            tolerance=one["tolerance"],
-            effects=one["effects"],
-            left_out=[LeftOut(*effect) for effect in one["left_out"]],
-            recipes=one["recipes"],
-            shares=[EffectShare(*share) for share in one.get("shares", ())],
-            orders=one.get("orders", {}),
-        )
-        for one in told
-    ]
+    for one in told:
+        one["left_out"] = [LeftOut(*effect) for effect in one["left_out"]]
+        one["shares"] = [EffectShare(*share) for share in one.get("shares", ())]
+    scenes = [ScenePlan(**one) for one in told]
     return Plan(scenes, seconds)
 
 

@@ -180,7 +180,7 @@ def solve(
     options, ground = _options("solve", nodes, tolerance, orders), _boundary(below)
     found = _gathered(
         at[0].size,
-        ((places, _stratus.solve_layer(own, w, depth, *(values[places] for values in at), *options, ground))
+        ((places, _stratus.solve_stack(_stratus.make_layer(own, w, depth, ground), *(values[places] for values in at), *options))
          for own, w, depth, places in layers))
     return _light(found, shape, tolerance if nodes is None else np.inf)
 
@@ -209,10 +209,6 @@ def _cosines(function: str, mu_in: ArrayLike) -> NDArray[np.float64]:
 
 def _fluxes(found: Sequence[dict[str, Any]], shape: tuple[int, ...], mu_in: NDArray[np.float64]) -> Fluxes:
     """Fluxes of layers one after the other, put together over `shape`."""
-    for of_layer in found:
-        passed = 0.0 if of_layer.pop("over_boundary") else of_layer["total_transmittance"]
-        is_conservative = of_layer.pop("conservative")
-        of_layer["absorptance"] = 0.0 if is_conservative else 1 - of_layer["spherical_albedo"] - passed
     together = {name: np.array([of_layer[name] for of_layer in found]) for name in found[0]}
     return Fluxes(mu_in=mu_in, **{name: values.reshape((*shape, *values.shape[1:]))[()] for name, values in together.items()})
 
@@ -234,8 +230,8 @@ def fluxes(
     options, ground = _options("fluxes", nodes, tolerance, orders), _boundary(below)
     found: dict[int, dict[str, Any]] = {}
     for own, w, depth, places in layers:
-        of_layer = _stratus.layer_fluxes(own, w, depth, at, *options, ground)
-        found.update((place, dict(of_layer)) for place in places.tolist())
+        of_layer = _stratus.stack_fluxes(_stratus.make_layer(own, w, depth, ground), at, *options)
+        found.update((place, of_layer) for place in places.tolist())
     return _fluxes([found[place] for place in range(len(found))], shape, at)
 
 

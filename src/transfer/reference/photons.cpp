@@ -4,7 +4,6 @@
 #include <stratus/base/argument.h>
 
 #include "photon_path.h"
-#include "scattering_angle.h"
 
 #include <boost/math/special_functions/expint.hpp>
 

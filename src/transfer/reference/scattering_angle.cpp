@@ -1,4 +1,4 @@
-#include "scattering_angle.h"
+#include "photon_path.h"
 
 #include <stratus/base/constants.h>
 

@@ -7,7 +7,7 @@
 // of the orders n >= 2 over all, and is compared with these.
 #pragma once
 
-#include <stratus/bake/work_log.h>
+#include <stratus/bake/bake.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/table.h>
 #include <stratus/transfer/solver_options.h>

@@ -8,7 +8,7 @@
 #pragma once
 
 #include <stratus/io/image.h>
-#include <stratus/picture/lobe_plot.h>
+#include <stratus/picture/plots.h>
 
 #include <cstddef>
 #include <filesystem>

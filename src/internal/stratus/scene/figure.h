@@ -3,8 +3,7 @@
 #pragma once
 
 #include <stratus/phase/phase_function.h>
-#include <stratus/picture/line_plot.h>
-#include <stratus/picture/lobe_plot.h>
+#include <stratus/picture/plots.h>
 
 #include <string>
 #include <variant>

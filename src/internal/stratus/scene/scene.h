@@ -172,23 +172,18 @@ struct SceneFile {
 /// slab.surface.
 Keys scene_keys();
 
-/// Reads a scene from TOML text, at the first frame of its [animation]; paths in it are relative to `directory`. Notes for the user are
-/// appended to `notes`. `name`: of its file, in refusals.
+/// Reads every frame of a scene's [animation], or the scene alone where there is none, from TOML text; paths in it are
+/// relative to `directory`. Frames share their images. Notes for the user are appended to `notes`. `name`: of its
+/// file, in refusals.
 ///
-/// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
-///          unknown keys with the nearest known; std::runtime_error for files that cannot be read.
-SceneFile parse_scene(const std::string& text, const std::string& directory = "",
-                      std::vector<std::string>* notes = nullptr, const std::string& name = "");
-
-/// Reads scenes from a file. Errors: std::runtime_error when it cannot be read.
-SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
-
-/// Reads every frame of an [animation]; the scene alone where there is none. Frames share their images.
-///
-/// Errors   as above, naming the frame, too; for frames of several sizes.
+/// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met, and the frame where
+///          there are several; unknown keys with the nearest known; frames of several sizes;
+///          std::runtime_error for files that cannot be read.
 std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory = "",
                                   std::vector<std::string>* notes = nullptr,
                                   const std::string& name = "");
+
+/// Reads them from a file. Errors: std::runtime_error when it cannot be read.
 std::vector<SceneFile> read_film(const std::filesystem::path& path,
                                  std::vector<std::string>* notes = nullptr);
 

@@ -8,7 +8,6 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solve_to_tolerance.h>
-#include <stratus/transfer/truncated_path.h>
 #include <stratus/transfer/truncation.h>
 
 #include <Eigen/Core>
@@ -19,7 +18,7 @@
 namespace stratus {
 
 /// The correction for truncation at one pair of cosines: TMS minus the closed form of the layer
-/// itself; where the peak is narrow, the path law and its rest (truncated_path.h), or the line law
+/// itself; where the peak is narrow, the path law and its rest (truncation.h), or the line law
 /// of a backward peak. 0 without truncation.
 struct PeakCorrection {
     double single = 0;  // per unit of phase function

@@ -4,6 +4,8 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
@@ -186,6 +188,68 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
 
 // ---- the reference solvers ---------------------------------------------------------------------
 
+Method by_h_function(const LayerQuestion& question) {
+    require(question.phase_function.is_isotropic(), "solve", "--phase",
+            "isotropic for the scheme h-function", question.phase_function.text());
+    const auto solve = [=](const std::vector<double>& mu) {
+        const std::vector<double> cosines = mu.empty() ? std::vector<double>{1} : mu;
+        return question.nodes ? solve_isotropic(question.albedo, question.optical_depth, cosines,
+                                                question.nodes)
+                              : solve_isotropic(question.albedo, question.optical_depth, cosines);
+    };
+    Method method;
+    const auto row = [=](const IsotropicSolution& solution, const Geometry& at, int in,
+                         int out) -> MethodRow {
+        const auto part = [&](Side side, double all) {
+            const double once = single_scattering(side, 1, question.albedo, question.optical_depth,
+                                                  at.mu_in, at.mu_out);
+            return SolvedValue{all, once, all - once};
+        };
+        return {part(Side::reflection, solution.reflection(in, out)),
+                part(Side::transmission, solution.transmission(in, out)),
+                {}};
+    };
+    method.rows = rows_by(solve, row);
+    method.fluxes = [=](const std::vector<double>& mu) {
+        const IsotropicSolution solution = solve(mu);
+        return list_fluxes(solution, mu, question.optical_depth,
+                           question.albedo == 1 ? 0 : lost_light(solution));
+    };
+    return method;
+}
+
+Method by_markov(const LayerQuestion& question) {
+    MarkovOptions options;
+    if (question.nodes) options.nodes = question.nodes;
+    if (question.sublayers) options.sublayers = question.sublayers;
+    options.orders = question.orders;
+    const auto solve = [=](const std::vector<double>& mu, const MarkovOptions& with) {
+        return solve_markov(question.phase_function, question.albedo, question.optical_depth, mu,
+                            with);
+    };
+    Method method;
+    method.more_columns = error_columns(question.orders);
+    const auto row = [=](const MarkovSolution& solution, const Geometry& at, int in, int out) {
+        const MarkovValue R = solution.reflection(in, out, at.azimuth);
+        const MarkovValue T = solution.transmission(in, out, at.azimuth);
+        MethodRow row{R.value, T.value, {R.error, T.error}};
+        for (int n = 1; n <= question.orders; ++n)
+            row.more.push_back(solution.reflection_of_order(n, in, out, at.azimuth));
+        for (int n = 1; n <= question.orders; ++n)
+            row.more.push_back(solution.transmission_of_order(n, in, out, at.azimuth));
+        return row;
+    };
+    method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); }, row);
+    method.fluxes = [=](const std::vector<double>& mu) {
+        const MarkovSolution solution = solve(mu, flux_only(options));
+        MethodFluxes fluxes = list_fluxes(solution.layer, mu, question.optical_depth,
+                                          lost_light(solution.layer), question.orders);
+        fluxes.uniform.emplace_back("error", solution.flux_error);
+        return fluxes;
+    };
+    return method;
+}
+
 Method by_photons(const LayerQuestion& question) {
     PhotonOptions options;
     if (question.photons) options.photons = question.photons;
@@ -268,6 +332,8 @@ double worst_error(const SolvedGeometries& solved, const Query& query) {
 }  // namespace
 
 Method make_method(const LayerQuestion& question) {
+    if (question.scheme == "h-function") return by_h_function(question);
+    if (question.scheme == "markov") return by_markov(question);
     if (question.scheme == "photons") return by_photons(question);
     if (question.scheme == "classic") return by_classic(question);
     return make_method(

@@ -20,11 +20,12 @@ struct LayerQuestion {
     PhaseFunction phase_function;
     double albedo = 0, optical_depth = 0;
     std::string scheme = "harmonic";
-    int nodes = 0;                        // harmonic: 0: as many as the tolerance needs
-    double tolerance = 1e-4;              // harmonic, relative
-    int orders = 0;                       // harmonic: one by one; photons: the last one followed
-    std::string start;                    // classic
-    double start_depth = 0;               // classic
+    int nodes = 0;            // harmonic: 0: as many as the tolerance needs
+    double tolerance = 1e-4;  // harmonic, relative
+    int orders = 0;           // harmonic, markov: one by one; photons: the last one followed
+    std::string start;        // classic
+    double start_depth = 0;   // classic
+    int sublayers = 0;        // markov
     std::uint64_t photons = 0, seed = 1;  // photons
     int backward_collisions = 0;          // photons
     int threads = 0;                      // photons

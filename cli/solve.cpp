@@ -237,9 +237,10 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
     for (const auto& [name, schemes] : {SchemeOption{"--tolerance", {"harmonic"}},
                                         {"--levels", {"harmonic"}},
                                         {"--over", {"harmonic"}},
-                                        {"--orders", {"harmonic", "photons"}},
+                                        {"--orders", {"harmonic", "markov", "photons"}},
                                         {"--start", {"classic"}},
                                         {"--start-depth", {"classic"}},
+                                        {"--sublayers", {"markov"}},
                                         {"--photons", {"photons"}},
                                         {"--seed", {"photons"}},
                                         {"--backward-collisions", {"photons"}},
@@ -268,21 +269,22 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
                         ground_help())
         ->type_name("GROUND");
     add_accuracy(solve, command.question.nodes, command.question.tolerance, command.accept,
-                 ". Default of the scheme classic: 32");
+                 ". Default of other schemes: classic 32, h-function 64, markov 16");
     solve
         .add_option("--scheme", command.question.scheme,
                     "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "
-                    "classic (textbook doubling), photons (Monte Carlo)")
+                    "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
+                    "isotropic only), markov (Markov chain), photons (Monte Carlo)")
         ->capture_default_str()
-        ->check(CLI::IsMember({"harmonic", "classic", "photons"}));
+        ->check(CLI::IsMember({"harmonic", "classic", "h-function", "markov", "photons"}));
 }
 
 /// Options that some schemes know.
 void add_scheme_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--orders", command.question.orders,
-                    "Light scattered at most this often, [1, 200]; harmonic tells every "
-                    "order")
+                    "Light scattered at most this often, [1, 200]; harmonic and markov tell "
+                    "every order")
         ->check(whole_number(1, 200));
     solve
         .add_option("--start", command.question.start,
@@ -293,6 +295,10 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
                     "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
                     "1e-3 of the smallest cosine")
         ->check(number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
+    solve
+        .add_option("--sublayers", command.question.sublayers,
+                    "markov: sublayers, even, [4, 1024]. Default: 32")
+        ->check(whole_number(4, 1024));
     solve
         .add_option("--photons", command.question.photons,
                     "photons: how many for each mu_in, [2, 1e12]. Default: 1000000")

@@ -76,8 +76,10 @@ def expect_agreement(scheme, within=0, errors=0):
     return said.out
 
 
+expect_agreement("--scheme h-function", 1e-9)
 expect_agreement("--scheme classic --start single --start-depth 1e-6", 1e-5)
 expect_agreement("--scheme classic --start diamond --start-depth 1e-5", 1e-6)
+expect_agreement("--scheme markov --sublayers 16", errors=1)
 photons = "--scheme photons --photons 20000 "
 drawn = expect_agreement(photons + "--threads 1", errors=4)
 expect(solve(layer + photons + "--threads 2").out == drawn, "threads must not change what photons find")
@@ -87,7 +89,9 @@ expect(expect_agreement(photons + "--backward-collisions 4", errors=4) != drawn,
 # fluxes of each, too
 layer = "--phase isotropic --albedo 0.9 --optical-depth 1 --mu-in 0.5 "
 met = fluxes(layer)
-fluxes(layer + "--scheme classic", 1e-6, spherical_albedo=met.spherical_albedo, plane_albedo=met.plane_albedo)
+fluxes(layer + "--scheme h-function", 1e-10, spherical_albedo=met.spherical_albedo, plane_albedo=met.plane_albedo)
+markov = fluxes(layer + "--scheme markov")
+expect_near(markov.plane_albedo[0], met.plane_albedo[0], markov.error)
 drawn = fluxes(layer + "--scheme photons --photons 50000")
 expect_near(drawn.plane_albedo[0], met.plane_albedo[0], 4 * drawn.plane_albedo_error[0])
 
@@ -96,6 +100,8 @@ layer = "--phase rayleigh --albedo 0.8 --optical-depth 1 "
 said = solve(layer + "--query query.csv --orders 3")
 expect_rows(said, 2, "abs(reflection_order_1 - reflection_single) < 1e-14")
 expect_rows(said, 2, "abs(transmission_order_1 + transmission_order_2 + transmission_order_3 - transmission) < 1e-14")
+markov = solve(layer + "--query query.csv --orders 3 --scheme markov")
+expect_near(markov.row.reflection_order_2, said.row.reflection_order_2, 1e-5)
 expect(len(fluxes(layer + "--orders 2").spherical_albedo_of_order) == 2, "each order needs its flux")
 
 # options that belong to other schemes, and what a reference solver cannot do
@@ -104,14 +110,15 @@ expect_refused(
     "--seed 1 => --scheme | photons with --seed | got harmonic",
     "--backward-collisions 4 => --scheme | photons with --backward-collisions | got harmonic",
     "--scheme photons --backward-collisions 101 => --backward-collisions | [0, 100] | got 101",
-    "--scheme classic --photons 10 => --scheme | photons with --photons | got classic",
-    "--scheme markov => --scheme | harmonic",
+    "--scheme markov --photons 10 => --scheme | photons with --photons | got markov",
     "--start single => --scheme | classic with --start | got harmonic",
     "--start-depth 1e-3 => --scheme | classic with --start-depth",
-    "--scheme classic --orders 2 => --scheme | harmonic or photons with --orders | got classic",
+    "--sublayers 8 => --scheme | markov with --sublayers",
+    "--scheme classic --orders 2 => --scheme | harmonic or markov or photons with --orders | got classic",
     "--orders 0 => --orders | [1, 200] | got 0",
     "--scheme classic --start-depth 2 => --start-depth | [1e-15, 1] | got 2",
     "--scheme photons --photons 1 => --photons | [2, 1000000000000] | got 1",
+    "--scheme markov --sublayers 5 => sublayers | even | got 5",
     "--tolerance 0 => --tolerance | [1e-12, 1] | got 0",
     "--tolerance 1e-3 --nodes 8 => --tolerance | --nodes",
     "--scheme classic --tolerance 1e-3 => --scheme | harmonic with --tolerance | got classic",

@@ -1,12 +1,12 @@
 // A matrix of layers on which all applicable methods are compared pairwise: each pair agrees within
 // the sum of the errors that the two state.
 #include <stratus/base/constants.h>
+#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
-#include "markov.h"
-#include "isotropic.h"
 #include "row_name.h"
 
 #include <gtest/gtest.h>

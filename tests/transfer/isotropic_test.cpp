@@ -1,10 +1,11 @@
 // Chandrasekhar's functions against their closed-form properties, and the solver against them.
+#include <stratus/transfer/reference/isotropic.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
-#include "isotropic.h"
+#include "refusal.h"
 #include "usual_layers.h"
 
 #include <gtest/gtest.h>
@@ -29,6 +30,11 @@ TEST(HFunction, HasTheMomentsOfConservativeScattering) {
 TEST(HFunction, HasTheMeanThatItsEquationImplies) {
     for (const double w : {0.1, 0.5, 0.9, 0.999, 1.0})
         EXPECT_NEAR(HFunction(w).moment(0), 2 / w * (1 - std::sqrt(1 - w)), 1e-13) << w;
+}
+
+TEST(HFunction, RefusesAlbedosOutOfRange) {
+    for (const double albedo : {-0.25, 1.25})
+        expect_refusal([&] { HFunction{albedo}; }, {"HFunction", "albedo", "[0, 1]", "25"});
 }
 
 class IsotropicLayer : public testing::TestWithParam<double> {};
@@ -145,6 +151,23 @@ TEST(SolveIsotropic, TransmitsOnlyTheBeamAtAlbedoZero) {
     EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
     for (int i = 0; i < layer.mu.size(); ++i)
         EXPECT_DOUBLE_EQ(layer.Y(i), std::exp(-2 / layer.mu(i))) << layer.mu(i);
+}
+
+TEST(SolveIsotropic, RefusesArgumentsOutOfRange) {
+    const auto refused = [](double albedo, double optical_depth, double mu, int nodes,
+                            const char* reason) {
+        expect_refusal([&] { solve_isotropic(albedo, optical_depth, {mu}, nodes); }, {reason});
+    };
+    refused(1.25, 1, 1, 8, "solve_isotropic: albedo must be in [0, 1], got 1.25");
+    refused(-0.25, 1, 1, 8, "albedo must be in [0, 1], got -0.25");
+    refused(1, -0.5, 1, 8, "optical_depth must be in [0, 1024] or inf, got -0.5");
+    refused(1, 1025, 1, 8, "optical_depth must be in [0, 1024] or inf, got 1025");
+    refused(1, NAN, 1, 8, "optical_depth must be in [0, 1024] or inf, got nan");
+    refused(1, 1, 5e-13, 8, "mu must be in [1e-12, 1], got 5e-13");
+    refused(1, 1, 1.25, 8, "mu must be in [1e-12, 1], got 1.25");
+    refused(1, infinity, 0, 8, "mu must be in [1e-12, 1], got 0");
+    refused(1, 1, 1, 0, "nodes must be in [1, 512], got 0");
+    refused(1, 1, 1, 513, "nodes must be in [1, 512], got 513");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // transfer integrated order by order.
 
 #include <stratus/base/gauss_legendre.h>
+#include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
 
@@ -13,7 +14,6 @@
 #include <functional>
 #include <vector>
 
-#include "isotropic.h"
 #include "light_inside.h"
 #include "refusal.h"
 #include "usual_layers.h"

@@ -1,9 +1,10 @@
 // The Markov chain agrees with the solver within its stated errors.
+#include <stratus/transfer/reference/markov.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
-#include "markov.h"
+#include "refusal.h"
 #include "usual_layers.h"
 
 #include <boost/math/quadrature/tanh_sinh.hpp>
@@ -240,6 +241,52 @@ TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
             EXPECT_NEAR(multiple * R.total / R.multiple, 1, 1e-4) << tau;
         }
     }
+}
+
+TEST(MarkovChainAlone, StopsAfterOrderOne) {
+    const MarkovSolution once = solve_markov({}, 1, 1, chain_cosines, chain_of(8, 16, 1));
+    EXPECT_EQ(once.reflection(1, 2, 0).value.multiple, 0);
+    EXPECT_EQ(once.reflection_of_order(1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
+    EXPECT_EQ(once.reflection(1, 2, 0).error, 0);
+    EXPECT_LT(once.layer.spherical_albedo + once.layer.total_transmittance, 0.9);
+}
+
+TEST(MarkovChainAlone, UsesTheGaussNodesByDefault) {
+    const MarkovSolution chain = solve_markov({}, 0.9, 1, {}, chain_of(8, 16));
+    ASSERT_EQ(chain.layer.mu.size(), 8);
+    const MarkovSolution asked = solve_markov({}, 0.9, 1, {chain.layer.mu(5)}, chain_of(8, 16));
+    EXPECT_NEAR(chain.reflection(5, 5, 0).value.total / asked.reflection(0, 0, 0).value.total, 1,
+                1e-13);
+    EXPECT_NEAR(chain.layer.plane_albedo(5), asked.layer.plane_albedo(0), 1e-13);
+}
+
+// ---- refusals ----------------------------------------------------------------------------------
+
+TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
+    const auto refused = [](double albedo, double optical_depth, double mu,
+                            const MarkovOptions& options, const std::string& reason) {
+        expect_refusal([&] { solve_markov({}, albedo, optical_depth, {mu}, options); }, {reason});
+    };
+    const std::string finite =
+        "markov: optical_depth must be in [0, inf) (a semi-infinite layer cannot be divided into "
+        "sublayers), got ";
+    refused(1.5, 1, 1, {}, "markov: albedo must be in [0, 1], got 1.5");
+    refused(NAN, 1, 1, {}, "markov: albedo must be in [0, 1], got nan");
+    refused(0.5, -1, 1, {}, finite + "-1");
+    refused(0.5, NAN, 1, {}, finite + "nan");
+    refused(0.5, infinity, 1, {}, finite + "inf");
+    refused(0.5, 1, 0, {}, "mu must be in [1e-100, 1], got 0");
+    refused(0.5, 1, 1, chain_of(0, 32), "markov: nodes must be in [1, 512], got 0");
+    refused(0.5, 1, 1, chain_of(513, 4), "markov: nodes must be in [1, 512], got 513");
+    for (const int sublayers : {2, 15})
+        refused(
+            0.5, 1, 1, chain_of(8, sublayers),
+            "markov: sublayers must be even and in [4, 8192], got " + std::to_string(sublayers));
+    refused(0.5, 1, 1, chain_of(8, 16, -1), "markov: orders must be >= 0, got -1");
+    refused(0.5, 1, 1, MarkovOptions{.modes = -1}, "markov: modes must be >= 0, got -1");
+    refused(
+        0.5, 1, 1, chain_of(64, 66),
+        "markov: 2 sublayers x nodes must be at most 8192 (a dense matrix of 512 MiB), got 8448");
 }
 
 }  // namespace

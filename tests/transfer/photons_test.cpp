@@ -2,9 +2,9 @@
 #include <stratus/transfer/reference/photons.h>
 
 #include <stratus/base/constants.h>
+#include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/solve.h>
 
-#include "markov.h"
 #include "refusal.h"
 #include "usual_layers.h"
 

@@ -1,9 +1,9 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include <stratus/base/constants.h>
+#include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/solve.h>
 
-#include "isotropic.h"
 #include "csv_rows.h"
 #include "random_problems.h"
 #include "refusal.h"

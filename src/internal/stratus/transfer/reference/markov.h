@@ -20,7 +20,7 @@ namespace stratus {
 
 struct MarkovOptions {
     int nodes = 16;           // Gauss nodes in (0, 1)
-    int sublayers = 32;       // K, even
+    int sublayers = 32;       // K, even; 2 K x nodes at most 8192
     int modes = 0;            // azimuthal modes; 0: until negligible
     int orders = 0;           // the highest order of scattering; 0: all
     bool extrapolate = true;  // false: 2 K sublayers as they are, for studies of convergence
@@ -55,11 +55,12 @@ struct MarkovSolution {
     double transmission_of_order(int n, int in, int out, double azimuth) const;
 };
 
-/// Solves one layer at the cosines `mu` by the chain.
+/// Solves one layer at the cosines `mu` (none: at the Gauss nodes) by the chain.
 ///
 /// Source   [EH78]; the layer is folded at its mid-plane, which halves the matrices.
 /// Range    albedo [0, 1]; optical_depth [0, inf): sublayers cannot fill a semi-infinite
 ///          layer; mu [1e-100, 1].
+/// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy K = 32: 1e-5 of R and T at depth 1, 5e-4 at depth 8 (cosines from 0.02), eight times
 ///          better with each doubling of K. The stated error is some 3 to 50 times the true error
 ///          in K; that of the nodes (quadrature.h) comes on top.

@@ -1,9 +1,10 @@
-#include "markov.h"
+#include <stratus/transfer/reference/markov.h>
 
+#include <stratus/base/argument.h>
 #include <stratus/layer/single_scattering.h>
 
-#include "layer.h"
-#include "reference/classic.h"
+#include "../layer.h"
+#include "classic.h"
 
 #include <Eigen/LU>
 
@@ -16,6 +17,9 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+/// A dense matrix of 512 MiB.
+constexpr int max_states = 8192;
 
 /// Modes below this share of mode 0 are left out: far below the error in K.
 constexpr double mode_tolerance = 1e-10;
@@ -162,7 +166,8 @@ class MarkovRun {
         layer.optical_depth = optical_depth;
         layer.phase_function = phase_function;
         layer.truncation = no_truncation(phase_function, 2 * options.nodes);
-        layer.mu = directions_.mu.tail(directions_.size() - options.nodes);
+        layer.mu =
+            mu.empty() ? directions_.mu : directions_.mu.tail(directions_.size() - options.nodes);
         const auto count = layer.mu.size();
         solution_.reflection_error = solution_.transmission_error = MatrixXd::Zero(count, count);
         solution_.order.resize(static_cast<std::size_t>(std::max(0, options.orders - 1)));
@@ -293,6 +298,18 @@ double MarkovSolution::transmission_of_order(int n, int in, int out, double azim
 MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,
                             double optical_depth, const std::vector<double>& mu,
                             const MarkovOptions& options) {
+    const char* const caller = "markov";
+    require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
+    require(optical_depth >= 0 && !std::isinf(optical_depth), caller, "optical_depth",
+            "in [0, inf) (a semi-infinite layer cannot be divided into sublayers)", optical_depth);
+    require(options.sublayers >= 4 && options.sublayers <= max_states && options.sublayers % 2 == 0,
+            caller, "sublayers", "even and in [4, 8192]", options.sublayers);
+    require(options.modes >= 0, caller, "modes", ">= 0", options.modes);
+    require(options.orders >= 0, caller, "orders", ">= 0", options.orders);
+    require(options.nodes >= 1 && options.nodes <= 512, caller, "nodes", "in [1, 512]",
+            options.nodes);
+    require(2 * options.sublayers * options.nodes <= max_states, caller, "2 sublayers x nodes",
+            "at most 8192 (a dense matrix of 512 MiB)", 2 * options.sublayers * options.nodes);
     return MarkovRun(phase_function, albedo, optical_depth, mu, options).run();
 }
 

@@ -1,4 +1,4 @@
-#include "choices.h"
+#include "probes.h"
 
 #include <stratus/bake/axes.h>
 #include <stratus/bake/parallel.h>

@@ -1,0 +1,185 @@
+// The probes on which every choice of a discretisation is measured, at one mixture: layers solved once, at
+// directions between grazing and normal, a few azimuths, albedos over the range and every octave of
+// depth (and infinity). Errors are relative as in accuracy.h; a choice stands when 99.9 % of the
+// probed values are within its share of the tolerance.
+#pragma once
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+#include <stratus/base/axis.h>
+#include <stratus/transfer/fourier_sum.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <vector>
+
+namespace stratus {
+
+/// One side of a solved layer at all directions.
+struct ProbedSide {
+    std::vector<double> tabulated, total;  // over (mu, mu, azimuth)
+    double floor = 0;                      // accuracy.h
+};
+
+struct ProbedLayer {
+    LayerSolution solution;
+    ProbedSide reflection, transmission;
+
+    const ProbedSide& side(Side which) const {
+        return which == Side::reflection ? reflection : transmission;
+    }
+};
+
+using ProbedLayers = std::vector<std::vector<ProbedLayer>>;  // [albedo][depth]
+
+struct Probes {
+    Recipe recipe;  // of one mixture, its discretisation as far as it is chosen
+    double max_error;
+    BakeOptions options;
+    std::shared_ptr<const PathOrders> path_law;  // axes.h
+    DirectionGrid directions;
+    std::vector<double> albedos, exponents;  // exponents: decay_exponents (axes.h)
+    DepthLadder ladder;
+    double extrapolation_length;
+    ProbedLayers layers;  // of all modes; empty until solved
+    // Ranks probe some of the albedos each, as many ranks as there are albedos at most. Those beyond
+    // do what others do, too, and are not counted.
+    int share = 0, shares = 1;
+    std::size_t all_albedos;  // of all shares
+};
+
+/// Probes of a recipe of one mixture, not solved yet; with ranks, this one's.
+Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
+
+/// How many of `count` things that shares take in turn are this one's.
+std::size_t count_of_share(const Probes& probes, std::size_t count);
+
+/// Cosines of solutions: those that floors of errors need (accuracy.h), and the pairs along mu_in
+/// and mu_out at which a recipe is probed.
+struct ProbedCosines {
+    std::vector<double> mu;
+    CosinePairs pairs;
+};
+
+ProbedCosines many_cosines(const Recipe& recipe);
+
+/// Half as many, which suffice between depths.
+ProbedCosines some_cosines(const Recipe& recipe);
+
+/// The few that suffice between albedos, and between members of a family.
+ProbedCosines few_cosines(const Recipe& recipe);
+
+/// Some cosines at the probes' azimuths, for solutions of the recipe's nodes.
+DirectionGrid directions_at(const Recipe& recipe, ProbedCosines cosines,
+                            std::shared_ptr<const PathOrders> path_law);
+
+/// The probes' own layers, solved when first asked for.
+const ProbedLayers& probed_layers(Probes& probes);
+
+/// Layers solved with the nodes and modes that are chosen, or with their first modes alone.
+ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
+                          const DepthLadder& ladder, const DirectionGrid& directions,
+                          int most_modes = 0);
+
+/// Solves several ladders: [ladder][albedo][depth].
+std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<double>& albedos,
+                                        const std::vector<DepthLadder>& ladders,
+                                        const DirectionGrid& directions, int most_modes = 0);
+
+/// Solves as solve_layers on all ranks, each albedo on one of them; solutions keep albedo and depth
+/// alone.
+ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
+                                   const DepthLadder& ladder, const DirectionGrid& directions,
+                                   int most_modes);
+
+/// The sides that a recipe asks for.
+std::vector<Side> asked_sides(const Recipe& recipe);
+
+/// A side of a solved layer at all directions.
+ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
+                      double floor);
+
+/// A solved layer at all directions.
+ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions);
+
+/// The octaves of depth that the table's samples will have.
+DepthLadder ladder_to_deepest(const Probes& probes);
+
+// ---- errors -------------------------------------------------------------------------------------
+
+using Errors = std::vector<double>;
+
+/// The share of the probed values that must be within a choice's limit.
+constexpr double probed_share = 0.999;
+
+/// The errors that measure(albedo, depth, errors) adds for all albedos and depths, this share's.
+Errors errors_of_layers(
+    const Probes& probes, std::size_t albedos, std::size_t depths,
+    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+
+/// error_quantile of the errors of all shares, list by list. Ranks tell each other no more than the
+/// largest of theirs.
+std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists, double share);
+double quantile_of_all(const Probes& probes, Errors errors, double share);
+
+/// Returns the quantile of 99.9 % of the errors of all shares.
+double measure_layers(
+    const Probes& probes, std::size_t albedos, std::size_t depths,
+    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+
+/// How many of a grid's cosines are judged: the first of mu_in and of mu_out.
+struct Judged {
+    int in, out;
+
+    explicit Judged(const DirectionGrid& directions)
+        : in(directions.in_count()), out(directions.out_count()) {}
+};
+
+/// Adds the errors of found(side, i, j, k) at all pairs of the judged cosines and at all azimuths,
+/// for both sides of `expected` that the recipe asks for; of a narrow peak at the cosines that
+/// count there (accuracy.h).
+template <class Found>
+void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
+                const Judged& judged, Errors& errors, const Found& found) {
+    const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
+    for (const Side side : both_sides) {
+        if (side == Side::reflection
+                ? !recipe.reflection
+                : !recipe.transmission || std::isinf(expected.solution.optical_depth))
+            continue;
+        const ProbedSide& values = expected.side(side);
+        for (int i = 0; i < judged.in; ++i)
+            for (int j = directions.pairs().are_symmetric() ? i : 0; j < judged.out; ++j) {
+                if (std::min(directions.mu_in(i), directions.mu_out(j)) < least) continue;
+                for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) {
+                    const std::size_t at = directions.at(i, j, k);
+                    errors.push_back(std::abs(found(side, i, j, k) - values.tabulated[at]) /
+                                     std::max(values.total[at], values.floor));
+                }
+            }
+    }
+}
+
+/// Samples that interpolate a layer, and their weights on either side.
+struct Blend {
+    static constexpr int size = std::extent_v<decltype(Stencil::weight)>;
+    const ProbedLayer* sample[size] = {};
+    PerSide<std::array<double, size>> weight{};
+};
+
+/// Adds the errors of a blend at all directions. `along`, if any: a factor for each sample over mu, of both
+/// directions.
+void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
+                      const DirectionGrid& directions, const Blend& blend, Errors& errors,
+                      const std::vector<double>* along = nullptr);
+
+// ---- what samples are divided by before they are interpolated (lookup.h); 1 over a boundary -----
+
+double intercepted(const Recipe& recipe, double optical_depth, double mu);
+double sample_scale(const Probes& probes, Side side, double optical_depth, double exponent);
+
+}  // namespace stratus

@@ -25,7 +25,7 @@ class Progress {
 
     /// A line of its own, clear of the bar.
     void note(const std::string& line);
-    /// What reading a file had to tell.
+    /// Notes that reading a file gave.
     void notes(const std::vector<std::string>& notes) {
         for (const std::string& each : notes) note("note: " + each);
     }

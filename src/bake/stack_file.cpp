@@ -86,7 +86,7 @@ bool Stack::is_lossless() const {
 
 double absorptance(const Stack& stack, const SolvedFluxes& fluxes, int orders) {
     if (orders == 0 && stack.is_lossless()) return 0;
-    // What falls on the boundary is not lost: its share is part of it.
+    // Light that falls on the boundary is not lost: its share is part of it.
     const double passed = stack.lower_boundary.is_present() ? 0 : fluxes.total_transmittance;
     return 1 - fluxes.spherical_albedo - passed;
 }

@@ -1,7 +1,7 @@
 // Numbers of a lookup: float, or floats side by side in a SIMD register with the same operations.
 //
 // The arithmetic of fast lookups (elementary.h, light_path.h, phase_values.h, interpolation.h,
-// closed_form.h, diffusion_scales.h) is written once for a number type F: float for one lookup,
+// closed_form.h) is written once for a number type F: float for one lookup,
 // LookupLanes for many, ChannelLanes for the channels of one. Nothing there branches on a number.
 //
 // All of it has internal linkage and is inlined: copies that were compiled for different processors
@@ -426,6 +426,37 @@ STRATUS_INLINE auto channel_value(const float* number, int channel) {
         return load<ChannelLanes>(number);
     else
         return number[channel];
+}
+
+// ---- numbers that one lookup needs more than once, side by side
+
+STRATUS_INLINE QuantityLanes quantities(float a, float b, float c = 0, float d = 0) {
+    return QuantityLanes(QuantityLanes::Floats{a, b, c, d});
+}
+
+/// Two, and 0.
+STRATUS_INLINE QuantityLanes two_quantities(float a, float b) {
+#if defined(__SSE4_1__)
+    return QuantityLanes(
+        QuantityLanes::Floats(_mm_insert_ps(to_register(a), to_register(b), 0x1c)));
+#else
+    return quantities(a, b);
+#endif
+}
+
+/// The first of one, and what follows of another.
+STRATUS_INLINE QuantityLanes with_first(QuantityLanes x, QuantityLanes rest) {
+    return quantities(x.v[0], rest.v[1], rest.v[2], rest.v[3]);
+}
+
+/// The first two of either.
+STRATUS_INLINE QuantityLanes low_and_low(QuantityLanes a, QuantityLanes b) {
+    return quantities(a.v[0], a.v[1], b.v[0], b.v[1]);
+}
+
+STRATUS_INLINE float sum_of_all(QuantityLanes x) {
+    const QuantityLanes halves = x + quantities(x.v[2], x.v[3], x.v[2], x.v[3]);
+    return halves.v[0] + halves.v[1];
 }
 
 }  // namespace

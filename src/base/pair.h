@@ -2,7 +2,7 @@
 // The two of one lookup lie side by side in a register and take the time of one.
 #pragma once
 
-#include "quantities.h"
+#include "lanes.h"
 
 namespace stratus {
 namespace {

@@ -5,11 +5,8 @@
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
 
-#include "kernels/kernels.h"
 #include "layer/reflected_curve.h"
-#include "slice_background.h"
-#include "slice_batches.h"
-#include "slice_refinement.h"
+#include "slice_parts.h"
 #include "table/layer_coverage.h"
 #include "table/lookup_arguments.h"
 

@@ -1,7 +1,6 @@
 // Slices: layers bound once, for short lookups.
 #include <stratus/io/phase_file.h>
 
-#include "errors.h"
 #include "handles.h"
 
 #include <memory>

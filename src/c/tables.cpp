@@ -3,7 +3,6 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 
-#include "errors.h"
 #include "handles.h"
 
 #include <utility>

@@ -9,10 +9,7 @@
 // Checksums are of numbers and texts as they are read, not of the file's bytes: a program that
 // rewrites the file in its own way, copying datasets and attributes, keeps them valid. The structures
 // are those of HDF5 1.10, whose own checksums the library compares.
-#include "hdf5_attributes.h"
-#include "hdf5_chunks.h"
-#include "hdf5_library.h"
-#include "hdf5_file.h"
+#include "hdf5_parts.h"
 #include "table_content.h"
 
 #include <hdf5.h>

@@ -3,9 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/io/file_bytes.h>
 
-#include "hdf5_attributes.h"
-#include "hdf5_library.h"
-#include "hdf5_file.h"
+#include "hdf5_parts.h"
 
 #include <hdf5.h>
 #include <hdf5_hl.h>

@@ -1,10 +1,8 @@
-#include "filtered_blocks.h"
+#include "texture_parts.h"
 
 #include <stratus/base/constants.h>
 #include <stratus/base/half.h>
 #include <stratus/table/packed_block.h>
-
-#include "bound_layer.h"
 
 #include <algorithm>
 #include <cmath>

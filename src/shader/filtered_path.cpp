@@ -1,9 +1,6 @@
-#include "filtered_path.h"
+#include "texture_parts.h"
 
 #include <stratus/phase/path_law.h>
-
-#include "bound_layer.h"
-#include "filtered_blocks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <stratus/table/kernels/packed.h>
 #include <stratus/table/packed_block.h>
 
-#include "bound_layer.h"
+#include "texture_parts.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // that share their functions.
 #pragma once
 
-#include <stratus/table/layer_basis.h>
+#include <stratus/table/packed_block.h>
 
 #include "layer_sums.h"
 

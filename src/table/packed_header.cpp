@@ -62,12 +62,6 @@ void read_family_axes(const TensorFile& file, Table& table) {
 
 }  // namespace
 
-std::string shape_text(const std::vector<std::size_t>& shape) {
-    std::vector<std::string> words;
-    for (const std::size_t extent : shape) words.push_back(std::to_string(extent));
-    return "[" + joined(words) + "]";
-}
-
 PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std::size_t width,
                             const PhaseFunction& phase_function) {
     if (!file.has(name)) {
@@ -85,7 +79,7 @@ PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std
     const TensorOf<float> samples = file.numbers<float>(name, 2);
     require(samples.shape[0] >= 2 && samples.shape[0] <= (1 << 20) && samples.shape[1] == width,
             packed_caller, "shape of " + name, "[2 to 1048576, " + std::to_string(width) + "]",
-            shape_text(samples.shape));
+            list_text(samples.shape));
     return PhaseCurve::of_samples(copied(samples), static_cast<int>(width));
 }
 

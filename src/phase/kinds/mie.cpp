@@ -4,9 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "../droplet_sizes.h"
 #include "../mie_scattering.h"
-#include "../refractive_index.h"
 #include "phase_text.h"
 
 #include <algorithm>

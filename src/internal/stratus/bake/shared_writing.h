@@ -2,7 +2,7 @@
 #pragma once
 
 #include <stratus/bake/ranks.h>
-#include <stratus/io/sample_files.h>
+#include <stratus/io/write_options.h>
 #include <stratus/table/table.h>
 
 #include <filesystem>

@@ -83,24 +83,21 @@ class Handle {
 Handle new_property_list(hid_t kind);
 Handle new_dataspace(std::span<const std::size_t> extents);
 
-/// A new file by an access property list. Its root keeps the order in which datasets and attributes
-/// are made, and no times.
-Handle create_file(const std::string& name, const Handle& access);
+/// A new dataset, which keeps the order of its attributes, and no times.
+Handle new_dataset(hid_t file, const std::string& name, hid_t stored,
+                   std::span<const std::size_t> extents, bool in_chunks = false);
 
 /// Names in no particular order.
 std::vector<std::string> attribute_names(hid_t object);
 
-// ---- files: in memory, so that only the system can fail on the disk (file_bytes.h), and on the disk through a
-// driver of our own: what fills these can be larger than memory, and where the system fails it says why, not
+// ---- files: read in memory, so that only the system can fail on the disk (file_bytes.h), and written through a
+// driver of our own: what fills them can be larger than memory, and where the system fails it says why, not
 // HDF5
-
-/// A new file whose bytes are in `bytes` once it is closed; `bytes` must outlive it.
-Handle create_file(Bytes& bytes);
 
 /// Opens the file in `bytes`, which must outlive it, for reading.
 Handle open_file(const Bytes& bytes);
 
-/// Makes `path` an HDF5 file with what fill(file) puts into it; the same bytes as in memory.
+/// Makes `path` an HDF5 file with what fill(file) puts into it.
 ///
 /// Errors   std::system_error from the system; what `fill` throws.
 void write_file(const std::filesystem::path& path, const std::function<void(hid_t file)>& fill);

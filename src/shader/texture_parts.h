@@ -12,6 +12,9 @@
 
 namespace stratus {
 
+/// A number of elements, or the place of one, as the standard library counts them.
+constexpr std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
 inline float& component(shader::vec4& texel, int i) {
     float* const all[] = {&texel.x, &texel.y, &texel.z, &texel.w};
     return *all[i];
@@ -50,8 +53,6 @@ constexpr std::size_t filtered_words = 3;      // of four functions
 constexpr float least_filtered_light = 1e-4f;  // R or T that errors are relative to
 constexpr float full_scale =
     2048;  // of weights and functions as halves: small ones keep their digits
-
-inline std::size_t index(int n) { return static_cast<std::size_t>(n); }
 
 /// One side.
 struct SideBlocks {

@@ -20,8 +20,6 @@ using Texel = std::array<float, 4>;
 
 constexpr std::size_t record_texels = 16, texels_per_row = functions / 4;
 
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
-
 float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
 
 /// Numbers below 2^24 are exact.

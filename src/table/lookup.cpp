@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 
 namespace stratus {
 namespace {
@@ -36,46 +35,9 @@ Directions place_directions(const TableView& table, const Geometry& geometry) no
     return at;
 }
 
-/// `width` neighbouring azimuths, added and scaled side by side.
-template <int width>
-struct AzimuthRow {
-    float value[width];
-
-    float operator[](int k) const noexcept { return value[k]; }
-
-    AzimuthRow& operator+=(const AzimuthRow& other) noexcept {
-        for (int k = 0; k < width; ++k) value[k] += other.value[k];
-        return *this;
-    }
-
-    friend AzimuthRow operator+(AzimuthRow left, const AzimuthRow& right) noexcept {
-        return left += right;
-    }
-
-    friend AzimuthRow operator*(float factor, AzimuthRow row) noexcept {
-        for (float& value : row.value) value *= factor;
-        return row;
-    }
-};
-
-template <int width>
-struct RowOf {
-    using type = AzimuthRow<width>;
-};
-
-#if defined(__GNUC__)
-// Four floats as the compiler's own vector: with optimisation on, g++ 12 leaves the struct
-// scalar and takes three times as long.
-template <>
-struct RowOf<4> {
-    using type = float __attribute__((vector_size(4 * sizeof(float))));
-};
-#endif
-
 /// Sum over terms and directions; `width` is how many azimuths a stencil holds.
 template <int width>
 double summed(const TableView& table, const LayerBlend& blend, const Directions& at) noexcept {
-    using Azimuths = typename RowOf<width>::type;
     const std::ptrdiff_t in_count = table.mu_in.count, out_count = table.mu_out.count;
     const std::ptrdiff_t out_stride = table.azimuth.count, in_stride = out_stride * out_count;
     std::ptrdiff_t in_offset[stencil_size], out_offset[stencil_size];
@@ -83,7 +45,7 @@ double summed(const TableView& table, const LayerBlend& blend, const Directions&
         in_offset[i] = at.in_sample[i] * in_stride + at.azimuth.first;
         out_offset[i] = at.out_sample[i] * out_stride;
     }
-    Azimuths sum{};
+    float sum[width] = {};
     float in[stencil_size], out[stencil_size];
     for (int n = 0; n < blend.count; ++n) {
         const BlendTerm& term = blend.term[n];
@@ -97,14 +59,11 @@ double summed(const TableView& table, const LayerBlend& blend, const Directions&
         }
         for (int i = 0; i < stencil_size; ++i) {
             const float share = term.share * in[i];
-            const float* const rows = blend.samples + term.first + in_offset[i];
-            const auto out_row = [&](int j) {
-                Azimuths values;
-                std::memcpy(&values, rows + out_offset[j], sizeof values);
-                return values;
-            };
-            sum += share * ((out[0] * out_row(0) + out[1] * out_row(1)) +
-                            (out[2] * out_row(2) + out[3] * out_row(3)));
+            const float* const row = blend.samples + term.first + in_offset[i];
+            for (int k = 0; k < width; ++k)
+                sum[k] +=
+                    share * ((out[0] * row[out_offset[0] + k] + out[1] * row[out_offset[1] + k]) +
+                             (out[2] * row[out_offset[2] + k] + out[3] * row[out_offset[3] + k]));
         }
     }
     double total = 0;

@@ -1,4 +1,4 @@
-#include "block_search.h"
+#include "layer_sums.h"
 
 #include <stratus/base/constants.h>
 

@@ -7,7 +7,6 @@
 #include <stratus/table/packed_block.h>
 
 #include "base/size.h"
-#include "block_search.h"
 #include "layer_coverage.h"
 #include "layer/reflected_curve.h"
 #include "layer_sums.h"

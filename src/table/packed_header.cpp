@@ -3,6 +3,7 @@
 #include "packed_parts.h"
 
 #include <algorithm>
+#include <optional>
 #include <variant>
 
 namespace stratus {
@@ -24,13 +25,10 @@ void check_format(const TensorFile& file) {
 
 AxisScale read_scale(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
-    for (const AxisScale scale :
-         {AxisScale::linear, AxisScale::arcsine_of_fourth_root, AxisScale::logarithmic,
-          AxisScale::square_root_of_complement, AxisScale::square_root,
-          AxisScale::fourth_root_of_complement, AxisScale::logarithm_of_complement})
-        if (text == axis_scale_name(scale)) return scale;
-    require(false, packed_caller, name + scale_suffix, "the name of a scale", text.substr(0, 40));
-    return {};
+    const std::optional<AxisScale> scale = axis_scale_named(text);
+    require(scale.has_value(), packed_caller, name + scale_suffix, "the name of a scale",
+            text.substr(0, 40));
+    return *scale;
 }
 
 float as_float(float value) { return value; }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 
 namespace stratus {
 namespace {
@@ -35,6 +36,10 @@ Directions place_directions(const TableView& table, const Geometry& geometry) no
     return at;
 }
 
+/// Neighbouring azimuths side by side, added and scaled together: of an array g++ 12 makes four numbers, and
+/// takes a quarter longer.
+using Azimuths = float __attribute__((vector_size(stencil_size * sizeof(float))));
+
 /// Sum over terms and directions; `width` is how many azimuths a stencil holds.
 template <int width>
 double summed(const TableView& table, const LayerBlend& blend, const Directions& at) noexcept {
@@ -45,7 +50,7 @@ double summed(const TableView& table, const LayerBlend& blend, const Directions&
         in_offset[i] = at.in_sample[i] * in_stride + at.azimuth.first;
         out_offset[i] = at.out_sample[i] * out_stride;
     }
-    float sum[width] = {};
+    Azimuths sum{};
     float in[stencil_size], out[stencil_size];
     for (int n = 0; n < blend.count; ++n) {
         const BlendTerm& term = blend.term[n];
@@ -59,11 +64,14 @@ double summed(const TableView& table, const LayerBlend& blend, const Directions&
         }
         for (int i = 0; i < stencil_size; ++i) {
             const float share = term.share * in[i];
-            const float* const row = blend.samples + term.first + in_offset[i];
-            for (int k = 0; k < width; ++k)
-                sum[k] +=
-                    share * ((out[0] * row[out_offset[0] + k] + out[1] * row[out_offset[1] + k]) +
-                             (out[2] * row[out_offset[2] + k] + out[3] * row[out_offset[3] + k]));
+            const float* const rows = blend.samples + term.first + in_offset[i];
+            const auto out_row = [&](int j) {
+                Azimuths values{};
+                std::memcpy(&values, rows + out_offset[j], width * sizeof(float));
+                return values;
+            };
+            sum += share * ((out[0] * out_row(0) + out[1] * out_row(1)) +
+                            (out[2] * out_row(2) + out[3] * out_row(3)));
         }
     }
     double total = 0;

@@ -65,8 +65,8 @@ class ShadowOverlap {
         }
         const double constant_from = kinks[2];
         if (constant_from < last)
-            sum +=
-                std::expm1((*this)(eta * last)) * (std::exp(-2 * constant_from) - std::exp(-2 * end));
+            sum += std::expm1((*this)(eta * last)) *
+                   (std::exp(-2 * constant_from) - std::exp(-2 * end));
         return sum;
     }
 

@@ -125,7 +125,6 @@ PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std
 
 void require_aligned(const void* data, const std::string& name);
 
-
 template <class Number>
 void require_shape(const TensorOf<Number>& numbers, const std::string& name,
                    const std::vector<std::size_t>& shape) {

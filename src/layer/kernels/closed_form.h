@@ -84,8 +84,7 @@ STRATUS_INLINE F single_reflected(const ReflectedPath<F>& path, const PhaseValue
 
 /// R of order 1 of the layers of a stack, each seen through those above it.
 template <class F, class Layer>
-STRATUS_INLINE F single_reflected_by(const Layer* layer, int layers,
-                                     const LightPathOf<F>& path,
+STRATUS_INLINE F single_reflected_by(const Layer* layer, int layers, const LightPathOf<F>& path,
                                      const ReflectedPath<F>& directions) {
     F sum(0.0f);
     for (const Layer* at = layer; at != layer + layers; ++at) {
@@ -136,8 +135,7 @@ STRATUS_INLINE F single_transmitted(const TransmittedPath<F>& path, F phase, F d
 
 /// Diffuse T of order 1 of the layers of a stack, each behind those above and before those below it.
 template <class F, class Layer>
-STRATUS_INLINE F single_transmitted_by(const Layer* layer, int layers,
-                                       const LightPathOf<F>& path,
+STRATUS_INLINE F single_transmitted_by(const Layer* layer, int layers, const LightPathOf<F>& path,
                                        const TransmittedPath<F>& directions) {
     const F in = reciprocal(path.mu_in()), out = reciprocal(path.mu_out());
     F sum(0.0f);

@@ -8,7 +8,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
-#include <stratus/io/sample_files.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>

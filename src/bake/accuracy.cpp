@@ -4,7 +4,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/io/sample_files.h>
+#include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/stack.h>

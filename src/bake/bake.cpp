@@ -5,7 +5,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/sample_files.h>
+#include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>
 
 #include "piece_of_work.h"

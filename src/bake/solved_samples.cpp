@@ -2,7 +2,7 @@
 
 #include <stratus/bake/axes.h>
 #include <stratus/base/argument.h>
-#include <stratus/io/sample_files.h>
+#include <stratus/io/write_options.h>
 #include <stratus/transfer/stack.h>
 
 #include "piece_of_work.h"

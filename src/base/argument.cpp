@@ -3,9 +3,7 @@
 #include <cstdint>
 
 namespace stratus {
-namespace {
 
-/// Bytes of the character of UTF-8 that begins at `at`; 0 where none does.
 std::size_t character_length(const std::string& text, std::size_t at) {
     constexpr std::uint32_t least[] = {0, 0x80, 0x800, 0x10000};  // by bytes after the first
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
@@ -22,6 +20,8 @@ std::size_t character_length(const std::string& text, std::size_t at) {
     const bool is_surrogate = character >= 0xd800 && character < 0xe000;
     return character < least[more] || character > 0x10ffff || is_surrogate ? 0 : more + 1;
 }
+
+namespace {
 
 /// The control characters of ASCII and of Latin 1, which terminals obey.
 bool is_control(const std::string& text, std::size_t at) {

@@ -5,64 +5,47 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
 
 namespace stratus {
 namespace {
 
-double axis_coordinate(AxisScale scale, double value) noexcept {
-    switch (scale) {
-        case AxisScale::linear: return value;
-        case AxisScale::arcsine_of_fourth_root: return std::asin(std::sqrt(std::sqrt(value)));
-        case AxisScale::logarithmic: return std::log2(value);
-        case AxisScale::square_root_of_complement: return -std::sqrt(1 - value);
-        case AxisScale::square_root: return std::sqrt(value);
-        case AxisScale::fourth_root_of_complement: return -std::sqrt(std::sqrt(1 - value));
-        case AxisScale::logarithm_of_complement: return -std::log2(1 - value);
-    }
-    return value;
-}
+/// All that an axis asks of its scale.
+struct ScaleLaw {
+    const char* name;    // in files
+    const char* domain;  // for messages
+    bool (*holds)(double value);
+    double (*coordinate)(double value);
+    double (*value)(double coordinate);
+};
 
-double value_at(AxisScale scale, double coordinate) noexcept {
-    switch (scale) {
-        case AxisScale::linear: return coordinate;
-        case AxisScale::arcsine_of_fourth_root: return std::pow(std::sin(coordinate), 4);
-        case AxisScale::logarithmic: return std::exp2(coordinate);
-        case AxisScale::square_root_of_complement: return 1 - coordinate * coordinate;
-        case AxisScale::square_root: return coordinate * coordinate;
-        case AxisScale::fourth_root_of_complement:
-            return 1 - coordinate * coordinate * (coordinate * coordinate);
-        case AxisScale::logarithm_of_complement: return 1 - std::exp2(-coordinate);
-    }
-    return coordinate;
-}
+/// One for each AxisScale, in order; values are finite.
+constexpr ScaleLaw scale_laws[] = {
+    {"linear", "finite", [](double) { return true; }, [](double x) { return x; },
+     [](double c) { return c; }},
+    {"arcsine_of_fourth_root", "in [0, 1]", [](double mu) { return mu >= 0 && mu <= 1; },
+     [](double mu) { return std::asin(std::sqrt(std::sqrt(mu))); },
+     [](double c) { return std::pow(std::sin(c), 4); }},
+    {"logarithmic", "in (0, inf)", [](double x) { return x > 0; },
+     [](double x) { return std::log2(x); }, [](double c) { return std::exp2(c); }},
+    {"square_root_of_complement", "finite and at most 1", [](double w) { return w <= 1; },
+     [](double w) { return -std::sqrt(1 - w); }, [](double c) { return 1 - c * c; }},
+    {"square_root", "in [0, inf)", [](double x) { return x >= 0; },
+     [](double x) { return std::sqrt(x); }, [](double c) { return c * c; }},
+    {"fourth_root_of_complement", "finite and at most 1", [](double w) { return w <= 1; },
+     [](double w) { return -std::sqrt(std::sqrt(1 - w)); },
+     [](double c) { return 1 - c * c * (c * c); }},
+    {"logarithm_of_complement", "finite and below 1", [](double g) { return g < 1; },
+     [](double g) { return -std::log2(1 - g); }, [](double c) { return 1 - std::exp2(-c); }},
+};
 
-bool in_domain(AxisScale scale, double value) noexcept {
-    if (!std::isfinite(value)) return false;
-    switch (scale) {
-        case AxisScale::linear: return true;
-        case AxisScale::arcsine_of_fourth_root: return value >= 0 && value <= 1;
-        case AxisScale::logarithmic: return value > 0;
-        case AxisScale::square_root_of_complement:
-        case AxisScale::fourth_root_of_complement: return value <= 1;
-        case AxisScale::square_root: return value >= 0;
-        case AxisScale::logarithm_of_complement: return value < 1;
-    }
-    return false;
-}
+const ScaleLaw& law(AxisScale scale) noexcept { return scale_laws[static_cast<int>(scale)]; }
 
-const char* domain_name(AxisScale scale) noexcept {
-    switch (scale) {
-        case AxisScale::linear: return "finite";
-        case AxisScale::arcsine_of_fourth_root: return "in [0, 1]";
-        case AxisScale::logarithmic: return "in (0, inf)";
-        case AxisScale::square_root_of_complement:
-        case AxisScale::fourth_root_of_complement: return "finite and at most 1";
-        case AxisScale::square_root: return "in [0, inf)";
-        case AxisScale::logarithm_of_complement: return "finite and below 1";
-    }
-    return "";
+void require_in_domain(AxisScale scale, const char* caller, const char* name, double value) {
+    require(std::isfinite(value) && law(scale).holds(value), caller, name, law(scale).domain,
+            value);
 }
 
 /// `value`, or the nearer end of [low, high]; not-a-number gives `low`, so that it never becomes an
@@ -104,27 +87,23 @@ bool is_mirror(double azimuth) noexcept { return azimuth == 0 || pi - azimuth <=
 
 }  // namespace
 
-const char* axis_scale_name(AxisScale scale) noexcept {
-    switch (scale) {
-        case AxisScale::linear: return "linear";
-        case AxisScale::arcsine_of_fourth_root: return "arcsine_of_fourth_root";
-        case AxisScale::logarithmic: return "logarithmic";
-        case AxisScale::square_root_of_complement: return "square_root_of_complement";
-        case AxisScale::square_root: return "square_root";
-        case AxisScale::fourth_root_of_complement: return "fourth_root_of_complement";
-        case AxisScale::logarithm_of_complement: return "logarithm_of_complement";
-    }
-    return "";
+const char* axis_scale_name(AxisScale scale) noexcept { return law(scale).name; }
+
+std::optional<AxisScale> axis_scale_named(const std::string& name) noexcept {
+    const auto found = std::find_if(std::begin(scale_laws), std::end(scale_laws),
+                                    [&](const ScaleLaw& known) { return known.name == name; });
+    if (found == std::end(scale_laws)) return {};
+    return static_cast<AxisScale>(found - std::begin(scale_laws));
 }
 
 double AxisView::value(int sample) const noexcept {
     if (sample == 0) return lowest;
-    return sample == count - 1 ? highest : value_at(scale, first + sample / inverse_step);
+    return sample == count - 1 ? highest : law(scale).value(first + sample / inverse_step);
 }
 
 double AxisView::index(double value) const noexcept {
     if (count < 2) return 0;
-    const double coordinate = axis_coordinate(scale, clamped(value, lowest, highest));
+    const double coordinate = law(scale).coordinate(clamped(value, lowest, highest));
     return clamped((coordinate - first) * inverse_step, 0, count - 1);
 }
 
@@ -170,9 +149,9 @@ AxisView Axis::view() const noexcept {
     if (view.count == 0) return view;
     view.lowest = values.front();
     view.highest = values[static_cast<std::size_t>(view.count - 1)];
-    view.first = axis_coordinate(scale, view.lowest);
+    view.first = law(scale).coordinate(view.lowest);
     if (view.count > 1)
-        view.inverse_step = (view.count - 1) / (axis_coordinate(scale, view.highest) - view.first);
+        view.inverse_step = (view.count - 1) / (law(scale).coordinate(view.highest) - view.first);
     return view;
 }
 
@@ -184,19 +163,19 @@ Axis make_axis(AxisScale scale, double lowest, double highest, int count, bool a
     Axis axis{scale, {}};
     axis.values.reserve(static_cast<std::size_t>(count) + 1);
     if (count > 0) {
-        require(in_domain(scale, lowest), "make_axis", "lowest", domain_name(scale), lowest);
-        require(in_domain(scale, highest), "make_axis", "highest", domain_name(scale), highest);
+        require_in_domain(scale, "make_axis", "lowest", lowest);
+        require_in_domain(scale, "make_axis", "highest", highest);
         require(count == 1 ? lowest == highest : lowest < highest, "make_axis", "highest",
                 (count == 1 ? "equal to lowest = " : "above lowest = ") + std::to_string(lowest),
                 highest);
     }
-    const double first = axis_coordinate(scale, lowest);
-    const double last = axis_coordinate(scale, highest);
+    const double first = law(scale).coordinate(lowest);
+    const double last = law(scale).coordinate(highest);
     for (int i = 0; i < count; ++i) {
         const double coordinate = first + (last - first) * i / (count - 1);
         axis.values.push_back(i == 0           ? lowest
                               : i == count - 1 ? highest
-                                               : value_at(scale, coordinate));
+                                               : law(scale).value(coordinate));
     }
     if (and_infinity) axis.values.push_back(infinity);
     return axis;
@@ -210,7 +189,7 @@ void check_axis(const Axis& axis, const char* name) {
     double before = -infinity;
     for (int i = 0; i < view.count; ++i) {
         const double value = axis.values[static_cast<std::size_t>(i)];
-        require(in_domain(axis.scale, value), "check_axis", name, domain_name(axis.scale), value);
+        require_in_domain(axis.scale, "check_axis", name, value);
         require(value > before, "check_axis", name, "ascending", value);
         before = value;
     }
@@ -218,8 +197,8 @@ void check_axis(const Axis& axis, const char* name) {
     constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
     for (int i = 1; i + 1 < view.count; ++i) {
         const double value = axis.values[static_cast<std::size_t>(i)];
-        const double uniform = value_at(axis.scale, view.first + i / view.inverse_step);
-        const double off = axis_coordinate(axis.scale, value) - view.first - i / view.inverse_step;
+        const double uniform = law(axis.scale).value(view.first + i / view.inverse_step);
+        const double off = law(axis.scale).coordinate(value) - view.first - i / view.inverse_step;
         require(std::abs(off) * view.inverse_step <= of_a_step ||
                     std::abs(value - uniform) <= last_bits * std::abs(value),
                 "check_axis", name,

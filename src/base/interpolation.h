@@ -2,7 +2,6 @@
 #pragma once
 
 #include "gathers.h"
-#include "quantities.h"
 
 namespace stratus {
 namespace {

@@ -1,7 +1,7 @@
 // Numbers of a lookup: float, or floats side by side in a SIMD register with the same operations.
 //
 // The arithmetic of fast lookups (elementary.h, light_path.h, phase_values.h, interpolation.h,
-// closed_form.h, diffusion_scales.h) is written once for a number type F: float for one lookup,
+// closed_form.h) is written once for a number type F: float for one lookup,
 // LookupLanes for many, ChannelLanes for the channels of one. Nothing there branches on a number.
 //
 // All of it has internal linkage and is inlined: copies that were compiled for different processors
@@ -136,7 +136,7 @@ struct SimdRegister {
     typedef std::int32_t Ints __attribute__((vector_size(4 * width)));
 };
 
-// Operations on two registers. Compilers make a comparison and a blend of a ternary operator.
+// Compilers make one instruction of each of these; where either number is not-a-number, it gives the second.
 template <class Floats>
 STRATUS_INLINE Floats maximum(Floats a, Floats b) {
     return a > b ? a : b;
@@ -157,14 +157,6 @@ STRATUS_INLINE Floats estimated_reciprocal_root(Floats x) {
     return x;
 }
 #if defined(__SSE2__)
-STRATUS_INLINE SimdRegister<4>::Floats maximum(SimdRegister<4>::Floats a,
-                                               SimdRegister<4>::Floats b) {
-    return _mm_max_ps(a, b);
-}
-STRATUS_INLINE SimdRegister<4>::Floats minimum(SimdRegister<4>::Floats a,
-                                               SimdRegister<4>::Floats b) {
-    return _mm_min_ps(a, b);
-}
 STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal(SimdRegister<4>::Floats x) {
     return _mm_rcp_ps(x);
 }
@@ -173,14 +165,6 @@ STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal_root(SimdRegister<4>
 }
 #endif
 #if defined(__AVX2__)
-STRATUS_INLINE SimdRegister<8>::Floats maximum(SimdRegister<8>::Floats a,
-                                               SimdRegister<8>::Floats b) {
-    return _mm256_max_ps(a, b);
-}
-STRATUS_INLINE SimdRegister<8>::Floats minimum(SimdRegister<8>::Floats a,
-                                               SimdRegister<8>::Floats b) {
-    return _mm256_min_ps(a, b);
-}
 STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal(SimdRegister<8>::Floats x) {
     return _mm256_rcp_ps(x);
 }
@@ -189,14 +173,6 @@ STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal_root(SimdRegister<8>
 }
 #endif
 #if defined(__AVX512F__)
-STRATUS_INLINE SimdRegister<16>::Floats maximum(SimdRegister<16>::Floats a,
-                                                SimdRegister<16>::Floats b) {
-    return _mm512_max_ps(a, b);
-}
-STRATUS_INLINE SimdRegister<16>::Floats minimum(SimdRegister<16>::Floats a,
-                                                SimdRegister<16>::Floats b) {
-    return _mm512_min_ps(a, b);
-}
 STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal(SimdRegister<16>::Floats x) {
     return _mm512_maskz_rcp14_ps(0xffff, x);
 }
@@ -426,6 +402,37 @@ STRATUS_INLINE auto channel_value(const float* number, int channel) {
         return load<ChannelLanes>(number);
     else
         return number[channel];
+}
+
+// ---- numbers that one lookup needs more than once, side by side
+
+STRATUS_INLINE QuantityLanes quantities(float a, float b, float c = 0, float d = 0) {
+    return QuantityLanes(QuantityLanes::Floats{a, b, c, d});
+}
+
+/// Two, and 0.
+STRATUS_INLINE QuantityLanes two_quantities(float a, float b) {
+#if defined(__SSE4_1__)
+    return QuantityLanes(
+        QuantityLanes::Floats(_mm_insert_ps(to_register(a), to_register(b), 0x1c)));
+#else
+    return quantities(a, b);
+#endif
+}
+
+/// The first of one, and what follows of another.
+STRATUS_INLINE QuantityLanes with_first(QuantityLanes x, QuantityLanes rest) {
+    return quantities(x.v[0], rest.v[1], rest.v[2], rest.v[3]);
+}
+
+/// The first two of either.
+STRATUS_INLINE QuantityLanes low_and_low(QuantityLanes a, QuantityLanes b) {
+    return quantities(a.v[0], a.v[1], b.v[0], b.v[1]);
+}
+
+STRATUS_INLINE float sum_of_all(QuantityLanes x) {
+    const QuantityLanes halves = x + quantities(x.v[2], x.v[3], x.v[2], x.v[3]);
+    return halves.v[0] + halves.v[1];
 }
 
 }  // namespace

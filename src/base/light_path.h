@@ -4,7 +4,6 @@
 #include <stratus/base/direction.h>
 
 #include "elementary.h"
-#include "pair.h"
 
 namespace stratus {
 

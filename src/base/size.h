@@ -5,6 +5,6 @@
 
 namespace stratus {
 
-inline std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+constexpr std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 }  // namespace stratus

@@ -50,15 +50,11 @@ struct Extent {
 
 Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& tensor) {
     const auto of = [&] { return " of tensor " + quoted(name); };
-    bool has_type = false, has_shape = false, has_offsets = false;
+    std::set<std::string> given;
     std::vector<std::size_t> offsets;
-    const auto once = [&](bool& has, const char* field) {
-        if (has) refuse_tensor_file(field + of(), "given once", "two");
-        has = true;
-    };
     header.read_object([&](const std::string& field) {
+        if (!given.insert(field).second) refuse_tensor_file(field + of(), "given once", "two");
         if (field == "dtype") {
-            once(has_type, "dtype");
             const std::string text = header.read_string();
             const TypeName* const found =
                 std::find_if(std::begin(type_names), std::end(type_names),
@@ -67,18 +63,15 @@ Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& 
                 refuse_tensor_file("dtype" + of(), "F16, F32, F64 or I32", quoted(text));
             tensor.type = found->type;
         } else if (field == "shape") {
-            once(has_shape, "shape");
             tensor.shape = header.read_integers(max_tensor_rank);
         } else if (field == "data_offsets") {
-            once(has_offsets, "data_offsets");
             offsets = header.read_integers(2);
         } else {
             refuse_tensor_file("a field" + of(), "dtype, shape or data_offsets", quoted(field));
         }
     });
-    if (!has_type) refuse_tensor_file("dtype" + of(), "given", "none");
-    if (!has_shape) refuse_tensor_file("shape" + of(), "given", "none");
-    if (!has_offsets) refuse_tensor_file("data_offsets" + of(), "given", "none");
+    for (const char* const field : {"dtype", "shape", "data_offsets"})
+        if (given.count(field) == 0) refuse_tensor_file(field + of(), "given", "none");
     if (offsets.size() != 2)
         refuse_tensor_file("data_offsets" + of(), "two numbers", list_text(offsets));
     return {offsets[0], offsets[1], nullptr, &tensor};

@@ -9,8 +9,6 @@
 namespace stratus {
 namespace {
 
-constexpr std::uint32_t max_character = 0x10ffff;
-
 bool is_surrogate(std::uint32_t character) { return character >= 0xd800 && character < 0xe000; }
 
 void append_utf8(std::string& text, std::uint32_t character) {
@@ -49,19 +47,10 @@ std::string list_text(const std::vector<std::size_t>& numbers) {
 }
 
 bool is_utf8(const std::string& text) {
-    constexpr std::uint32_t least[] = {0, 0x80, 0x800, 0x10000};  // by bytes after the first
-    for (std::size_t i = 0; i < text.size();) {
-        const auto first = static_cast<unsigned char>(text[i++]);
-        if (first < 0x80) continue;
-        if (first < 0xc0 || first >= 0xf8) return false;
-        const int more = first < 0xe0 ? 1 : first < 0xf0 ? 2 : 3;
-        std::uint32_t character = first & (0x3fu >> more);
-        for (int k = 0; k < more; ++k, ++i) {
-            if (i == text.size() || (text[i] & 0xc0) != 0x80) return false;
-            character = character << 6 | (static_cast<unsigned char>(text[i]) & 0x3fu);
-        }
-        if (character < least[more] || character > max_character || is_surrogate(character))
-            return false;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t length = character_length(text, at);
+        if (length == 0) return false;
+        at += length;
     }
     return true;
 }

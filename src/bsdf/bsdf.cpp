@@ -4,6 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
+#include "base/size.h"
 #include "direction_coordinates.h"
 #include "table/lookup_arguments.h"
 
@@ -14,19 +15,7 @@
 namespace stratus {
 namespace {
 
-std::size_t size(int n) { return static_cast<std::size_t>(n); }
-
 constexpr float one_over_pi = static_cast<float>(1 / pi);
-
-float times(float value, float factor) noexcept { return value * factor; }
-Rgb times(const Rgb& value, float factor) noexcept {
-    return {value.r * factor, value.g * factor, value.b * factor};
-}
-
-void set(float& value, const float* channel) noexcept { value = channel[0]; }
-void set(Rgb& value, const float* channel) noexcept {
-    value = {channel[0], channel[1], channel[2]};
-}
 
 /// Gauss-Legendre on [0, 1].
 template <int nodes>
@@ -120,9 +109,7 @@ void BsdfOf<channels>::integrate_albedo() {
 template <int channels>
 typename BsdfOf<channels>::Value BsdfOf<channels>::eval(Side side, float mu_in, float mu_out,
                                                         float azimuth) const noexcept {
-    return times(side == Side::reflection ? slice_.reflection(mu_in, mu_out, azimuth)
-                                          : slice_.transmission(mu_in, mu_out, azimuth),
-                 one_over_pi);
+    return slice_.scattering(side, mu_in, mu_out, azimuth) * one_over_pi;
 }
 
 template <int channels>
@@ -205,10 +192,7 @@ ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
         channel[i] = (here[i] + past * (here[i + 2 * channels] - here[i])) *
                          intercepted(slice_, i % channels, mu_in) +
                      zero_or_nan(mu_in);
-    ScatteredShares<Value> shares;
-    set(shares.reflected, channel);
-    set(shares.transmitted, channel + channels);
-    return shares;
+    return {from_channels<Value>(channel), from_channels<Value>(channel + channels)};
 }
 
 template <int channels>

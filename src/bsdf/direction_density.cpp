@@ -1,5 +1,6 @@
 #include <stratus/bsdf/direction_density.h>
 
+#include "base/size.h"
 #include "direction_coordinates.h"
 
 #include <algorithm>
@@ -8,8 +9,6 @@
 
 namespace stratus {
 namespace {
-
-constexpr std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
 /// A place in [0, last] with the density of a tent around a sample, folded back at both ends.
 float around_sample(int sample, int last, float u) noexcept {

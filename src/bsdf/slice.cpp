@@ -5,11 +5,8 @@
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
 
-#include "kernels/kernels.h"
 #include "layer/reflected_curve.h"
-#include "slice_background.h"
-#include "slice_batches.h"
-#include "slice_refinement.h"
+#include "slice_parts.h"
 #include "table/layer_coverage.h"
 #include "table/lookup_arguments.h"
 
@@ -51,14 +48,6 @@ float in_single(double optical_depth, Side which) {
     return static_cast<float>(std::min(optical_depth, which == Side::reflection ? 1e30 : 1e4));
 }
 
-template <int channels>
-auto scaled_value(const float (&value)[channels], float factor) noexcept {
-    if constexpr (channels == 1)
-        return value[0] * factor;
-    else
-        return Rgb{value[0] * factor, value[1] * factor, value[2] * factor};
-}
-
 }  // namespace
 
 template <int channels>
@@ -85,9 +74,7 @@ template <int channels>
 SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
                            const LowerBoundary* boundary, const Medium<channels>& medium,
                            const Effects& effects)
-    : medium_(medium),
-      reflection_(std::make_unique<BoundSide>()),
-      transmission_(std::make_unique<BoundSide>()) {
+    : medium_(medium), sides_{std::make_unique<BoundSide>(), std::make_unique<BoundSide>()} {
     check_effects(effects);
     for (int c = 0; c < channels; ++c) {
         require(medium.optical_depth[c] >= 0, bind_caller, "optical_depth", "in [0, inf]",
@@ -108,17 +95,17 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         view.slope = one_sided_ ? 0 : 1;
     };
     if (effects.reflection) {
-        SliceSide<channels>& view = reflection_->view;
+        SliceSide<channels>& view = sides_.reflection->view;
         set_medium(view, Side::reflection);
         if (effects.single) {
             const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
             const Opposition opposition = seen_opposition(effects.opposition, effects.density);
-            reflection_->phase =
+            sides_.reflection->phase =
                 plain ? curve : reflected_curve(phase_function, opposition, boundary);
-            reflection_->opposition = OppositionTable(opposition);
-            view.opposition = reflection_->opposition.view();
-            reflection_->form = reflection_->phase.form();
+            sides_.reflection->opposition = OppositionTable(opposition);
+            view.opposition = sides_.reflection->opposition.view();
+            sides_.reflection->form = sides_.reflection->phase.form();
             const bool on_surface = one_sided_ && boundary->kind == LowerBoundary::Kind::surface;
             for (int c = 0; c < channels; ++c) {
                 view.surface_albedo[c] = on_surface ? static_cast<float>(boundary->albedo) : 0;
@@ -128,14 +115,13 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         }
     }
     if (effects.transmission && !one_sided_) {
-        set_medium(transmission_->view, Side::transmission);
+        set_medium(sides_.transmission->view, Side::transmission);
         if (effects.single) {
-            transmission_->phase = curve;
-            transmission_->form = curve.form();
+            sides_.transmission->phase = curve;
+            sides_.transmission->form = curve.form();
         }
     }
-    for (BoundSide* side : {reflection_.get(), transmission_.get()})
-        side->view.phase = side->phase.view();
+    for (const Side which : both_sides) sides_[which]->view.phase = sides_[which]->phase.view();
     set_kernels();
 }
 
@@ -169,13 +155,13 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
     }
     if (effects.multiple) {
         has_all_directions_ = table.has_all_directions();
-        const auto take = [&](Side which, bool asked, bool held, BoundSide& side) {
+        const auto take = [&](Side which, bool asked, bool held) {
             if (!asked || !held) return;
             check_coverage(table, which, outside);
-            bind_orders(table, which, side);
+            bind_orders(table, which);
         };
-        take(Side::reflection, effects.reflection, table.has_reflection(), *reflection_);
-        take(Side::transmission, effects.transmission, table.has_transmission(), *transmission_);
+        take(Side::reflection, effects.reflection, table.has_reflection());
+        take(Side::transmission, effects.transmission, table.has_transmission());
         set_kernels();
     }
     if (effects.background && effects.multiple && table.diffuse_transmittance != nullptr)
@@ -187,25 +173,23 @@ template <int channels>
 void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
                                    const LowerBoundary* boundary) {
     medium_ = make_medium<channels>(layers);  // clamped to it
-    for (int c = 0; c < channels; ++c) {
-        const double depth = medium_.optical_depth[c];
-        reflection_->view.optical_depth[c] = in_single(depth, Side::reflection);
-        transmission_->view.optical_depth[c] = in_single(depth, Side::transmission);
-    }
+    for (const Side which : both_sides)
+        for (int c = 0; c < channels; ++c)
+            sides_[which]->view.optical_depth[c] = in_single(medium_.optical_depth[c], which);
     one_sided_ = true;
-    if (transmission_->form != PhaseForm::none) bind_layers(layers, *transmission_);
-    if (reflection_->form != PhaseForm::none) {
+    if (sides_.transmission->form != PhaseForm::none) bind_layers(layers, Side::transmission);
+    if (sides_.reflection->form != PhaseForm::none) {
         std::vector<StackLayer> all = layers;
         if (over_boundary_ && boundary->kind == LowerBoundary::Kind::layer)
             all.push_back({boundary->phase_function, boundary->albedo, infinity});
-        bind_layers(std::move(all), *reflection_);
+        bind_layers(all, Side::reflection);
     }
     set_kernels();
 }
 
 template <int channels>
-void SliceOf<channels>::bind_layers(std::vector<StackLayer> layers, BoundSide& side) {
-    const Side which = &side == reflection_.get() ? Side::reflection : Side::transmission;
+void SliceOf<channels>::bind_layers(const std::vector<StackLayer>& layers, Side which) {
+    BoundSide& side = *sides_[which];
     double above = 0, below = medium_.optical_depth[0];
     for (const StackLayer& layer : layers) {
         below = below < infinity ? std::max(0.0, below - layer.optical_depth) : 0;
@@ -272,7 +256,8 @@ void repeat_over_azimuth(RefinedSamples& refined) {
 }  // namespace
 
 template <int channels>
-void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSide& side) {
+void SliceOf<channels>::bind_orders(const TableView& table, Side which) {
+    BoundSide& side = *sides_[which];
     std::vector<ChannelOrders> orders;
     for (int c = 0; c < channels; ++c)
         orders.push_back(find_orders(table, which, medium_.albedo[c], medium_.optical_depth[c]));
@@ -335,32 +320,21 @@ void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunct
 
 template <int channels>
 void SliceOf<channels>::set_kernels() {
-    reflection_->kernel =
-        find_kernel<channels>(Side::reflection, reflection_->form, reflection_->orders);
-    transmission_->kernel =
-        find_kernel<channels>(Side::transmission, transmission_->form, transmission_->orders);
+    for (const Side which : both_sides) {
+        BoundSide& side = *sides_[which];
+        side.kernel = find_kernel<channels>(which, side.form, side.orders);
+    }
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::at(const BoundSide& side, float mu_in,
-                                                        float mu_out,
-                                                        float azimuth) const noexcept {
+typename SliceOf<channels>::Value SliceOf<channels>::scattering(Side which, float mu_in,
+                                                                float mu_out,
+                                                                float azimuth) const noexcept {
     check_angles(mu_in, mu_out, azimuth);
+    const BoundSide& side = *sides_[which];
     if (side.kernel.at_angles == nullptr)
         return all_channels<Value>(dark_at(mu_in, mu_out, azimuth));
-    return scaled_value(side.kernel.at_angles(side.view, mu_in, mu_out, azimuth).of, 1);
-}
-
-template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::reflection(float mu_in, float mu_out,
-                                                                float azimuth) const noexcept {
-    return at(*reflection_, mu_in, mu_out, azimuth);
-}
-
-template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::transmission(float mu_in, float mu_out,
-                                                                  float azimuth) const noexcept {
-    return at(*transmission_, mu_in, mu_out, azimuth);
+    return from_channels<Value>(side.kernel.at_angles(side.view, mu_in, mu_out, azimuth).of);
 }
 
 template <int channels>
@@ -373,42 +347,30 @@ typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
     if (one_sided_ && !(wi.z > 0)) return dark();
     const auto between = [&](const BoundSide& side) {
         if (side.kernel.at_vectors == nullptr) return dark();
-        return scaled_value(side.kernel.at_vectors(side.view, wi, wo).of,
-                            static_cast<float>(1 / pi));
+        return from_channels<Value>(side.kernel.at_vectors(side.view, wi, wo).of) *
+               static_cast<float>(1 / pi);
     };
     const float sides = wi.z * wo.z;
-    if (sides > 0) return between(*reflection_);
+    if (sides > 0) return between(*sides_.reflection);
     if (sides == 0) return dark();
-    return between(*transmission_);
+    return between(*sides_.transmission);
 }
 
 template <int channels>
-void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const float* mu_in,
-                             const float* mu_out, const float* azimuth,
-                             float* value) const noexcept {
-    const Side which = &side == transmission_.get() ? Side::transmission : Side::reflection;
+void SliceOf<channels>::scattering(Side which, std::size_t count, const float* mu_in,
+                                   const float* mu_out, const float* azimuth,
+                                   float* value) const noexcept {
+    const BoundSide& side = *sides_[which];
     look_up_angles<channels>(which, {side.view, side.kernel.many}, count, mu_in, mu_out, azimuth,
                              value);
 }
 
 template <int channels>
-void SliceOf<channels>::reflection(std::size_t count, const float* mu_in, const float* mu_out,
-                                   const float* azimuth, float* value) const noexcept {
-    many(*reflection_, count, mu_in, mu_out, azimuth, value);
-}
-
-template <int channels>
-void SliceOf<channels>::transmission(std::size_t count, const float* mu_in, const float* mu_out,
-                                     const float* azimuth, float* value) const noexcept {
-    many(*transmission_, count, mu_in, mu_out, azimuth, value);
-}
-
-template <int channels>
 void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const float* const wo[3],
                              float* value) const noexcept {
-    look_up_vectors<channels>({reflection_->view, reflection_->kernel.many},
-                              {transmission_->view, transmission_->kernel.many}, one_sided_, count,
-                              wi, wo, value);
+    look_up_vectors<channels>({sides_.reflection->view, sides_.reflection->kernel.many},
+                              {sides_.transmission->view, sides_.transmission->kernel.many},
+                              one_sided_, count, wi, wo, value);
 }
 
 template <int channels>
@@ -419,7 +381,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
     float value[channels];
     for (int c = 0; c < channels; ++c)
         value[c] = static_cast<float>(over_boundary_ ? zero_or_nan(cosine) : of(c, cosine));
-    return scaled_value(value, 1);
+    return from_channels<Value>(value);
 }
 
 template <int channels>
@@ -458,9 +420,11 @@ std::size_t sample_count(const std::vector<PhaseCurve>& curves) noexcept {
 template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
     std::size_t numbers = path_.sample_count();
-    for (const BoundSide* side : {reflection_.get(), transmission_.get()})
-        numbers += stratus::sample_count(side->layer_phases) + side->sample.size() +
-                   side->phase.sample_count() + side->opposition.sample_count();
+    for (const Side which : both_sides) {
+        const BoundSide& side = *sides_[which];
+        numbers += stratus::sample_count(side.layer_phases) + side.sample.size() +
+                   side.phase.sample_count() + side.opposition.sample_count();
+    }
     for (const std::vector<float>& curve : background_) numbers += curve.size();
     return sizeof *this + 2 * sizeof(BoundSide) + numbers * sizeof(float);
 }

@@ -1,4 +1,4 @@
-#include "slice_batches.h"
+#include "slice_parts.h"
 
 #include "table/lookup_arguments.h"
 

@@ -1,4 +1,4 @@
-#include "slice_refinement.h"
+#include "slice_parts.h"
 
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>

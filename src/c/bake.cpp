@@ -4,7 +4,6 @@
 #include <stratus/io/table_file.h>
 #include <stratus/stratus_baker.h>
 
-#include "errors.h"
 #include "handles.h"
 
 #include <atomic>

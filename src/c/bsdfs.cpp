@@ -1,5 +1,4 @@
 // BSDFs: slices that draw directions, too.
-#include "errors.h"
 #include "handles.h"
 
 #include <memory>

@@ -1,7 +1,6 @@
 // Slices: layers bound once, for short lookups.
 #include <stratus/io/phase_file.h>
 
-#include "errors.h"
 #include "handles.h"
 
 #include <memory>
@@ -99,6 +98,24 @@ int look_up_once(const stratus_slice* slice, float* value, const char* function,
     });
 }
 
+int look_up_angles(const stratus_slice* slice, Side side, float mu_in, float mu_out, float azimuth,
+                   float* value, const char* function) noexcept {
+    return look_up_once(slice, value, function, [=](const auto& of) noexcept {
+        return of.scattering(side, mu_in, mu_out, azimuth);
+    });
+}
+
+int look_up_many(const stratus_slice* slice, Side side, std::size_t count, const float* mu_in,
+                 const float* mu_out, const float* azimuth, float* value,
+                 const char* function) noexcept {
+    return run_guarded([&] {
+        require_given(slice, function, "slice");
+        require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
+        with(*slice,
+             [&](const auto& of) { of.scattering(side, count, mu_in, mu_out, azimuth, value); });
+    });
+}
+
 }  // namespace
 }  // namespace stratus::c
 
@@ -180,16 +197,14 @@ int stratus_slice_clamped(const stratus_slice* slice) {
 
 int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                              float* value) {
-    return look_up_once(slice, value, __func__, [=](const auto& of) noexcept {
-        return of.reflection(mu_in, mu_out, azimuth);
-    });
+    return look_up_angles(slice, stratus::Side::reflection, mu_in, mu_out, azimuth, value,
+                          __func__);
 }
 
 int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                                float* value) {
-    return look_up_once(slice, value, __func__, [=](const auto& of) noexcept {
-        return of.transmission(mu_in, mu_out, azimuth);
-    });
+    return look_up_angles(slice, stratus::Side::transmission, mu_in, mu_out, azimuth, value,
+                          __func__);
 }
 
 int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const float wo[3],
@@ -204,23 +219,14 @@ int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const floa
 
 int stratus_slice_reflection_many(const stratus_slice* slice, size_t count, const float* mu_in,
                                   const float* mu_out, const float* azimuth, float* value) {
-    const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
-        require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
-        with(*slice, [&](const auto& of) { of.reflection(count, mu_in, mu_out, azimuth, value); });
-    });
+    return look_up_many(slice, stratus::Side::reflection, count, mu_in, mu_out, azimuth, value,
+                        __func__);
 }
 
 int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, const float* mu_in,
                                     const float* mu_out, const float* azimuth, float* value) {
-    const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
-        require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
-        with(*slice,
-             [&](const auto& of) { of.transmission(count, mu_in, mu_out, azimuth, value); });
-    });
+    return look_up_many(slice, stratus::Side::transmission, count, mu_in, mu_out, azimuth, value,
+                        __func__);
 }
 
 int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const float* const wi[3],

@@ -4,7 +4,6 @@
 #include <stratus/table/ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include "errors.h"
 #include "handles.h"
 
 #include <algorithm>

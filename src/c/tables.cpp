@@ -3,7 +3,6 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 
-#include "errors.h"
 #include "handles.h"
 
 #include <utility>
@@ -63,10 +62,9 @@ stratus_range to_range(const Axis& axis) {
 constexpr std::size_t first_info_size = offsetof(stratus_table_info, mixture);
 
 /// R or T of a table at many points.
-template <class LookUp>
-int look_up_points(const stratus_table* table, std::size_t count, const stratus_point* points,
-                   stratus_scattered* values, const char* function,
-                   const LookUp& look_up) noexcept {
+int look_up_points(const stratus_table* table, Side side, std::size_t count,
+                   const stratus_point* points, stratus_scattered* values,
+                   const char* function) noexcept {
     return run_guarded([&] {
         require_given(table, function, "table");
         require_member(*table, function);
@@ -75,17 +73,16 @@ int look_up_points(const stratus_table* table, std::size_t count, const stratus_
         require_given(values, function, "values");
         for (std::size_t i = 0; i < count; ++i) {
             const stratus_point& at = points[i];
-            const Scattered found = look_up(table->view, at.albedo, at.optical_depth,
-                                            {at.mu_in, at.mu_out, at.azimuth});
+            const Scattered found = scattering(table->view, side, at.albedo, at.optical_depth,
+                                               {at.mu_in, at.mu_out, at.azimuth});
             values[i] = {found.single, found.multiple};
         }
     });
 }
 
-/// Totals of a packed table: `look_up` takes it, the points and the mixture.
-template <class LookUp>
-int look_up_arrays(const stratus_table* table, const PackedPoints& points, const float* total,
-                   const char* function, const LookUp& look_up) noexcept {
+/// Totals of a packed table.
+int look_up_arrays(const stratus_table* table, Side side, const PackedPoints& points, float* total,
+                   const char* function) noexcept {
     return run_guarded([&] {
         require_given(table, function, "table");
         require_member(*table, function);
@@ -99,7 +96,7 @@ int look_up_arrays(const stratus_table* table, const PackedPoints& points, const
         const bool has_family = table->view.has_family();
         require(!has_family || stratus::is_mixture(*table->view.family), function, "table",
                 "of one phase function, or mixtures of two", "of a family");
-        look_up(*packed, points, has_family ? table->view.chosen_mixture : 1);
+        packed->scattering(side, points, total, has_family ? table->view.chosen_mixture : 1);
     });
 }
 
@@ -207,30 +204,26 @@ const stratus_layer* stratus_table_layers(const stratus_table* table, size_t* co
 
 int stratus_table_reflection(const stratus_table* table, size_t count, const stratus_point* points,
                              stratus_scattered* values) {
-    return look_up_points(table, count, points, values, __func__, stratus::reflection);
+    return look_up_points(table, stratus::Side::reflection, count, points, values, __func__);
 }
 
 int stratus_table_transmission(const stratus_table* table, size_t count,
                                const stratus_point* points, stratus_scattered* values) {
-    return look_up_points(table, count, points, values, __func__, stratus::transmission);
+    return look_up_points(table, stratus::Side::transmission, count, points, values, __func__);
 }
 
 int stratus_table_reflection_many(const stratus_table* table, size_t count,
                                   const float* optical_depth, const float* albedo,
                                   const float* mu_in, const float* mu_out, const float* azimuth,
                                   float* total) {
-    return look_up_arrays(table, {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total,
-                          __func__,
-                          [=](const stratus::PackedTable& of, const stratus::PackedPoints& points,
-                              double mixture) { of.reflection(points, total, mixture); });
+    return look_up_arrays(table, stratus::Side::reflection,
+                          {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total, __func__);
 }
 
 int stratus_table_transmission_many(const stratus_table* table, size_t count,
                                     const float* optical_depth, const float* albedo,
                                     const float* mu_in, const float* mu_out, const float* azimuth,
                                     float* total) {
-    return look_up_arrays(table, {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total,
-                          __func__,
-                          [=](const stratus::PackedTable& of, const stratus::PackedPoints& points,
-                              double mixture) { of.transmission(points, total, mixture); });
+    return look_up_arrays(table, stratus::Side::transmission,
+                          {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total, __func__);
 }

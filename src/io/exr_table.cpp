@@ -393,7 +393,8 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
 
 }  // namespace
 
-Bytes encode_exr(const Table& table, const Metadata& metadata) {
+void write_exr(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+               const WriteOptions&) {
     const std::vector<SampleField> fields = listed_samples(metadata);
     const std::vector<Imf::Header> headers = make_headers(table, metadata, fields);
     Bytes bytes;
@@ -409,7 +410,7 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
             part.writePixels(static_cast<int>(size.height));
         }
     }  // the destructor completes the file
-    return bytes;
+    write_bytes(path, bytes);
 }
 
 Table decode_exr(const Bytes& bytes, const ReadOptions& options) {

@@ -1,4 +1,4 @@
-#include "hdf5_attributes.h"
+#include "hdf5_parts.h"
 
 #include <algorithm>
 #include <memory>

@@ -1,4 +1,4 @@
-#include "hdf5_chunks.h"
+#include "hdf5_parts.h"
 
 #include <libdeflate.h>
 

@@ -1,9 +1,8 @@
-#include "hdf5_file.h"
+#include "hdf5_parts.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <cstring>
 #include <exception>
 #include <fcntl.h>
 #include <iterator>
@@ -13,42 +12,80 @@
 #include <string>
 
 namespace stratus::io::hdf5 {
+namespace {
+
+constexpr unsigned creation_order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+
+/// Appends a name to the list `names`; HDF5 stops iterating when it returns nonzero.
+herr_t append_name(hid_t, const char* name, const H5A_info_t*, void* names) noexcept {
+    try {
+        static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+        return 0;
+    } catch (const std::bad_alloc&) {
+        return -1;
+    }
+}
+
+}  // namespace
+
+std::string innermost_error() {
+    std::string reason;
+    const auto innermost = [](unsigned number, const H5E_error2_t* error, void* text) -> herr_t {
+        if (number == 0 && error->desc) *static_cast<std::string*>(text) = error->desc;
+        return 0;
+    };
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &reason);
+    return reason;
+}
+
+Handle new_property_list(hid_t kind) {
+    return {H5Pcreate(kind), H5Pclose, "create a property list"};
+}
+
+Handle new_dataspace(std::span<const std::size_t> extents) {
+    const std::vector<hsize_t> sizes(extents.begin(), extents.end());
+    return {H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose,
+            "create a dataspace"};
+}
+
+Handle new_dataset(hid_t file, const std::string& name, hid_t stored,
+                   std::span<const std::size_t> extents, bool in_chunks) {
+    const Handle space = new_dataspace(extents);
+    const Handle creation = new_property_list(H5P_DATASET_CREATE);
+    checked(H5Pset_obj_track_times(creation, false), "leave out times");
+    checked(H5Pset_attr_creation_order(creation, creation_order), "track the order of attributes");
+    if (in_chunks) set_chunks(creation, extents);
+    return {H5Dcreate2(file, name.c_str(), stored, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+            H5Dclose, "write dataset " + name};
+}
+
+std::vector<std::string> attribute_names(hid_t object) {
+    std::vector<std::string> names;
+    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name, &names),
+            "list the attributes");
+    return names;
+}
+
+// ---- files
 
 namespace {
 
-// HDF5's memory driver works directly on a `Bytes` that outlives the file: nothing is copied, and
-// it holds the finished file once that is closed. (H5Fget_file_image would leave a superblock with
-// a wrong checksum.) Closing a file closes all objects, also those that the library forgot where the
-// file is damaged.
+// HDF5's memory driver reads directly from bytes that outlive the file: nothing is copied. Closing a
+// file closes all objects, also those that the library forgot where the file is damaged.
 
-void* image_allocate(size_t size, H5FD_file_image_op_t, void* image) {
-    Bytes& bytes = *static_cast<Bytes*>(image);
-    try {
-        if (size > bytes.size()) bytes.resize(size);
-    } catch (const std::bad_alloc&) {
-        return nullptr;
-    }
-    return bytes.data();
-}
-
-void* image_copy(void* to, const void* from, size_t size, H5FD_file_image_op_t, void*) {
-    return to == from ? to : std::memcpy(to, from, size);
-}
-
-void* image_grow(void*, size_t size, H5FD_file_image_op_t operation, void* image) {
-    return image_allocate(size, operation, image);
-}
-
-herr_t image_keep(void*, H5FD_file_image_op_t, void*) { return 0; }
-void* image_owner(void* image) { return image; }
-herr_t image_disown(void*) { return 0; }
-
-Handle access_to(Bytes& bytes) {
-    constexpr size_t increment = 1;  // so that the buffer ends where the file ends
+/// The driver takes the bytes for memory that it allocated.
+Handle access_to(void* bytes) {
+    using Operation = H5FD_file_image_op_t;
     Handle access = new_property_list(H5P_FILE_ACCESS);
-    H5FD_file_image_callbacks_t callbacks{image_allocate, image_copy,   image_grow, image_keep,
-                                          image_owner,    image_disown, &bytes};
-    checked(H5Pset_fapl_core(access, increment, false), "use its memory driver");
+    H5FD_file_image_callbacks_t callbacks{
+        [](size_t, Operation, void* image) { return image; },
+        [](void* to, const void*, size_t, Operation, void*) { return to; },
+        [](void*, size_t, Operation, void*) -> void* { return nullptr; },  // nothing is written
+        [](void*, Operation, void*) -> herr_t { return 0; },
+        [](void* image) { return image; },
+        [](void*) -> herr_t { return 0; },
+        bytes};
+    checked(H5Pset_fapl_core(access, 1, false), "use its memory driver");
     checked(H5Pset_file_image_callbacks(access, &callbacks), "use its memory driver");
     checked(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "use its memory driver");
     return access;
@@ -63,12 +100,10 @@ std::string name_in_memory() {
 
 }  // namespace
 
-Handle create_file(Bytes& bytes) { return create_file(name_in_memory(), access_to(bytes)); }
-
 Handle open_file(const Bytes& bytes) {
-    Bytes& image = const_cast<Bytes&>(bytes);  // only read
+    char* const image = const_cast<char*>(bytes.data());  // only read
     const Handle access = access_to(image);
-    checked(H5Pset_file_image(access, image.data(), image.size()), "use its memory driver");
+    checked(H5Pset_file_image(access, image, bytes.size()), "use its memory driver");
     return {H5Fopen(name_in_memory().c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
 }
 
@@ -130,7 +165,7 @@ herr_t forget_output(void* output) {
     return 0;
 }
 
-/// Same features as HDF5's memory driver, so that the bytes are the same.
+/// HDF5's memory driver has these features too.
 herr_t features(const H5FD_t*, unsigned long* flags) {
     if (flags)
         *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA |
@@ -194,6 +229,18 @@ hid_t driver() {
         return H5FDregister(&functions);
     }();
     return checked(registered, "use a driver");
+}
+
+/// A new file of the driver. Its root keeps the order in which datasets and attributes are made, and
+/// no times.
+Handle create_file(const std::string& name, const Handle& access) {
+    checked(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110),
+            "choose the format version");
+    const Handle creation = new_property_list(H5P_FILE_CREATE);
+    checked(H5Pset_link_creation_order(creation, creation_order), "track the order of datasets");
+    checked(H5Pset_attr_creation_order(creation, creation_order), "track the order of attributes");
+    checked(H5Pset_obj_track_times(creation, false), "leave out times");
+    return {H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose, "create the file"};
 }
 
 }  // namespace

@@ -9,10 +9,7 @@
 // Checksums are of numbers and texts as they are read, not of the file's bytes: a program that
 // rewrites the file in its own way, copying datasets and attributes, keeps them valid. The structures
 // are those of HDF5 1.10, whose own checksums the library compares.
-#include "hdf5_attributes.h"
-#include "hdf5_chunks.h"
-#include "hdf5_library.h"
-#include "hdf5_file.h"
+#include "hdf5_parts.h"
 #include "table_content.h"
 
 #include <hdf5.h>
@@ -55,32 +52,19 @@ bool is_chunked(std::span<const std::size_t> extents) {
     return extents.size() >= axis_fields.size();
 }
 
-Handle creation_properties(std::span<const std::size_t> extents) {
-    Handle creation = new_property_list(H5P_DATASET_CREATE);
-    checked(H5Pset_obj_track_times(creation, false), "leave out times");
-    checked(H5Pset_attr_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED),
-            "track the order of attributes");
-    if (is_chunked(extents)) set_chunks(creation, extents);
-    return creation;
-}
-
 /// Writes a dataset over the first axes, with its attributes.
 template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
                      std::span<const Number> values, const WriteOptions& options = {}) {
-    const std::string task = "write dataset " + name;
-    const Handle space = new_dataspace(extents);
-    const Handle creation = creation_properties(extents);
-    Handle dataset(H5Dcreate2(file, name.c_str(), Element<Number>::stored(), space, H5P_DEFAULT,
-                              creation, H5P_DEFAULT),
-                   H5Dclose, task);
+    Handle dataset =
+        new_dataset(file, name, Element<Number>::stored(), extents, is_chunked(extents));
     if constexpr (std::is_same_v<Number, float>)
         if (is_chunked(extents)) write_chunks(dataset, name, extents, values, options);
     if (!is_chunked(extents))
         checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                          values.data()),
-                task);
+                "write dataset " + name);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
     if constexpr (std::is_same_v<Number, float>)
@@ -173,10 +157,6 @@ void read_axis(const Source& source, const AxisField& field, Table& table) {
     table_axis(table, field).values = read_values<double>(source, dataset, name, extents);
 }
 
-}  // namespace
-
-namespace {
-
 std::span<const float> field_samples(const Table& table, const SampleField& field,
                                      const WriteOptions& options) {
     if (options.samples && field.samples == &Table::reflection_multiple)
@@ -205,15 +185,6 @@ void fill(hid_t file, const Table& table, const Metadata& metadata, const WriteO
 }
 
 }  // namespace
-
-Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
-    const QuietErrors quiet;
-    Bytes bytes;
-    Handle file = create_file(bytes);
-    fill(file, table, metadata, {});
-    file.close("finish the file");
-    return bytes;
-}
 
 void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
                 const WriteOptions& options) {

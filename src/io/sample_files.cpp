@@ -1,5 +1,5 @@
 #include <stratus/io/file_bytes.h>
-#include <stratus/io/sample_files.h>
+#include <stratus/io/write_options.h>
 
 #include <algorithm>
 #include <cerrno>

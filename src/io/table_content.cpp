@@ -264,22 +264,19 @@ void read_scale(const AxisField& field, Table& table, const std::string& stored)
         table.family[field.family].is_discrete = true;
         return;
     }
-    std::optional<AxisScale> other;  // that the axis may have instead
-    if (field.axis == &Table::azimuth) other = AxisScale::square_root;
-    if (field.axis == &Table::albedo) other = AxisScale::fourth_root_of_complement;
-    if (other && stored == axis_scale_name(*other)) {
-        axis.scale = *other;
+    const auto [usual, other] = field.scales;
+    const bool has_other = field.axis != nullptr && usual != other;
+    if (has_other && stored == axis_scale_name(other)) {
+        axis.scale = other;
         return;
     }
     const bool matches = stored == axis_scale_name(axis.scale) ||
                          (axis.scale == AxisScale::linear && stored == mixture_scale_name);
-    const auto or_other = [&] {
-        return other ? std::string(" or ") + axis_scale_name(*other) : "";
-    };
     if (!matches)
         throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
-                                 stored_scale_name(field, table) + or_other() + ", got " +
-                                 shown_text(stored));
+                                 stored_scale_name(field, table) +
+                                 (has_other ? std::string(" or ") + axis_scale_name(other) : "") +
+                                 ", got " + shown_text(stored));
 }
 
 std::vector<AxisField> all_axis_fields(const Table& table) {

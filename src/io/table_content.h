@@ -89,12 +89,12 @@ void check_table(const Table& table, bool with_samples = true);
 // The formats themselves. Errors are std::exceptions without the file's name, which `naming` adds.
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
 inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
-Bytes encode_hdf5(const Table& table, const Metadata& metadata);
-/// The bytes of encode_hdf5, which are never in memory at once.
+/// The file's bytes are never in memory at once.
 void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
                 const WriteOptions& options);
 Table decode_hdf5(const Bytes& bytes, const ReadOptions& options = {});
-Bytes encode_exr(const Table& table, const Metadata& metadata);
+void write_exr(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+               const WriteOptions& options);
 Table decode_exr(const Bytes& bytes, const ReadOptions& options = {});
 
 inline const Axis& table_axis(const Table& table, const AxisField& field) {

@@ -17,13 +17,8 @@ struct Format {
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
-void write_exr(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
-               const WriteOptions&) {
-    io::write_bytes(path, io::encode_exr(table, metadata));
-}
-
 constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::write_hdf5, io::decode_hdf5};
-constexpr Format exr{io::exr_magic, "an OpenEXR", write_exr, io::decode_exr};
+constexpr Format exr{io::exr_magic, "an OpenEXR", io::write_exr, io::decode_exr};
 
 const Format& find_format(const std::filesystem::path& path, const char* function) {
     const std::string extension = path.extension().string();

@@ -45,21 +45,6 @@ double intercepted_share(double optical_depth, double mu) noexcept {
     return -std::expm1(-optical_depth / mu);
 }
 
-double brightness_top_lit(double phase_value, double albedo, double optical_depth, double mu_in,
-                          double mu_out) noexcept {
-    return 4 * mu_in * single_reflection(phase_value, albedo, optical_depth, mu_in, mu_out);
-}
-
-double brightness_bottom_lit(double phase_value, double albedo, double optical_depth, double mu_in,
-                             double mu_out) noexcept {
-    return 4 * mu_in * single_transmission(phase_value, albedo, optical_depth, mu_in, mu_out);
-}
-
-double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
-                                double mu_out) noexcept {
-    return albedo * phase_value * mu_in / (mu_in + mu_out);  // [Blinn82] 2.7
-}
-
 double source_seen_through(double forward_phase_value, double albedo, double optical_depth,
                            double mu) noexcept {
     const double path = optical_depth / mu;

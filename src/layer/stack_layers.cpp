@@ -77,14 +77,4 @@ double stack_single_scattering(Side side, const std::vector<StackLayer>& layers,
     return sum;
 }
 
-double stack_single_reflection(const std::vector<StackLayer>& layers,
-                               const Geometry& geometry) noexcept {
-    return stack_single_scattering(Side::reflection, layers, geometry);
-}
-
-double stack_single_transmission(const std::vector<StackLayer>& layers,
-                                 const Geometry& geometry) noexcept {
-    return stack_single_scattering(Side::transmission, layers, geometry);
-}
-
 }  // namespace stratus

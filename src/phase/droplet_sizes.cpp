@@ -1,4 +1,4 @@
-#include "droplet_sizes.h"
+#include "mie_scattering.h"
 
 #include <stratus/base/constants.h>
 

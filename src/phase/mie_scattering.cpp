@@ -3,7 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
-#include "kernels/sphere_sums.h"
+#include "kernels/sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -84,7 +84,7 @@ SectionLanes sum_series(const std::vector<CoefficientLanes>& series) {
 
 /// Coefficients of several spheres: a row of the real and one of the imaginary parts of (2n+1) / (n(n+1))
 /// (a_n + b_n), and as many with a_n - b_n, times the root of how many spheres there are. See
-/// sphere_sums.h.
+/// kernels/sums.h.
 struct SphereRows {
     std::size_t size, rows;  // terms, a multiple of mie_lanes, and rows that there is place for
     std::size_t count = 0;   // spheres

@@ -3,7 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 
-#include "kernels/path_sums.h"
+#include "kernels/sums.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Indices of refraction of water and ice from the ultraviolet to the middle infrared, and of what
 // users bring in files.
-#include "refractive_index.h"
+#include "mie_scattering.h"
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>

@@ -4,10 +4,8 @@
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_block.h>
 
-#include "bound_layer.h"
 #include "filtered_as_cxx.h"
-#include "filtered_blocks.h"
-#include "filtered_path.h"
+#include "texture_parts.h"
 
 #include <algorithm>
 #include <cmath>

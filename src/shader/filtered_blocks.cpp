@@ -1,10 +1,8 @@
-#include "filtered_blocks.h"
+#include "texture_parts.h"
 
 #include <stratus/base/constants.h>
 #include <stratus/base/half.h>
 #include <stratus/table/packed_block.h>
-
-#include "bound_layer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +61,7 @@ struct LayerGrid {
         range.push_back(static_cast<int>(depth.size()));
     }
     float coordinate(float at) const { return std::log2(at / (at + offset)); }
-    std::size_t number(std::size_t a, int d) const { return a * depth.size() + index(d); }
+    std::size_t number(std::size_t a, int d) const { return a * depth.size() + size(d); }
 
   private:
     float depth_at(float coordinate) const {
@@ -224,15 +222,15 @@ SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side, b
     made.offset = grid.offset;
     made.finer_albedos = static_cast<float>(grid.finer);
     for (const Block& block : blocks) {
-        const float first = grid.coordinate(grid.depth[index(block.first)]),
-                    last = grid.coordinate(grid.depth[index(block.last)]);
+        const float first = grid.coordinate(grid.depth[size(block.first)]),
+                    last = grid.coordinate(grid.depth[size(block.last)]);
         const int depths = block.last - block.first + 1;
         const float per_unit = last > first ? static_cast<float>(depths - 1) / (last - first) : 0;
         made.blocks.emplace_back(last, static_cast<float>(made.columns) + 0.5f - first * per_unit,
                                  per_unit, 0.0f);
         made.columns += depths;
     }
-    const std::size_t columns = index(made.columns), words = filtered_words;
+    const std::size_t columns = size(made.columns), words = filtered_words;
     made.rows.resize(blocks.size() * words * rows);
     made.weights.resize(words * grid.albedo.size() * columns);
     std::size_t column = 0;
@@ -242,15 +240,15 @@ SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side, b
         std::vector<std::vector<float>> functions;
         for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
             const int pivot = basis.pivot[f], d = first + pivot % depths;
-            const std::size_t a = index(pivot / depths);
+            const std::size_t a = size(pivot / depths);
             std::vector<float> function =
                 orders_of_layer(exact, rows, static_cast<Side>(side), double{grid.albedo[a]},
-                                double{grid.depth[index(d)]})
+                                double{grid.depth[size(d)]})
                     .sum;
             for (float& value : function) value *= sketch.scale[grid.number(a, d)];
             for (std::size_t g = 0; g < f; ++g)
                 for (std::size_t row = 0; row < rows; ++row)
-                    function[row] -= basis.coefficient[index(pivot)][g] * functions[g][row];
+                    function[row] -= basis.coefficient[size(pivot)][g] * functions[g][row];
             float largest = 1e-30f;
             for (float& value : function) {
                 value /= static_cast<float>(basis.norm[f]);
@@ -261,13 +259,13 @@ SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side, b
             for (std::size_t row = 0; row < rows; ++row)
                 component(to[row], slot) = function[row] / largest * full_scale;
             for (std::size_t layer = 0; layer < basis.coefficient.size(); ++layer) {
-                const std::size_t row = f / 4 * grid.albedo.size() + layer / index(depths);
-                component(made.weights[row * columns + column + layer % index(depths)], slot) =
+                const std::size_t row = f / 4 * grid.albedo.size() + layer / size(depths);
+                component(made.weights[row * columns + column + layer % size(depths)], slot) =
                     basis.coefficient[layer][f] * largest;
             }
             functions.push_back(std::move(function));
         }
-        column += index(depths);
+        column += size(depths);
     }
     made.unit = scale_to_halves(made.weights) / full_scale;
     return made;

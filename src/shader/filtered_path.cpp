@@ -1,9 +1,6 @@
-#include "filtered_path.h"
+#include "texture_parts.h"
 
 #include <stratus/phase/path_law.h>
-
-#include "bound_layer.h"
-#include "filtered_blocks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -94,7 +91,7 @@ PathSketch make_sketch(const TableView& table, int count, int side, int octave,
                 std::vector<double>&value = sketch.values.emplace_back(),
                 &importance = sketch.importance.emplace_back();
                 for (int angle = 0; angle < angles; ++angle) {
-                    const std::size_t k = index(angle);
+                    const std::size_t k = size(angle);
                     value.push_back(albedo * albedo * along(law, angle, weights, albedo));
                     importance.push_back(
                         1 / (std::abs(value[k]) + (albedo * weights.of_order[1] * phase[k] +
@@ -143,8 +140,8 @@ FilteredPath filtered_path(const TableView& table, const std::vector<float>& alb
               rows = octaves * octave_rows, angles = 2 * law.angle_count(),
               columns = static_cast<int>(albedos.size());
     const double lost_at_one = 14 / law.deepest();
-    std::vector<vec4> function(index(2 * octaves * words * angles)),
-        weight(index(words * slices * rows * columns));
+    std::vector<vec4> function(size(2 * octaves * words * angles)),
+        weight(size(words * slices * rows * columns));
     for (int octave = 0; octave < octaves; ++octave)
         for (int side = 0; side < 2; ++side) {
             const Basis basis = find_basis(make_sketch(table, count, side, octave, albedos),
@@ -153,23 +150,22 @@ FilteredPath filtered_path(const TableView& table, const std::vector<float>& alb
             for (int f = 0; f < functions; ++f) {
                 const int word = (2 * octave + side) * words + f / 4;
                 for (int angle = 0; angle < angles; ++angle)
-                    component(function[index(word * angles + angle)], f % 4) =
-                        static_cast<float>(basis.function[index(f)][index(angle)]);
+                    component(function[size(word * angles + angle)], f % 4) =
+                        static_cast<float>(basis.function[size(f)][size(angle)]);
             }
             for (int slice = first_slice(side); slice <= last_slice(side); ++slice)
                 for (int row = octave * octave_rows; row < (octave + 1) * octave_rows; ++row) {
                     const PathWeights weights = orders_at(row, slice, count).weights;
                     for (int column = 0; column < columns; ++column) {
-                        const double albedo = double{albedos[index(column)]},
+                        const double albedo = double{albedos[size(column)]},
                                      lost = side == STRATUS_REFLECTION
                                                 ? 0
                                                 : slant_depth(row) *
                                                       (1 - albedo + albedo * lost_at_one);
                         for (int f = 0; f < functions; ++f) {
                             const int line = (slice * words + f / 4) * rows + row;
-                            component(weight[index(line * columns + column)], f % 4) =
-                                static_cast<float>(std::exp(lost) * along(law,
-                                                                          basis.angle[index(f)],
+                            component(weight[size(line * columns + column)], f % 4) =
+                                static_cast<float>(std::exp(lost) * along(law, basis.angle[size(f)],
                                                                           weights, albedo));
                         }
                     }

@@ -3,7 +3,7 @@
 #include <stratus/table/kernels/packed.h>
 #include <stratus/table/packed_block.h>
 
-#include "bound_layer.h"
+#include "texture_parts.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -17,8 +17,6 @@ using shader::vec4;
 
 constexpr std::size_t record_texels = 8;
 constexpr int colours = 3;
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 /// The orders n >= 2 of the colours side by side. Returns the first texel.
 float append_orders(shader::AsCxx& lookup, std::size_t rows, Side side, const Medium<3>& medium,

@@ -5,7 +5,7 @@
 #include <stratus/table/kernels/packed.h>
 #include <stratus/table/packed_block.h>
 
-#include "bound_layer.h"
+#include "texture_parts.h"
 
 #include <algorithm>
 #include <array>
@@ -19,8 +19,6 @@ namespace {
 using Texel = std::array<float, 4>;
 
 constexpr std::size_t record_texels = 16, texels_per_row = functions / 4;
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
 

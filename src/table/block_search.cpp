@@ -1,7 +1,6 @@
-#include "block_search.h"
+#include "layer_sums.h"
 
 #include <stratus/base/constants.h>
-#include <stratus/table/packed_block.h>
 
 #include "base/size.h"
 #include "layer_coverage.h"

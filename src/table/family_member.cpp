@@ -10,8 +10,6 @@
 namespace stratus {
 namespace {
 
-std::size_t as_place(int n) { return static_cast<std::size_t>(n); }
-
 /// MemberShares of the members around a point in what lies over (member, layer, ...): over (member around
 /// the point, layer).
 struct MemberShares {
@@ -33,9 +31,9 @@ std::vector<Number> joined_members(const std::vector<Number>& numbers, std::size
     for (std::size_t n = 0; n < count; ++n) {
         double all = 0;
         const double* const share = shares.share.data() + n / row;
-        for (std::size_t m = 0; m < as_place(around.count); ++m)
+        for (std::size_t m = 0; m < size(around.count); ++m)
             all += share[m * shares.layers] *
-                   static_cast<double>(numbers[as_place(around.member[m]) * count + n]);
+                   static_cast<double>(numbers[size(around.member[m]) * count + n]);
         sum.push_back(static_cast<Number>(all));
     }
     return sum;
@@ -47,14 +45,14 @@ MemberShares shares_of_fall(const Table& table, const FamilyStencil& around,
                             const std::vector<double>& exponents) {
     const std::vector<double>& depths = table.optical_depth.values;
     MemberShares shares{exponents.size() * depths.size(), {}};
-    for (std::size_t m = 0; m < as_place(around.count); ++m)
+    for (std::size_t m = 0; m < size(around.count); ++m)
         for (std::size_t a = 0; a < exponents.size(); ++a)
             for (const double depth : depths)
                 shares.share.push_back(
                     double{around.weight[m]} *
                     fall_from_member(
                         depth,
-                        table.diffusion_exponent[as_place(around.member[m]) * exponents.size() + a],
+                        table.diffusion_exponent[size(around.member[m]) * exponents.size() + a],
                         exponents[a], table.extrapolation_length));
     return shares;
 }

@@ -1,5 +1,4 @@
-#include <stratus/table/kernels/packed.h>
-#include <stratus/table/layer_basis.h>
+#include <stratus/table/packed_block.h>
 
 #include "base/size.h"
 #include "kernels/vectors.h"

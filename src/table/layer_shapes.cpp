@@ -1,4 +1,4 @@
-#include "layer_shapes.h"
+#include "layer_sums.h"
 
 #include <stratus/base/constants.h>
 

@@ -11,14 +11,67 @@
 #pragma once
 
 #include <stratus/table/layer_samples.h>
+#include <stratus/table/packed_block.h>
 #include <stratus/table/table.h>
 
-#include "layer_shapes.h"
-
+#include <algorithm>
+#include <cstddef>
 #include <map>
+#include <memory>
 #include <vector>
 
 namespace stratus {
+
+/// The samples of one side of one member of a family, or of the only one, divided by all that lookups multiply
+/// back (lookup.h): shapes that hardly differ from one layer to the next.
+class LayerShapes {
+  public:
+    LayerShapes(const Table& table, Side side, int member);
+
+    const Table& table() const { return table_; }
+    const DirectionNumbers& numbers() const { return numbers_; }
+
+    /// False where a sample is too near the end of float's range to be scaled back up: lookups use
+    /// that of a higher albedo, or of a thinner layer, in its place.
+    bool is_resolved(int albedo, int depth) const { return weight(albedo, depth) != 0; }
+
+    /// Divides samples at some directions by what lookups multiply back.
+    void divide(int albedo, int depth, const DirectionList& at, std::vector<float>& samples) const;
+
+    /// Returns the factors that make errors of a layer's shape relative to R or T, but to no less than
+    /// a share of the largest, at the same directions; 0 where the layer does not count.
+    std::vector<float> importance(int albedo, int depth, const DirectionList& at,
+                                  const std::vector<float>& shape) const;
+
+  private:
+    struct Pair {
+        int in, out;
+    };
+
+    float weight(int albedo, int depth) const;
+    /// Returns what samples of a layer and a pair of cosines are multiplied by.
+    float weight(int albedo, int depth, const Pair& pair) const;
+    bool is_forward(std::size_t direction) const;
+    double lesser_cosine(std::size_t direction) const;
+    float share_of_grazing(std::size_t direction) const;
+    /// Calls use(n, pair) for every direction at[n].
+    template <class Use>
+    void for_each(const DirectionList& at, const Use& use) const;
+    PathWeights weights_along_path(double w, double tau, double mu, double other) const;
+    /// Calls use(n, factor, total) for every direction at[n]: what its sample was divided by, and R or
+    /// T.
+    template <class Use>
+    void for_each_total(int albedo, int depth, const DirectionList& at,
+                        const std::vector<float>& shape, const Use& use) const;
+
+    const Table& table_;
+    DirectionNumbers numbers_;
+    Side side_;
+    int member_;
+    std::vector<Pair> pairs_;                     // by number
+    std::vector<double> cosine_, phase_;          // of the scattering angle, at every direction
+    std::shared_ptr<const PathOrders> path_law_;  // null: none
+};
 
 /// One side of all layers (numbered as LayerSamples has them).
 struct LayerSums {
@@ -51,5 +104,39 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
 /// it, once.
 void see_in_full(const PerSide<std::vector<int>>& layers, PerSide<LayerSums>& sums,
                  LayerSamples& samples);
+
+// ---- how albedos and optical depths are divided into blocks, and a family into members that share their
+// functions (block_search.cpp)
+
+// Shares of the tolerance by which the functions of all layers may miss one, those of a block the
+// sums of these, and both when they are rounded to halves.
+constexpr double sums_share = 0.03, basis_share = 0.28, total_share = 0.5;
+
+/// A block and the cells that it may serve.
+struct Candidate {
+    SampleRange albedo_cells, depth_cells;
+    BlockLayers layers;
+    LayerBasis basis;
+    double half_error;
+    bool holds;  // its errors are within their shares of the tolerance
+};
+
+/// Blocks of members that share their functions.
+struct FoundBlocks {
+    SampleRange members;
+    std::vector<Candidate> blocks;
+
+    bool hold() const {
+        return std::all_of(blocks.begin(), blocks.end(),
+                           [](const Candidate& block) { return block.holds; });
+    }
+};
+
+/// Members in groups that share their functions: halves that are a group each are joined where that
+/// takes fewer blocks.
+std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members);
+
+/// The layers that blocks are made of.
+std::vector<int> pivot_layers(const std::vector<FoundBlocks>& groups);
 
 }  // namespace stratus

@@ -87,13 +87,19 @@ struct TablePoint {
     }
 };
 
-/// A value of one channel or three.
+/// A value of one channel or three, from a number for each.
+template <class Value>
+Value from_channels(const float* x) noexcept {
+    if constexpr (std::is_same_v<Value, float>)
+        return *x;
+    else
+        return {x[0], x[1], x[2]};
+}
+
 template <class Value>
 Value all_channels(float x) noexcept {
-    if constexpr (std::is_same_v<Value, float>)
-        return x;
-    else
-        return {x, x, x};
+    const float same[] = {x, x, x};
+    return from_channels<Value>(same);
 }
 
 /// Returns the light of a dark side: 0, or not-a-number where an argument is.

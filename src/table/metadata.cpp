@@ -33,6 +33,12 @@ double number_entry(const Metadata& metadata, const char* name) {
     return to_number(name, entry(metadata, name));
 }
 
+/// Numbers that every table has.
+constexpr std::pair<const char*, double Table::*> number_entries[] = {
+    {"extrapolation_length", &Table::extrapolation_length},
+    {"tolerance", &Table::tolerance},
+    {"measured_error", &Table::measured_error}};
+
 // Kinds of lower boundary in files; without one there is no entry.
 constexpr const char* surface_name = "lambert surface";
 constexpr const char* layer_name = "semi-infinite layer";
@@ -161,9 +167,7 @@ Metadata shared_metadata(const Table& table) {
     add_lower_boundary(table.lower_boundary, metadata);
     add_layers(table, metadata);
     add_family(table, metadata);
-    metadata["extrapolation_length"] = shortest_text(table.extrapolation_length);
-    metadata["tolerance"] = shortest_text(table.tolerance);
-    metadata["measured_error"] = shortest_text(table.measured_error);
+    for (const auto& [name, number] : number_entries) metadata[name] = shortest_text(table.*number);
     metadata["highest_order"] = std::to_string(table.highest_order);
     return metadata;
 }
@@ -190,9 +194,7 @@ Table table_of_metadata(const Metadata& metadata) {
     table.lower_boundary = read_lower_boundary(metadata);
     read_layers(metadata, table);
     read_family(metadata, table);
-    table.extrapolation_length = number_entry(metadata, "extrapolation_length");
-    table.tolerance = number_entry(metadata, "tolerance");
-    table.measured_error = number_entry(metadata, "measured_error");
+    for (const auto& [name, number] : number_entries) table.*number = number_entry(metadata, name);
     table.highest_order = to_integer("highest_order", entry(metadata, "highest_order"));
     return table;
 }

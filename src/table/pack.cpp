@@ -7,11 +7,9 @@
 #include <stratus/table/packed_block.h>
 
 #include "base/size.h"
-#include "block_search.h"
 #include "layer_coverage.h"
 #include "layer/reflected_curve.h"
 #include "layer_sums.h"
-#include "packed_names.h"
 #include "packed_parts.h"
 
 #include <algorithm>
@@ -34,7 +32,7 @@ struct PackedBlocks {
     std::vector<Half> halves;                     // over (block, row, function)
     std::vector<float> floats;                    // in place of halves where these do not suffice
     std::vector<std::vector<float>> coefficient;  // of each member
-    std::vector<std::int32_t> block;              // over (block, field): packed_names.h
+    std::vector<std::int32_t> block;              // over (block, field): packed_parts.h
     std::vector<std::int32_t> block_of_cell;      // over (albedo, optical depth)
 
     std::size_t count() const { return block.size() / size(BlockField::count); }

@@ -3,6 +3,7 @@
 #include "packed_parts.h"
 
 #include <algorithm>
+#include <optional>
 #include <variant>
 
 namespace stratus {
@@ -24,13 +25,10 @@ void check_format(const TensorFile& file) {
 
 AxisScale read_scale(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
-    for (const AxisScale scale :
-         {AxisScale::linear, AxisScale::arcsine_of_fourth_root, AxisScale::logarithmic,
-          AxisScale::square_root_of_complement, AxisScale::square_root,
-          AxisScale::fourth_root_of_complement, AxisScale::logarithm_of_complement})
-        if (text == axis_scale_name(scale)) return scale;
-    require(false, packed_caller, name + scale_suffix, "the name of a scale", text.substr(0, 40));
-    return {};
+    const std::optional<AxisScale> scale = axis_scale_named(text);
+    require(scale.has_value(), packed_caller, name + scale_suffix, "the name of a scale",
+            text.substr(0, 40));
+    return *scale;
 }
 
 float as_float(float value) { return value; }
@@ -62,12 +60,6 @@ void read_family_axes(const TensorFile& file, Table& table) {
 
 }  // namespace
 
-std::string shape_text(const std::vector<std::size_t>& shape) {
-    std::vector<std::string> words;
-    for (const std::size_t extent : shape) words.push_back(std::to_string(extent));
-    return "[" + joined(words) + "]";
-}
-
 PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std::size_t width,
                             const PhaseFunction& phase_function) {
     if (!file.has(name)) {
@@ -85,7 +77,7 @@ PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std
     const TensorOf<float> samples = file.numbers<float>(name, 2);
     require(samples.shape[0] >= 2 && samples.shape[0] <= (1 << 20) && samples.shape[1] == width,
             packed_caller, "shape of " + name, "[2 to 1048576, " + std::to_string(width) + "]",
-            shape_text(samples.shape));
+            list_text(samples.shape));
     return PhaseCurve::of_samples(copied(samples), static_cast<int>(width));
 }
 

@@ -1,12 +1,15 @@
-// A packed table's file as it is read (packed_names.h lists its contents): the table without its
-// samples, and both sides for each member of a family.
+// A packed table's file (docs/packed.md): the names of its tensors and strings, and how it is read, as the
+// table without its samples and both sides for each member of a family.
 #pragma once
 
 #include <stratus/base/argument.h>
 #include <stratus/base/tensor_file.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/path_law.h>
 #include <stratus/table/kernels/packed.h>
+#include <stratus/table/table.h>
 
-#include "packed_names.h"
+#include "base/tensor_header.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +18,57 @@
 #include <vector>
 
 namespace stratus {
+
+// ---- names
+
+constexpr const char* packed_format = "stratus-packed";
+constexpr const char* packed_format_version = "6";
+
+// Strings.
+constexpr const char* format_name = "format";
+constexpr const char* format_version_name = "format_version";
+constexpr const char* path_offset_name = "path_offset";
+constexpr const char* path_deepest_name = "path_deepest";
+constexpr const char* scale_suffix = "_scale";  // of an axis' name
+constexpr const char* discrete_scale_name = "discrete";
+
+// Numbers.
+constexpr const char* path_orders_name = "path_orders";
+constexpr const char* path_sheet_name = "path_sheet";
+constexpr const char* phase_name = "phase";  // samples of a phase curve, where it needs any
+constexpr const char* functions_name = "functions";
+constexpr const char* functions_of_name = "functions_of";  // the member whose functions serve
+constexpr const char* coefficients_name = "coefficients";
+constexpr const char* blocks_name = "blocks";
+constexpr const char* block_of_cell_name = "block_of_cell";
+
+inline std::string side_name(Side side) {
+    return side == Side::reflection ? "reflection/" : "transmission/";
+}
+inline std::string member_prefix(const Table& table, std::size_t member) {
+    if (!table.has_family()) return "";
+    return "member_" + std::to_string(member) + "/";
+}
+
+/// Numbers of a block in `blocks`.
+namespace BlockField {
+enum : int {
+    first_albedo,  // samples of the table that its coefficients begin at
+    albedos,       // of the coefficients
+    first_depth,
+    depths,            // infinity included
+    ends_at_infinity,  // 1: its last depth is that
+    first_row,         // of `coefficients`
+    count
+};
+}
+
+/// Names of strings that a table's own attributes must not have.
+bool is_reserved(const std::string& name);
+
+constexpr std::size_t most_summed_orders = 64;  // of files that hold no path sheet
+
+// ---- reading
 
 constexpr const char* packed_caller = "packed table";
 constexpr std::size_t packed_alignment = 64;  // of rows, and so of the file
@@ -71,13 +125,11 @@ PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std
 
 void require_aligned(const void* data, const std::string& name);
 
-std::string shape_text(const std::vector<std::size_t>& shape);
-
 template <class Number>
 void require_shape(const TensorOf<Number>& numbers, const std::string& name,
                    const std::vector<std::size_t>& shape) {
-    require(numbers.shape == shape, packed_caller, "shape of " + name, shape_text(shape),
-            shape_text(numbers.shape));
+    require(numbers.shape == shape, packed_caller, "shape of " + name, list_text(shape),
+            list_text(numbers.shape));
 }
 
 }  // namespace stratus

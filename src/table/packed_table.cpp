@@ -276,14 +276,9 @@ TableView PackedTable::view() const noexcept {
     return view;
 }
 
-Scattered PackedTable::reflection(double albedo, double optical_depth, const Geometry& geometry,
-                                  double mixture) const noexcept {
-    return contents_->one(Side::reflection, {albedo, optical_depth, geometry}, mixture);
-}
-
-Scattered PackedTable::transmission(double albedo, double optical_depth, const Geometry& geometry,
-                                    double mixture) const noexcept {
-    return contents_->one(Side::transmission, {albedo, optical_depth, geometry}, mixture);
+Scattered PackedTable::scattering(Side side, double albedo, double optical_depth,
+                                  const Geometry& geometry, double mixture) const noexcept {
+    return contents_->one(side, {albedo, optical_depth, geometry}, mixture);
 }
 
 double PackedTable::multiple(Side side, double albedo, double optical_depth,
@@ -297,14 +292,9 @@ void PackedTable::multiple(Side side, const PackedLayers& layers, const Geometry
     contents_->multiple(side, layers, geometry, contents_->share_in_range(mixture), value);
 }
 
-void PackedTable::reflection(const PackedPoints& points, float* total,
+void PackedTable::scattering(Side side, const PackedPoints& points, float* total,
                              double mixture) const noexcept {
-    contents_->many(Side::reflection, points, total, mixture);
-}
-
-void PackedTable::transmission(const PackedPoints& points, float* total,
-                               double mixture) const noexcept {
-    contents_->many(Side::transmission, points, total, mixture);
+    contents_->many(side, points, total, mixture);
 }
 
 bool PackedTable::has_reflection() const noexcept { return contents_->holds(Side::reflection); }

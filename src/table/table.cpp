@@ -6,6 +6,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/table/metadata.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,46 +25,27 @@ bool spans_all_azimuths(const AxisView& azimuth) {
     return azimuth.count == 1 || pi - azimuth.highest <= 1e-9;
 }
 
-void check_scale(const Axis& axis, const char* name, std::initializer_list<AxisScale> scales) {
-    std::string allowed;
-    for (const AxisScale scale : scales)
-        allowed += (allowed.empty() ? "" : " or ") + std::string(axis_scale_name(scale));
-    require(std::find(scales.begin(), scales.end(), axis.scale) != scales.end(), caller,
-            std::string("scale of axis ") + name, allowed, axis_scale_name(axis.scale));
-}
-
-void check_samples(const Axis& axis, const char* name, double lowest, double highest,
-                   bool open_below) {
-    check_axis(axis, name);
-    std::ostringstream range;
-    range.precision(17);
-    range << "within " << (open_below ? "(" : "[") << lowest << ", " << highest << "]";
+void check_axis_field(const Table& table, const AxisField& field) {
+    const Axis& axis = table.*field.axis;
+    const auto [usual, other] = field.scales;
+    require(axis.scale == usual || axis.scale == other, caller,
+            std::string("scale of axis ") + field.name,
+            axis_scale_name(usual) +
+                (other == usual ? "" : std::string(" or ") + axis_scale_name(other)),
+            axis_scale_name(axis.scale));
+    check_axis(axis, field.name);
+    const std::string range = std::string("within ") + (field.open_below ? "(" : "[") +
+                              short_number(field.lowest, 17) + ", " +
+                              short_number(field.highest, 17) + "]";
     for (const double value : axis.values)
-        require((open_below ? value > lowest : value >= lowest) && value <= highest, caller, name,
-                range.str(), value);
+        require((field.open_below ? value > field.lowest : value >= field.lowest) &&
+                    value <= field.highest,
+                caller, field.name, range, value);
 }
 
-void check_albedo(const Axis& axis) {
-    check_scale(axis, "albedo",
-                {AxisScale::square_root_of_complement, AxisScale::fourth_root_of_complement});
-    check_samples(axis, "albedo", 0, 1, false);
-}
-
-void check_optical_depth(const Axis& axis) {
-    check_scale(axis, "optical_depth", {AxisScale::logarithmic});
-    check_samples(axis, "optical_depth", 0, infinity, true);
-}
-
-void check_cosine(const Axis& axis, const char* name) {
-    check_scale(axis, name, {AxisScale::arcsine_of_fourth_root});
-    check_samples(axis, name, 0, 1, true);
-}
-
-void check_azimuth(const Axis& axis) {
-    check_scale(axis, "azimuth", {AxisScale::linear, AxisScale::square_root});
-    check_samples(axis, "azimuth", 0, pi, false);
-    const auto count = static_cast<int>(axis.values.size());
-    require(count == 1 || count >= stencil_size || spans_all_azimuths(axis.view()), caller,
+void check_azimuths(const Axis& azimuth) {
+    const auto count = static_cast<int>(azimuth.values.size());
+    require(count == 1 || count >= stencil_size || spans_all_azimuths(azimuth.view()), caller,
             "samples of azimuth", "1, or 4 at least, where they do not span 0 to pi", count);
 }
 
@@ -274,11 +256,8 @@ namespace {
 void check_header(const Table& table) {
     check_family(table.phase_function, table.family, caller);
     check_lengths(table);
-    check_albedo(table.albedo);
-    check_optical_depth(table.optical_depth);
-    check_cosine(table.mu_in, "mu_in");
-    check_cosine(table.mu_out, "mu_out");
-    check_azimuth(table.azimuth);
+    for (const AxisField& field : axis_fields) check_axis_field(table, field);
+    check_azimuths(table.azimuth);
     const std::size_t albedos = checked_product({table.member_count(), table.albedo.values.size()});
     const std::size_t layers = checked_product({albedos, table.optical_depth.values.size()});
     const std::size_t lit = checked_product({layers, table.mu_in.values.size()});

@@ -136,7 +136,8 @@ TEST(Binding, ExtrapolatesByTheLimitingLaws) {
         EXPECT_EQ(transmitted(semi_infinite, at), 0);
         const double deep = reflection(view, 0.5, 32, g).total();
         EXPECT_NEAR(reflected(semi_infinite, at), deep, 1e-3 * deep);
-        const double T = small_table_transmission_scale({0.5, 40, g.mu_in, g.mu_out, g.azimuth});
+        const double T =
+            small_table_scale(Side::transmission, {0.5, 40, g.mu_in, g.mu_out, g.azimuth});
         EXPECT_NEAR(transmitted(bind(view, 40, 0.5), at), T, 1e-2 * T + 1e-12);
     }
     EXPECT_EQ(bind(view, infinity, 1, Effects{.reflection = false}).transmission(1, 1, 0), 0);

@@ -130,21 +130,16 @@ const Arguments angles = {in_argument, out_argument, azimuth_argument};
 
 template <int channels>
 void expect_rule_of_slice(const std::string& name, const SliceOf<channels>& slice) {
-    for (const bool reflected : {true, false}) {
-        const std::string what = name + (reflected ? " reflection" : " transmission");
+    for (const Side side : both_sides) {
+        const std::string what =
+            name + (side == Side::reflection ? " reflection" : " transmission");
         expect_rule(what, angles, [&](const Values& x) {
-            const float in = in_float(x[0]), out = in_float(x[1]), azimuth = in_float(x[2]);
-            return of(reflected ? slice.reflection(in, out, azimuth)
-                                : slice.transmission(in, out, azimuth));
+            return of(slice.scattering(side, in_float(x[0]), in_float(x[1]), in_float(x[2])));
         });
         expect_rule_of_many(what + " of many", angles, channels, [&](const auto& x) {
             const std::size_t count = x[0].size();
             std::vector<float> value(channels * count);
-            const float *in = x[0].data(), *out = x[1].data(), *azimuth = x[2].data();
-            if (reflected)
-                slice.reflection(count, in, out, azimuth, value.data());
-            else
-                slice.transmission(count, in, out, azimuth, value.data());
+            slice.scattering(side, count, x[0].data(), x[1].data(), x[2].data(), value.data());
             return value;
         });
     }
@@ -299,15 +294,12 @@ TEST(OddArguments, KeepToTheRuleInPackedTables) {
                                 share, three);
                 return {R.single, R.multiple, T.single, T.multiple, three[0], three[2]};
             });
-            for (const bool reflected : {true, false})
+            for (const Side side : both_sides)
                 expect_rule_of_many(name, all_five, 1, [&](const auto& x) {
                     std::vector<float> total(x[0].size());
                     const PackedPoints points{x[0].data(), x[1].data(), x[2].data(),
                                               x[3].data(), x[4].data(), x[0].size()};
-                    if (reflected)
-                        packed.reflection(points, total.data(), 0.3);
-                    else
-                        packed.transmission(points, total.data(), 0.3);
+                    packed.scattering(side, points, total.data(), 0.3);
                     return total;
                 });
         }

@@ -2,7 +2,7 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/lookup.h>
 
-#include "bsdf/slice_refinement.h"
+#include "bsdf/slice_parts.h"
 #include "small_table.h"
 
 #include <gtest/gtest.h>

@@ -278,9 +278,9 @@ TEST(StacksInC, ScatterOnce) {
     float r = 0, t = 0;
     check_ok(stratus_slice_reflection(slice, 0.5f, 0.7f, 1, &r));
     check_ok(stratus_slice_transmission(slice, 0.5f, 0.7f, 1, &t));
-    const double single = stack_single_reflection(same, {0.5, 0.7, 1});
+    const double single = stack_single_scattering(Side::reflection, same, {0.5, 0.7, 1});
     EXPECT_NEAR(static_cast<double>(r), single, 1e-5 * single);  // single precision
-    const double through = stack_single_transmission(same, {0.5, 0.7, 1});
+    const double through = stack_single_scattering(Side::transmission, same, {0.5, 0.7, 1});
     EXPECT_NEAR(static_cast<double>(t), through, 1e-5 * through);
     stratus_slice_free(slice);
 

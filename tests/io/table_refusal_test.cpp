@@ -134,13 +134,18 @@ Table mixed_table() {
     return sample_table(shape);
 }
 
+/// Writes a table as it is, without checks.
+void write_unchecked(const fs::path& path, const Table& table, const Metadata& metadata) {
+    const auto write = path.extension() == ".h5" ? io::write_hdf5 : io::write_exr;
+    write(table, metadata, path, {});
+}
+
 /// Writes a table whose metadata was changed, with the checksum that belongs to the changed one.
 void write_changed(const fs::path& path, const std::function<void(Metadata&)>& change,
                    const Table& table = sample_table()) {
     Metadata metadata = io::make_metadata(table);
     change(metadata);
-    const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;
-    io::write_bytes(path, encode(table, metadata));
+    write_unchecked(path, table, metadata);
 }
 
 TEST_P(BothFormats, RefuseMixturesWithoutASecondPhaseFunction) {
@@ -320,8 +325,7 @@ TEST_P(InvalidTable, IsRefusedDespiteValidChecksums) {
     const Metadata metadata = io::make_metadata(table);
     for (const char* name : {"table.h5", "table.exr"}) {
         const fs::path path = folder / name;
-        const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;
-        io::write_bytes(path, encode(table, metadata));
+        write_unchecked(path, table, metadata);
         const std::string message = refusal_of_reading(path);
         expect_one_sentence(message, path);
         expect_holds(message, {GetParam().reason});

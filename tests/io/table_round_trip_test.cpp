@@ -4,7 +4,6 @@
 
 #include "row_name.h"
 #include "sample_table.h"
-#include "table_content.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -256,16 +255,6 @@ TEST(TableFile, IsTheSameInWhateverOrderItsPartsAreDeflated) {
     }
     EXPECT_THROW(deflate_part(std::vector<char>(7)), std::runtime_error);
     EXPECT_THROW(deflate_part(std::vector<char>(100)), std::runtime_error);
-}
-
-TEST(Hdf5File, IsTheSameInMemoryAndOnTheDisk) {
-    const TemporaryFolder folder;
-    for (const Table& table : {sample_table(), sample_table({.mixtures = 3})}) {
-        const io::Bytes in_memory = io::encode_hdf5(table, io::make_metadata(table));
-        write_table(table, folder / "table.h5");
-        EXPECT_TRUE(content(folder / "table.h5") ==
-                    std::string(in_memory.begin(), in_memory.end()));
-    }
 }
 
 }  // namespace

@@ -135,18 +135,17 @@ TEST(SingleScattering, IsZeroAtDepthZero) {
 TEST(SingleScattering, OfASemiInfiniteLayerIsHapkeIrvine) {
     for (const double mu0 : scattering_cosines)
         for (const double mu : scattering_cosines) {
-            EXPECT_NEAR(brightness_top_lit(1.7, 0.9, infinity, mu0, mu) /
-                            brightness_semi_infinite(1.7, 0.9, mu0, mu),
-                        1, 1e-15);
+            EXPECT_DOUBLE_EQ(single_reflection(1.7, 0.9, infinity, mu0, mu),
+                             1.7 * 0.9 / (4 * (mu0 + mu)));
             EXPECT_EQ(single_transmission(1.7, 0.9, infinity, mu0, mu), 0);
             EXPECT_EQ(direct_transmittance(infinity, mu), 0);
         }
 }
 
 TEST(SingleScattering, MakesTheFullMoonAFlatDisk) {
-    // [Blinn82] 2.7: with E = L the brightness is w phi / 2 wherever one looks
+    // [Blinn82] 2.7: with E = L the brightness, 4 mu0 R, is w phi / 2 wherever one looks
     for (const double mu : scattering_cosines)
-        EXPECT_NEAR(brightness_top_lit(1.7, 0.9, infinity, mu, mu), 0.9 * 1.7 / 2, 1e-15);
+        EXPECT_NEAR(4 * mu * single_reflection(1.7, 0.9, infinity, mu, mu), 0.9 * 1.7 / 2, 1e-15);
 }
 
 TEST(SingleScattering, NeitherOverflowsNorUnderflows) {
@@ -172,28 +171,21 @@ TEST(InterceptedShare, IsWhatTheBeamLoses) {
     EXPECT_EQ(intercepted_share(infinity, 0.5), 1);
 }
 
-TEST(Brightness, IsFourCosinesTimesReflection) {
-    EXPECT_DOUBLE_EQ(brightness_top_lit(1.7, 0.9, 2, 0.3, 0.8),
-                     4 * 0.3 * single_reflection(1.7, 0.9, 2, 0.3, 0.8));
-    EXPECT_DOUBLE_EQ(brightness_bottom_lit(1.7, 0.9, 2, 0.3, 0.8),
-                     4 * 0.3 * single_transmission(1.7, 0.9, 2, 0.3, 0.8));
-}
-
-TEST(Brightness, IsBlinnsFormula) {
+TEST(SingleScattering, IsBlinnsFormula) {
     const double phi = 1.7, w = 0.9, tau = 2, mu0 = 0.3, mu = 0.8;
     const double top = w * phi * mu0 / (mu0 + mu) * (1 - std::exp(-tau * (1 / mu0 + 1 / mu)));
     // [Blinn82] 2.4 bottom lit, with its signed mu0 = N.L < 0
     const double n_l = -mu0;
     const double bottom = w * phi * n_l / (n_l + mu) * (std::exp(tau / n_l) - std::exp(-tau / mu));
-    EXPECT_NEAR(brightness_top_lit(phi, w, tau, mu0, mu) / top, 1, 1e-14);
-    EXPECT_NEAR(brightness_bottom_lit(phi, w, tau, mu0, mu) / bottom, 1, 1e-14);
+    EXPECT_NEAR(4 * mu0 * single_reflection(phi, w, tau, mu0, mu) / top, 1, 1e-14);
+    EXPECT_NEAR(4 * mu0 * single_transmission(phi, w, tau, mu0, mu) / bottom, 1, 1e-14);
 }
 
 TEST(Transparency, IsTheBeamAndBottomLitLightFromTheSameDirection) {
     for (const double tau : scattering_depths)
         for (const double mu : scattering_cosines) {
             const double beam = std::exp(-tau / mu);
-            const double expected = beam + brightness_bottom_lit(4.2, 0.9, tau, mu, mu);
+            const double expected = beam + 4 * mu * single_transmission(4.2, 0.9, tau, mu, mu);
             EXPECT_NEAR(source_seen_through(4.2, 0.9, tau, mu), expected, 1e-14 * expected);
         }
 }

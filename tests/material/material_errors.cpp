@@ -77,12 +77,13 @@ void report_slice(const Stack& stack, const std::vector<Expected>& all) {
         const auto& [mu_in, mu_out, azimuth] = at.geometry;
         R.add(reflection(mu_in, mu_out, azimuth), at.reflection);
         T.add(transmission(mu_in, mu_out, azimuth), at.transmission);
-        R_with_single.add(
-            rest(mu_in, mu_out, azimuth) + stack_single_reflection(stack.layers, at.geometry),
-            at.reflection);
-        T_with_single.add(rest_of_T(mu_in, mu_out, azimuth) +
-                              stack_single_transmission(stack.layers, at.geometry),
-                          at.transmission);
+        R_with_single.add(rest(mu_in, mu_out, azimuth) +
+                              stack_single_scattering(Side::reflection, stack.layers, at.geometry),
+                          at.reflection);
+        T_with_single.add(
+            rest_of_T(mu_in, mu_out, azimuth) +
+                stack_single_scattering(Side::transmission, stack.layers, at.geometry),
+            at.transmission);
     }
     print("reflection", R);
     print("transmission", T);

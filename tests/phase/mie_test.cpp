@@ -4,7 +4,6 @@
 #include <stratus/base/angle.h>
 #include <stratus/base/instruction_set.h>
 
-#include "phase/droplet_sizes.h"
 #include "phase/mie_scattering.h"
 
 #include "csv_rows.h"

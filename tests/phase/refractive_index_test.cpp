@@ -2,7 +2,7 @@
 #include <stratus/phase/phase_family.h>
 #include <stratus/phase/phase_function.h>
 
-#include "phase/refractive_index.h"
+#include "phase/mie_scattering.h"
 #include "refusal.h"
 
 #include <gtest/gtest.h>

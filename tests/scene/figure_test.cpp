@@ -29,8 +29,10 @@ TEST_F(PlottedLobes, SingleScatteringIsBlinnsBrightnessTimesMu) {
         const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.4);
         const double back = phase(-std::cos(angle + radians(36))),
                      on = phase(std::cos(angle - radians(36)));
-        EXPECT_NEAR(curve.above[k], mu * brightness_top_lit(back, 0.5, 2, mu_in, mu), 1e-12);
-        EXPECT_NEAR(curve.below[k], mu * brightness_bottom_lit(on, 0.5, 2, mu_in, mu), 1e-12);
+        EXPECT_NEAR(curve.above[k], 4 * mu * mu_in * single_reflection(back, 0.5, 2, mu_in, mu),
+                    1e-12);
+        EXPECT_NEAR(curve.below[k], 4 * mu * mu_in * single_transmission(on, 0.5, 2, mu_in, mu),
+                    1e-12);
     }
     EXPECT_EQ(curve.above.front(), 0);
     EXPECT_EQ(curve.above.back(), 0);

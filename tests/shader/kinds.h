@@ -52,11 +52,13 @@ inline Table table_of(const Kind& kind) {
     }
     table.reflection_multiple = tabulate(table, [&](const Point& p) {
         return over ? 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p)
-                    : small_table_reflection_scale(p) * shape(p);
+                    : small_table_scale(Side::reflection, p) * shape(p);
     });
     if (!over && !kind.one_side)
         table.transmission_multiple = tabulate(table, [](const Point& p) {
-            return std::isinf(p.optical_depth) ? 0 : small_table_transmission_scale(p) * shape(p);
+            return std::isinf(p.optical_depth)
+                       ? 0
+                       : small_table_scale(Side::transmission, p) * shape(p);
         });
     table.path_law = PathOrders::of(table.phase_function);
     prepare(table);

@@ -46,13 +46,13 @@ inline std::vector<Lookup> random_lookups(const PackedTable& table, int count) {
     return all;
 }
 
-inline std::vector<Light> by_runtime(const PackedTable& table, const std::vector<Lookup>& lookups) {
+inline std::vector<Light> by_runtime(const PackedTable& table, const std::vector<Lookup>& lookups,
+                                     double mixture = 1) {
     std::vector<Light> all;
     for (const Lookup& at : lookups) {
         const double w = double{at.albedo}, tau = double{at.optical_depth};
-        const Geometry geometry{double{at.mu_in}, double{at.mu_out}, double{at.azimuth}};
-        const Scattered r = table.reflection(w, tau, geometry),
-                        t = table.transmission(w, tau, geometry);
+        const Scattered r = table.reflection(w, tau, at.geometry(), mixture),
+                        t = table.transmission(w, tau, at.geometry(), mixture);
         all.push_back({static_cast<float>(r.single), static_cast<float>(r.multiple),
                        static_cast<float>(t.single), static_cast<float>(t.multiple)});
     }

@@ -75,15 +75,7 @@ TEST(Shader, TakesOneMixtureOfATable) {
     const Table mixture = mixed(table_of(kinds()[0]), second);
     const PackedTable packed(pack(mixture)), one(pack(table_at(mixture, {0.4})));
     const std::vector<Lookup> lookups = random_lookups(one, 1000);
-    std::vector<Light> expected;
-    for (const Lookup& at : lookups) {
-        const double w = double{at.albedo}, tau = double{at.optical_depth};
-        const Scattered r = packed.reflection(w, tau, at.geometry(), 0.4),
-                        t = packed.transmission(w, tau, at.geometry(), 0.4);
-        expected.push_back({static_cast<float>(r.single), static_cast<float>(r.multiple),
-                            static_cast<float>(t.single), static_cast<float>(t.multiple)});
-    }
-    const Differences off = differences(as_cxx(one, lookups), expected);
+    const Differences off = differences(as_cxx(one, lookups), by_runtime(packed, lookups, 0.4));
     EXPECT_LE(off.median, 1e-4);
     EXPECT_LE(off.worst, 1e-3);  // the table's tolerance
     expect_refusal([&] { shader_textures(packed); },
@@ -177,10 +169,9 @@ std::vector<Light> filtered_light(const PackedTable& table, const std::vector<Lo
     std::vector<Light> all;
     for (const Lookup& at : lookups) {
         const auto total = [&](Side side, int c) {
-            const double w = medium.albedo[c], tau = medium.optical_depth[c];
-            return static_cast<float>(side == Side::reflection
-                                          ? table.reflection(w, tau, at.geometry()).total()
-                                          : table.transmission(w, tau, at.geometry()).total());
+            return static_cast<float>(
+                table.scattering(side, medium.albedo[c], medium.optical_depth[c], at.geometry())
+                    .total());
         };
         all.push_back({total(Side::reflection, 0), total(Side::reflection, 2),
                        total(Side::transmission, 0), total(Side::transmission, 2)});

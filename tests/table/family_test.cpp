@@ -62,9 +62,9 @@ TEST(Family, OfGIsTheTableOfThatG) {
             for (const Geometry& at : three_geometries) {
                 const double growth = thin_growth(std::min(depth, table.optical_depth.values[0])) /
                                       thin_growth(table.optical_depth.values[0]);
-                const double scale =
-                    growth * level_of(phase_function) *
-                    small_table_reflection_scale({0.9, depth, at.mu_in, at.mu_out, at.azimuth});
+                const double scale = growth * level_of(phase_function) *
+                                     small_table_scale(Side::reflection, {0.9, depth, at.mu_in,
+                                                                          at.mu_out, at.azimuth});
                 const Scattered found = reflection(view, 0.9, depth, at);
                 EXPECT_NEAR(found.multiple, scale, (depth > 8 ? 1e-3 : family_rounding) * scale);
                 EXPECT_EQ(found.single,
@@ -96,7 +96,8 @@ TEST(Family, OfTwoAxesIsTheirProduct) {
             const double level = share * level_of(full) + (1 - share) * level_of(even);
             const Geometry at = three_geometries[0];
             const double expected =
-                level * small_table_reflection_scale({0.9, 1, at.mu_in, at.mu_out, at.azimuth});
+                level *
+                small_table_scale(Side::reflection, {0.9, 1, at.mu_in, at.mu_out, at.azimuth});
             const Scattered found = reflection(view, 0.9, 1, at);
             EXPECT_NEAR(found.multiple, expected, family_rounding * expected);
             const double phase = PhaseFunction::mixture(share, full, even)(0.3);

@@ -15,12 +15,16 @@ namespace {
 
 constexpr double float_rounding = 1e-6;  // of samples, weights and 1024 products
 
+Scattered look_up(const Table& table, Side side, const Point& p) {
+    return scattering(table.view(), side, p.albedo, p.optical_depth, geometry(p));
+}
+
 Scattered look_up_reflection(const Table& table, const Point& p) {
-    return reflection(table.view(), p.albedo, p.optical_depth, geometry(p));
+    return look_up(table, Side::reflection, p);
 }
 
 Scattered look_up_transmission(const Table& table, const Point& p) {
-    return transmission(table.view(), p.albedo, p.optical_depth, geometry(p));
+    return look_up(table, Side::transmission, p);
 }
 
 /// Points at random within albedo [0.19, 1], depths [lowest, highest], cosines [0.01, 1], azimuth
@@ -43,11 +47,17 @@ double cubic(const Point& p) {
            out * (1 + out * out) - 0.5 * w * in * out;
 }
 
-double reflected_cubic(const Point& p) { return small_table_reflection_scale(p) * cubic(p); }
-double transmitted_cubic(const Point& p) { return small_table_transmission_scale(p) * cubic(p); }
+double scaled_cubic(Side side, const Point& p) { return small_table_scale(side, p) * cubic(p); }
+double transmitted_cubic(const Point& p) { return scaled_cubic(Side::transmission, p); }
 
 const Counts five_each = {5, 5, 5, 5, 5};
 const Depths shallow = {0.5, 8, false};
+
+Table of_cubics() {
+    Table table = empty_table(five_each, shallow);
+    fill(table, cubic);
+    return table;
+}
 
 TEST(Lookup, ReproducesSamplesAtTheNodes) {
     const auto uneven = [](const Point& p) {
@@ -126,7 +136,7 @@ TEST(Lookup, OverASemiInfiniteLayerStaysAtTheFirstDepthBelowIt) {
 }
 
 TEST(Lookup, TreatsANullBoundaryAsAbsent) {
-    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
+    const Table table = of_cubics();
     TableView view = table.view();
     view.lower_boundary = nullptr;
     EXPECT_EQ(reflection(view, 0.5, 1, {0.3, 0.8, 1}).total(),
@@ -134,27 +144,23 @@ TEST(Lookup, TreatsANullBoundaryAsAbsent) {
 }
 
 TEST(Lookup, IsExactForCubicsTimesTheDiffusionScale) {
-    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
-    for (const Point& p : random_points(2000, 0.5, 8)) {
-        EXPECT_NEAR(look_up_reflection(table, p).multiple / reflected_cubic(p), 1,
-                    3 * float_rounding);
-        EXPECT_NEAR(look_up_transmission(table, p).multiple / transmitted_cubic(p), 1,
-                    3 * float_rounding);
-    }
+    const Table table = of_cubics();
+    for (const Point& p : random_points(2000, 0.5, 8))
+        for (const Side side : both_sides)
+            EXPECT_NEAR(look_up(table, side, p).multiple / scaled_cubic(side, p), 1,
+                        3 * float_rounding);
 }
 
 TEST(Lookup, AddsTheClosedFormOfSingleScattering) {
-    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
-    for (const Point& p : random_points(50, 0.5, 8)) {
-        const double up = table.phase_function(cos_scattering_angle_reflected(geometry(p)));
-        const double down = table.phase_function(cos_scattering_angle_transmitted(geometry(p)));
-        const Scattered r = look_up_reflection(table, p);
-        const Scattered t = look_up_transmission(table, p);
-        EXPECT_EQ(r.single, single_reflection(up, p.albedo, p.optical_depth, p.mu_in, p.mu_out));
-        EXPECT_EQ(t.single,
-                  single_transmission(down, p.albedo, p.optical_depth, p.mu_in, p.mu_out));
-        EXPECT_EQ(r.total(), r.single + r.multiple);
-    }
+    const Table table = of_cubics();
+    for (const Point& p : random_points(50, 0.5, 8))
+        for (const Side side : both_sides) {
+            const double phase = table.phase_function(cos_scattering_angle(side, geometry(p)));
+            const Scattered found = look_up(table, side, p);
+            EXPECT_EQ(found.single,
+                      single_scattering(side, phase, p.albedo, p.optical_depth, p.mu_in, p.mu_out));
+            EXPECT_EQ(found.total(), found.single + found.multiple);
+        }
 }
 
 TEST(Lookup, FollowsSmoothFunctionsToFourthOrder) {
@@ -163,20 +169,15 @@ TEST(Lookup, FollowsSmoothFunctionsToFourthOrder) {
                (1 + 0.3 * std::cos(p.azimuth) * (1 - p.mu_in) * (1 - p.mu_out)) /
                (1 + 0.2 * p.optical_depth);
     };
-    const auto reflected = [&](const Point& p) {
-        return small_table_reflection_scale(p) * smooth(p);
-    };
-    const auto transmitted = [&](const Point& p) {
-        return small_table_transmission_scale(p) * smooth(p);
-    };
     const auto worst = [&](int count) {
-        const Table table =
-            filled({count, count, count, count, count}, {0.25, 4, false}, reflected, transmitted);
+        Table table = empty_table({count, count, count, count, count}, {0.25, 4, false});
+        fill(table, smooth);
         double error = 0;
         for (const Point& p : random_points(3000, 0.25, 4))
-            error =
-                std::max({error, std::abs(look_up_reflection(table, p).multiple / reflected(p) - 1),
-                          std::abs(look_up_transmission(table, p).multiple / transmitted(p) - 1)});
+            for (const Side side : both_sides) {
+                const double expected = small_table_scale(side, p) * smooth(p);
+                error = std::max(error, std::abs(look_up(table, side, p).multiple / expected - 1));
+            }
         return error;
     };
     const double coarse = worst(9), fine = worst(17);
@@ -251,11 +252,11 @@ TEST(Lookup, DoesNotMagnifyTheRoundingOfDeepSamples) {
 
 TEST(Lookup, TransmitsThroughDeepLayersByTheDiffusionLaw) {
     const auto law = [](const Point& p) {
-        return small_table_transmission_scale(p) * distance_of(p);
+        return small_table_scale(Side::transmission, p) * distance_of(p);
     };
     const Table table = filled({16, 12, 7, 7, 1}, {0.5, 1024, true}, diffusing, law);
     for (const Point& p : random_points(3000, 0.5, 1e6)) {
-        const double scale = small_table_transmission_scale(p);
+        const double scale = small_table_scale(Side::transmission, p);
         if (scale < 1e-34) continue;  // below which it may be 0
         EXPECT_NEAR(look_up_transmission(table, p).multiple / law(p), 1, 1e-5)
             << "albedo " << p.albedo << " tau " << p.optical_depth;
@@ -263,11 +264,10 @@ TEST(Lookup, TransmitsThroughDeepLayersByTheDiffusionLaw) {
 }
 
 TEST(Lookup, ClampsToTheDeepestSampleWithoutOneAtInfinity) {
-    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
+    const Table table = of_cubics();
     const Point last{0.7, 8, 0.4, 0.6, 1}, beyond{0.7, infinity, 0.4, 0.6, 1};
-    EXPECT_EQ(look_up_reflection(table, beyond).multiple, look_up_reflection(table, last).multiple);
-    EXPECT_EQ(look_up_transmission(table, beyond).multiple,
-              look_up_transmission(table, last).multiple);
+    for (const Side side : both_sides)
+        EXPECT_EQ(look_up(table, side, beyond).multiple, look_up(table, side, last).multiple);
 }
 
 TEST(Lookup, ReadsATableOfASemiInfiniteLayerAlone) {
@@ -287,58 +287,52 @@ TEST(Lookup, ReadsATableOfASemiInfiniteLayerAlone) {
 // ---- outside the other ends
 
 TEST(Lookup, FollowsItsScalesBelowTheFirstDepth) {
-    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
+    const Table table = of_cubics();
     const Point first{0.7, 0.5, 0.4, 0.6, 1};
     for (const double ratio : {0.5, 1e-3, 1e-100}) {
         Point p = first;
         p.optical_depth *= ratio;
         const double growth = thin_growth(p.optical_depth) / thin_growth(first.optical_depth);
-        const double r = small_table_reflection_scale(p) * growth * cubic(first);
-        const double t = small_table_transmission_scale(p) * growth * cubic(first);
-        EXPECT_NEAR(look_up_reflection(table, p).multiple / r, 1, float_rounding);
-        EXPECT_NEAR(look_up_transmission(table, p).multiple / t, 1, float_rounding);
+        for (const Side side : both_sides)
+            EXPECT_NEAR(look_up(table, side, p).multiple /
+                            (small_table_scale(side, p) * growth * cubic(first)),
+                        1, float_rounding);
     }
 }
 
 TEST(Lookup, FallsAsTheSquareOfDepthTimesItsLogarithmInThinLayers) {
-    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
+    const Table table = of_cubics();
     const Point thin{0.7, 1e-9, 0.4, 0.6, 1}, thinner{0.7, 1e-12, 0.4, 0.6, 1};
-    for (const auto look_up : {look_up_reflection, look_up_transmission}) {
-        const double thick = look_up(table, thin).multiple;
+    for (const Side side : both_sides) {
+        const double thick = look_up(table, side, thin).multiple;
         const double growth = thin_growth(1e-12) / thin_growth(1e-9);
-        EXPECT_NEAR(look_up(table, thinner).multiple / thick, 1e-6 * growth, 1e-12);
+        EXPECT_NEAR(look_up(table, side, thinner).multiple / thick, 1e-6 * growth, 1e-12);
+        EXPECT_EQ(look_up(table, side, {0.7, 0, 0.4, 0.6, 1}).total(), 0);
     }
-    const Point nothing{0.7, 0, 0.4, 0.6, 1};
-    EXPECT_EQ(look_up_reflection(table, nothing).total(), 0);
-    EXPECT_EQ(look_up_transmission(table, nothing).total(), 0);
 }
 
 TEST(Lookup, ClampsCosinesAndAlbedoOfTheMultiplePartAlone) {
-    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
+    const Table table = of_cubics();
     const Point edge{0.19, 2, 0.01, 0.6, 1}, outside{0.05, 2, 0.001, 0.6, 1};
-    EXPECT_EQ(look_up_reflection(table, edge).multiple,
-              look_up_reflection(table, outside).multiple);
-    EXPECT_EQ(look_up_transmission(table, edge).multiple,
-              look_up_transmission(table, outside).multiple);
+    for (const Side side : both_sides)
+        EXPECT_EQ(look_up(table, side, edge).multiple, look_up(table, side, outside).multiple);
     EXPECT_NE(look_up_reflection(table, edge).single, look_up_reflection(table, outside).single);
 }
 
 TEST(Lookup, OfASideThatIsMissingIsSingleScattering) {
-    Table table = empty_table(five_each, shallow);
-    table.transmission_multiple = tabulate(table, transmitted_cubic);
-    prepare(table);
     const Point p{0.7, 2, 0.4, 0.6, 1};
-    EXPECT_EQ(look_up_reflection(table, p).multiple, 0);
-    EXPECT_GT(look_up_reflection(table, p).single, 0);
-    EXPECT_GT(look_up_transmission(table, p).multiple, 0);
-    table.reflection_multiple = tabulate(table, reflected_cubic);
-    table.transmission_multiple.clear();
-    EXPECT_GT(look_up_reflection(table, p).multiple, 0);
-    EXPECT_EQ(look_up_transmission(table, p).multiple, 0);
+    Table transmits = of_cubics(), reflects = transmits;
+    transmits.reflection_multiple.clear();
+    EXPECT_EQ(look_up_reflection(transmits, p).multiple, 0);
+    EXPECT_GT(look_up_reflection(transmits, p).single, 0);
+    EXPECT_GT(look_up_transmission(transmits, p).multiple, 0);
+    reflects.transmission_multiple.clear();
+    EXPECT_GT(look_up_reflection(reflects, p).multiple, 0);
+    EXPECT_EQ(look_up_transmission(reflects, p).multiple, 0);
 }
 
 TEST(Lookup, StaysWithinTheTableForAnyArgument) {
-    const Table table = filled({4, 4, 4, 4, 4}, {0.5, 4, true}, reflected_cubic, transmitted_cubic);
+    const Table table = plain_table({4, 4, 4, 4, 4}, {0.5, 4, true});
     const double odd[] = {NAN, -infinity, -1, 0, 1e-300, 0.5, 1, 2, 1e300, infinity};
     for (const double w : odd)
         for (const double tau : odd)
@@ -355,8 +349,7 @@ TEST(Lookup, ReadsShortAxesAndNothingBeyondThem) {
     for (int shape = 0; shape < 5 * 5 * 5 * 5 * 5; ++shape) {
         const Counts counts{1 + shape % 5, 1 + shape / 5 % 5, 1 + shape / 25 % 5,
                             1 + shape / 125 % 5, 1 + shape / 625};
-        const Table table = filled(counts, {0.5, 8, shape % 2 == 0}, small_table_reflection_scale,
-                                   small_table_transmission_scale);
+        const Table table = plain_table(counts, {0.5, 8, shape % 2 == 0});
         for (const Point& p : points) {
             Point inside = p;
             if (counts.albedo == 1) inside.albedo = 1;
@@ -364,12 +357,11 @@ TEST(Lookup, ReadsShortAxesAndNothingBeyondThem) {
             if (counts.mu_out == 1) inside.mu_out = 1;
             inside.optical_depth =
                 std::clamp(p.optical_depth, counts.optical_depth == 1 ? 8 : 0.5, 8.0);
-            const double r = look_up_reflection(table, inside).multiple;
-            const double t = look_up_transmission(table, inside).multiple;
-            ASSERT_NEAR(r / small_table_reflection_scale(inside), 1, 1e-5);
-            ASSERT_NEAR(t / small_table_transmission_scale(inside), 1, 1e-5);
-            look_up_reflection(table, p);
-            look_up_transmission(table, p);
+            for (const Side side : both_sides) {
+                const double found = look_up(table, side, inside).multiple;
+                ASSERT_NEAR(found / small_table_scale(side, inside), 1, 1e-5);
+                look_up(table, side, p);
+            }
         }
     }
 }

@@ -101,11 +101,11 @@ class NarrowTable : public testing::TestWithParam<Directions> {
 
 TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
     for (const Point& p : points(300))
-        for (const auto look : {reflection, transmission}) {
+        for (const Side side : both_sides) {
             const double expected =
-                look(full().view(), p.albedo, p.optical_depth, geometry(p)).total();
+                scattering(full().view(), side, p.albedo, p.optical_depth, geometry(p)).total();
             const double found =
-                look(table_.view(), p.albedo, p.optical_depth, geometry(p)).total();
+                scattering(table_.view(), side, p.albedo, p.optical_depth, geometry(p)).total();
             // Both interpolate; the coarser has 28 cosines and 17 azimuths.
             EXPECT_NEAR(found, expected, 0.5 * small_table_tolerance * expected)
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
@@ -128,25 +128,16 @@ TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
     for (const Point& layer : points(4)) {
         const Slice slice = bind(table_.view(), layer.optical_depth, layer.albedo);
         const std::vector<Point> at = points(300);
-        std::vector<float> in, out, around, many(at.size());
-        for (const Point& p : at) {
-            in.push_back(static_cast<float>(p.mu_in));
-            out.push_back(static_cast<float>(p.mu_out));
-            around.push_back(static_cast<float>(p.azimuth));
-        }
-        for (const bool reflects : {true, false}) {
-            if (reflects)
-                slice.reflection(at.size(), in.data(), out.data(), around.data(), many.data());
-            else
-                slice.transmission(at.size(), in.data(), out.data(), around.data(), many.data());
+        const PointArrays arrays(at);
+        const PackedPoints all = arrays.view();
+        std::vector<float> many(at.size());
+        for (const Side side : both_sides) {
+            slice.scattering(side, at.size(), all.mu_in, all.mu_out, all.azimuth, many.data());
             for (std::size_t n = 0; n < at.size(); ++n) {
-                const double expected =
-                    (reflects ? reflection : transmission)(table_.view(), layer.albedo,
-                                                           layer.optical_depth, geometry(at[n]))
-                        .total();
-                const double found =
-                    double{reflects ? slice.reflection(in[n], out[n], around[n])
-                                    : slice.transmission(in[n], out[n], around[n])};
+                const double expected = scattering(table_.view(), side, layer.albedo,
+                                                   layer.optical_depth, geometry(at[n]))
+                                            .total();
+                const double found = value_of(slice, side, geometry(at[n]));
                 EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01));
                 EXPECT_NEAR(many[n], found, 2e-6 * std::max(found, 0.01));
             }
@@ -157,27 +148,16 @@ TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
 TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
     const PackedTable packed(pack(table_));
     const std::vector<Point> at = points(200);
-    std::vector<float> numbers[5], total(at.size());
-    for (const Point& p : at) {
-        const double all[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
-        for (std::size_t q = 0; q < 5; ++q) numbers[q].push_back(static_cast<float>(all[q]));
-    }
-    for (const bool reflects : {true, false}) {
-        const PackedPoints points{numbers[0].data(), numbers[1].data(), numbers[2].data(),
-                                  numbers[3].data(), numbers[4].data(), at.size()};
-        if (reflects)
-            packed.reflection(points, total.data());
-        else
-            packed.transmission(points, total.data());
+    const PointArrays arrays(at);
+    std::vector<float> total(at.size());
+    for (const Side side : both_sides) {
+        packed.scattering(side, arrays.view(), total.data());
         for (std::size_t n = 0; n < at.size(); ++n) {
             const Point& p = at[n];
-            const double expected = (reflects ? reflection : transmission)(
-                                        table_.view(), p.albedo, p.optical_depth, geometry(p))
-                                        .total();
+            const double expected =
+                scattering(table_.view(), side, p.albedo, p.optical_depth, geometry(p)).total();
             const double found =
-                (reflects ? packed.reflection(p.albedo, p.optical_depth, geometry(p))
-                          : packed.transmission(p.albedo, p.optical_depth, geometry(p)))
-                    .total();
+                packed.scattering(side, p.albedo, p.optical_depth, geometry(p)).total();
             EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01))
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
             EXPECT_NEAR(total[n], found, 2e-5 * std::max(found, 0.01));

@@ -303,7 +303,7 @@ TEST(PackedFile, SharesFunctionsAmongMembers) {
             const double level = 1.5 - 0.5 * share;
             const Point point{0.8, 2, at.mu_in, at.mu_out, at.azimuth};
             const double expected =
-                level * small_table_reflection_scale(point) * packed_shape(point);
+                level * small_table_scale(Side::reflection, point) * packed_shape(point);
             const TableView view = shared.view().at({share});
             EXPECT_NEAR(reflection(view, 0.8, 2, at).multiple, expected, 1e-3 * expected);
             EXPECT_EQ(reflection(view, 0.8, 2, at).multiple,

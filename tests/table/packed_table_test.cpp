@@ -67,22 +67,19 @@ std::vector<Point> random_lookups(const Table& table, int count, double shallowe
 /// but not to less than 1 % of 1.
 void expect_lookups(const PackedTable& packed, const TableView& view,
                     const std::vector<Point>& at) {
-    for (const Point& p : at) {
-        const std::pair<Scattered, Scattered> both[] = {
-            {packed.reflection(p.albedo, p.optical_depth, geometry(p)),
-             reflection(view, p.albedo, p.optical_depth, geometry(p))},
-            {packed.transmission(p.albedo, p.optical_depth, geometry(p)),
-             transmission(view, p.albedo, p.optical_depth, geometry(p))}};
-        for (const auto& [found, expected] : both) {
+    for (const Point& p : at)
+        for (const Side side : both_sides) {
+            const Scattered found = packed.scattering(side, p.albedo, p.optical_depth, geometry(p)),
+                            expected =
+                                scattering(view, side, p.albedo, p.optical_depth, geometry(p));
             const double scale = std::max(expected.total(), 0.01);
             EXPECT_NEAR(found.multiple, expected.multiple, small_table_tolerance * scale)
-                << (&found == &both[0].first ? "R" : "T") << " at w " << p.albedo << " tau "
+                << (side == Side::reflection ? "R" : "T") << " at w " << p.albedo << " tau "
                 << p.optical_depth << " mu " << p.mu_in << " " << p.mu_out << " azimuth "
                 << p.azimuth;
             // Single precision, and exp of paths up to 80.
             EXPECT_NEAR(found.single, expected.single, 1e-5 * std::max(expected.single, 1e-4));
         }
-    }
 }
 
 struct Shape {
@@ -164,34 +161,28 @@ TEST_P(PackedTableInstructionSets, AgreeBetweenOneManyAndThree) {
     const PackedTable packed(pack(table));
     const std::vector<Point> at =
         random_lookups(table, 1003, 0.01, 40);  // no multiple of any width
-    std::vector<float> of[5];
-    for (const Point& p : at) {
-        const double quantities[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
-        for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(quantities[q]));
-    }
-    std::vector<float> R(at.size()), T(at.size());
-    const PackedPoints points{of[0].data(), of[1].data(), of[2].data(),
-                              of[3].data(), of[4].data(), at.size()};
-    packed.reflection(points, R.data());
-    packed.transmission(points, T.data());
-    for (std::size_t n = 0; n < at.size(); ++n)
-        for (const Side side : {Side::reflection, Side::transmission}) {
-            const auto of_one = [&](double w, double depth) {
-                const Geometry here{of[2][n], of[3][n], of[4][n]};
-                return side == Side::reflection ? packed.reflection(w, depth, here)
-                                                : packed.transmission(w, depth, here);
-            };
-            const double w = of[0][n], depth = of[1][n], one = of_one(w, depth).total();
-            EXPECT_NEAR((side == Side::reflection ? R : T)[n], one, 1e-6 * std::max(1.0, one));
+    const PointArrays arrays(at);
+    const PackedPoints points = arrays.view();
+    std::vector<float> total(at.size());
+    for (const Side side : both_sides) {
+        packed.scattering(side, points, total.data());
+        for (std::size_t n = 0; n < at.size(); ++n) {
+            const Geometry here{points.mu_in[n], points.mu_out[n], points.azimuth[n]};
+            const double w = points.albedo[n], depth = points.optical_depth[n],
+                         one = packed.scattering(side, w, depth, here).total();
+            EXPECT_NEAR(total[n], one, 1e-6 * std::max(1.0, one));
             // The second as the first, the third mostly in another block.
             const PackedLayers layers{{w, w, 1 - w}, {depth, depth, 9 * depth}};
             double value[3];
-            packed.multiple(side, layers, {of[2][n], of[3][n], of[4][n]}, 1, value);
+            packed.multiple(side, layers, here, 1, value);
             for (int k = 0; k < 3; ++k) {
-                const double multiple = of_one(layers.albedo[k], layers.optical_depth[k]).multiple;
+                const double multiple =
+                    packed.scattering(side, layers.albedo[k], layers.optical_depth[k], here)
+                        .multiple;
                 EXPECT_NEAR(value[k], multiple, 1e-6 * std::max(1.0, multiple));
             }
         }
+    }
 }
 
 /// What slices are bound from, times the shares intercepted.
@@ -224,10 +215,10 @@ TEST_P(PackedTableInstructionSets, AgreeWithTheGenericOne) {
     const auto totals = [&] {  // kernels are chosen when a table is opened
         const PackedTable packed(pack(table));
         std::vector<double> all;
-        for (const Point& p : at) {
-            all.push_back(packed.reflection(p.albedo, p.optical_depth, geometry(p)).total());
-            all.push_back(packed.transmission(p.albedo, p.optical_depth, geometry(p)).total());
-        }
+        for (const Point& p : at)
+            for (const Side side : both_sides)
+                all.push_back(
+                    packed.scattering(side, p.albedo, p.optical_depth, geometry(p)).total());
         return all;
     };
     const std::vector<double> found = totals();
@@ -247,10 +238,9 @@ TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
     const PackedTable packed(pack(table));
     for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
         const Geometry back{p.mu_out, p.mu_in, p.azimuth};
-        EXPECT_EQ(packed.reflection(p.albedo, p.optical_depth, geometry(p)).multiple,
-                  packed.reflection(p.albedo, p.optical_depth, back).multiple);
-        EXPECT_EQ(packed.transmission(p.albedo, p.optical_depth, geometry(p)).multiple,
-                  packed.transmission(p.albedo, p.optical_depth, back).multiple);
+        for (const Side side : both_sides)
+            EXPECT_EQ(packed.scattering(side, p.albedo, p.optical_depth, geometry(p)).multiple,
+                      packed.scattering(side, p.albedo, p.optical_depth, back).multiple);
     }
 }
 
@@ -347,8 +337,10 @@ TEST(PackedTable, JoinsMixturesAsLookupsDo) {
             const TableView view = table.view().at({mixture});
             const PackedLayers three{{p.albedo, p.albedo, p.albedo},
                                      {p.optical_depth, p.optical_depth, p.optical_depth}};
-            const auto expect_joined = [&](Side side, const Scattered& found,
-                                           const Scattered& expected) {
+            for (const Side side : both_sides) {
+                const Scattered found =
+                                    packed.scattering(side, p.albedo, p.optical_depth, at, mixture),
+                                expected = scattering(view, side, p.albedo, p.optical_depth, at);
                 const double allowed = small_table_tolerance * expected.total();
                 EXPECT_NEAR(found.multiple, expected.multiple, allowed);
                 EXPECT_NEAR(found.single, expected.single, 1e-5 * expected.single);
@@ -357,13 +349,7 @@ TEST(PackedTable, JoinsMixturesAsLookupsDo) {
                 for (const double value : values) EXPECT_NEAR(value, found.multiple, 1e-6);
                 EXPECT_NEAR(packed.multiple(side, p.albedo, p.optical_depth, at, view.members),
                             found.multiple, 1e-6);
-            };
-            expect_joined(Side::reflection,
-                          packed.reflection(p.albedo, p.optical_depth, at, mixture),
-                          reflection(view, p.albedo, p.optical_depth, at));
-            expect_joined(Side::transmission,
-                          packed.transmission(p.albedo, p.optical_depth, at, mixture),
-                          transmission(view, p.albedo, p.optical_depth, at));
+            }
         }
 }
 

@@ -4,11 +4,13 @@
 #include <stratus/base/direction.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/table/packed_table.h>
 #include <stratus/table/table.h>
 
 #include <cmath>
 #include <functional>
 #include <utility>
+#include <vector>
 
 namespace stratus {
 
@@ -89,11 +91,25 @@ template <class Slice>
 double value_of(const Slice& slice, Side side, const Geometry& at) {
     const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out),
                azimuth = static_cast<float>(at.azimuth);
-    return double{side == Side::reflection ? slice.reflection(in, out, azimuth)
-                                           : slice.transmission(in, out, azimuth)};
+    return double{slice.scattering(side, in, out, azimuth)};
 }
 
 inline Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+
+/// Points as lookups of many take them: albedo, optical depth, both cosines and azimuth.
+struct PointArrays {
+    std::vector<float> of[5];
+
+    explicit PointArrays(const std::vector<Point>& points) {
+        for (const Point& p : points) {
+            const double all[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
+            for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(all[q]));
+        }
+    }
+    PackedPoints view() const {
+        return {of[0].data(), of[1].data(), of[2].data(), of[3].data(), of[4].data(), of[0].size()};
+    }
+};
 
 inline void set_mixture(Table& table, Axis shares) {
     table.family = {{PhaseParameter::mixture, std::move(shares), false}};
@@ -121,24 +137,21 @@ inline double small_table_incidence(const Point& p) {
            intercepted_share(p.optical_depth, p.mu_out);
 }
 
-/// All that a lookup divides samples of R by: what is left is interpolated.
-inline double small_table_reflection_scale(const Point& p) {
+/// All that a lookup divides samples of a side by: what is left is interpolated.
+inline double small_table_scale(Side side, const Point& p) {
+    const auto scale = side == Side::reflection ? reflection_scale : transmission_scale;
     return small_table_incidence(p) *
-           reflection_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
-}
-
-/// The same for T.
-inline double small_table_transmission_scale(const Point& p) {
-    return small_table_incidence(p) *
-           transmission_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
+           scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
 }
 
 /// Fills both sides with all that lookups divide by, times what they interpolate, `shape`.
 inline void fill(Table& table, const FunctionOfPoint& shape) {
-    table.reflection_multiple =
-        tabulate(table, [&](const Point& p) { return small_table_reflection_scale(p) * shape(p); });
-    table.transmission_multiple = tabulate(
-        table, [&](const Point& p) { return small_table_transmission_scale(p) * shape(p); });
+    const auto samples = [&](Side side) {
+        return tabulate(table,
+                        [&](const Point& p) { return small_table_scale(side, p) * shape(p); });
+    };
+    table.reflection_multiple = samples(Side::reflection);
+    table.transmission_multiple = samples(Side::transmission);
     prepare(table);
 }
 

@@ -15,9 +15,7 @@ namespace stratus {
 namespace {
 
 Table good_table() {
-    Table table = empty_table({3, 4, 2, 5, 6}, {0.5, 32, true});
-    table.reflection_multiple = tabulate(table, small_table_reflection_scale);
-    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
+    Table table = plain_table({3, 4, 2, 5, 6}, {0.5, 32, true});
     table.plane_albedo.assign(3 * 5 * 2, 0.5f);
     table.diffuse_transmittance.assign(3 * 5 * 2, 0.25f);
     table.spherical_albedo.assign(3 * 5, 0.5f);
@@ -61,7 +59,8 @@ TEST(Prepare, ComputesCosineWeightsAtEveryDepth) {
 TEST(Prepare, DropsSamplesBelowTheRangeOfFloat) {
     Table table = empty_table({2, 3, 1, 1, 1}, {1, 1024, false});
     table.albedo.values[0] = 0;
-    table.transmission_multiple = tabulate(table, small_table_transmission_scale);
+    table.transmission_multiple =
+        tabulate(table, [](const Point& p) { return small_table_scale(Side::transmission, p); });
     prepare(table);
     EXPECT_GT(table.reflection_weight[0], 1);    // albedo 0 scatters nothing, but weighs
     EXPECT_GT(table.transmission_weight[5], 1);  // albedo 1: 0.7 / 1024.7

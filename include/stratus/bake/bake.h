@@ -51,7 +51,7 @@ struct BakeOptions {
     /// at their caps. Left empty, it goes to `note`.
     std::function<void(const std::string& sentence)> missed;
     WorkLog log;  // what an interrupted bake has finished already
-    /// Where there is room in them (sample_files.h), the samples of both sides go there. In the table
+    /// Where there is room in them (write_options.h), the samples of both sides go there. In the table
     /// one sample stands for those of each side: for `verify` and `write_table` with these files.
     SampleFiles* samples = nullptr;
     /// Where to put the packed table (packed_table.h); all ranks ask for it, rank 0 gets it. The check

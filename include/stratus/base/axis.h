@@ -8,6 +8,8 @@
 // by the cubic through the four nearest samples (Lagrange), fewer where the axis has fewer.
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace stratus {
@@ -22,10 +24,10 @@ enum class AxisScale {
     logarithm_of_complement,    // g of a family: -log2(1 - g)
 };
 
-/// Name of a scale in files: "linear", "arcsine_of_fourth_root", "logarithmic",
-/// "square_root_of_complement", "square_root", "fourth_root_of_complement",
-/// "logarithm_of_complement".
+/// Name of a scale in files: as above.
 const char* axis_scale_name(AxisScale scale) noexcept;
+/// The scale of this name; none of another.
+std::optional<AxisScale> axis_scale_named(const std::string& name) noexcept;
 
 /// Name in files of the linear scale of a mixture.
 constexpr const char* mixture_scale_name = "identity";

@@ -38,6 +38,10 @@ namespace stratus {
 /// Red, green, blue.
 struct Rgb {
     float r, g, b;
+
+    friend Rgb operator*(const Rgb& value, float factor) noexcept {
+        return {value.r * factor, value.g * factor, value.b * factor};
+    }
 };
 
 /// A layer's optical depth and single-scattering albedo, one for each channel.
@@ -79,11 +83,16 @@ class SliceOf {
     SliceOf& operator=(SliceOf&&) noexcept;
     ~SliceOf();
 
-    /// R and diffuse T. 0 for a side that was not asked for.
+    /// R or diffuse T, by the side. 0 for a side that was not asked for.
     ///
     /// Range    cosines [0, 1], azimuth finite, radians; accurate below a million.
-    Value reflection(float mu_in, float mu_out, float azimuth) const noexcept;
-    Value transmission(float mu_in, float mu_out, float azimuth) const noexcept;
+    Value scattering(Side side, float mu_in, float mu_out, float azimuth) const noexcept;
+    Value reflection(float mu_in, float mu_out, float azimuth) const noexcept {
+        return scattering(Side::reflection, mu_in, mu_out, azimuth);
+    }
+    Value transmission(float mu_in, float mu_out, float azimuth) const noexcept {
+        return scattering(Side::transmission, mu_in, mu_out, azimuth);
+    }
 
     /// BRDF or BTDF, R / pi or T / pi, by the hemispheres of the two directions; light may come
     /// from either side of the layer, over a lower boundary or of a stack from above alone.
@@ -94,10 +103,16 @@ class SliceOf {
 
     // Many at once, structure of arrays: channel c of lookup i lands in value[c * count + i]. The
     // same numbers to 1e-6.
-    void reflection(std::size_t count, const float* mu_in, const float* mu_out,
+    void scattering(Side side, std::size_t count, const float* mu_in, const float* mu_out,
                     const float* azimuth, float* value) const noexcept;
+    void reflection(std::size_t count, const float* mu_in, const float* mu_out,
+                    const float* azimuth, float* value) const noexcept {
+        scattering(Side::reflection, count, mu_in, mu_out, azimuth, value);
+    }
     void transmission(std::size_t count, const float* mu_in, const float* mu_out,
-                      const float* azimuth, float* value) const noexcept;
+                      const float* azimuth, float* value) const noexcept {
+        scattering(Side::transmission, count, mu_in, mu_out, azimuth, value);
+    }
     /// Arrays of x, y and z.
     void eval(std::size_t count, const float* const wi[3], const float* const wo[3],
               float* value) const noexcept;
@@ -137,17 +152,14 @@ class SliceOf {
             const LowerBoundary* boundary, const Medium<channels>& medium, const Effects& effects);
     void set_kernels();
     void bind_stack(const std::vector<StackLayer>& layers, const LowerBoundary* boundary);
-    void bind_layers(std::vector<StackLayer> layers, BoundSide& side);
+    void bind_layers(const std::vector<StackLayer>& layers, Side which);
     void check_coverage(const TableView& table, Side which, OutsideTable outside);
-    void bind_orders(const TableView& table, Side which, BoundSide& side);
+    void bind_orders(const TableView& table, Side which);
     void bind_background(const TableView* table, const PhaseFunction& phase_function,
                          const std::vector<StackLayer>* layers, const Effects& effects);
     /// of(channel, mu) for every channel; 0 over a lower boundary.
     template <class OfChannel>
     Value seen_through(float mu, const OfChannel& of) const noexcept;
-    Value at(const BoundSide& side, float mu_in, float mu_out, float azimuth) const noexcept;
-    void many(const BoundSide& side, std::size_t count, const float* mu_in, const float* mu_out,
-              const float* azimuth, float* value) const noexcept;
 
     Medium<channels> medium_;  // optical depth with the effect of density
     bool over_boundary_ = false;
@@ -161,7 +173,7 @@ class SliceOf {
     std::array<std::vector<float>, channels> background_;
 
     PathSheet path_;  // empty where there is no path law
-    std::unique_ptr<BoundSide> reflection_, transmission_;
+    PerSide<std::unique_ptr<BoundSide>> sides_;
 };
 
 using Slice = SliceOf<1>;

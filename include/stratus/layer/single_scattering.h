@@ -37,21 +37,6 @@ double direct_transmittance(double optical_depth, double mu) noexcept;
 /// The share of a beam that a layer extinguishes, 1 - exp(-tau / mu), exact for thin layers too.
 double intercepted_share(double optical_depth, double mu) noexcept;
 
-// Blinn's own brightness functions, B = 4 mu0 R (or T), for comparison with the paper.
-
-/// B seen from the lit side. [Blinn82] 2.4
-double brightness_top_lit(double phase_value, double albedo, double optical_depth, double mu_in,
-                          double mu_out) noexcept;
-
-/// B seen from the far side, cosines both positive. [Blinn82] 2.4
-double brightness_bottom_lit(double phase_value, double albedo, double optical_depth, double mu_in,
-                             double mu_out) noexcept;
-
-/// B of a semi-infinite layer (dust, deep atmospheres): w phi mu0 / (mu0 + mu), Hapke and Irvine.
-/// [Blinn82] 2.7
-double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
-                                double mu_out) noexcept;
-
 /// A small bright source straight behind the layer, as [Blinn82] 2.5 has it: the beam exp(-tau/mu)
 /// and the light scattered forward once, w phi(Theta = 0) (tau/mu) exp(-tau/mu). The latter is
 /// radiance for each steradian of the source, so the sum is no share and may exceed 1; a uniform

@@ -40,16 +40,9 @@ double single_reflection_through(const Surroundings& around, double phase_value,
 double single_transmission_through(const Surroundings& around, double phase_value, double albedo,
                                    double optical_depth, double mu_in, double mu_out) noexcept;
 
-/// R or diffuse T of order 1 of all layers, by the side: one of the two below.
+/// R or diffuse T of order 1 of all layers, without what they lie on. T is 0 at infinite depth, and
+/// not symmetric in the two cosines.
 double stack_single_scattering(Side side, const std::vector<StackLayer>& layers,
                                const Geometry& geometry) noexcept;
-
-/// R of order 1 of all layers, without what they lie on.
-double stack_single_reflection(const std::vector<StackLayer>& layers,
-                               const Geometry& geometry) noexcept;
-
-/// Diffuse T of order 1 of all layers; 0 at infinite depth. Not symmetric in the two cosines.
-double stack_single_transmission(const std::vector<StackLayer>& layers,
-                                 const Geometry& geometry) noexcept;
 
 }  // namespace stratus

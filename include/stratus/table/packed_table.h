@@ -94,10 +94,16 @@ class PackedTable {
     /// Counterparts of the functions of these names in lookup.h. Mixture [0, 1]: the share of the first phase
     /// function, which tables without a family ignore. Families of other parameters answer with
     /// not-a-number: look them up through view().at(point), here and below.
-    Scattered reflection(double albedo, double optical_depth, const Geometry& geometry,
+    Scattered scattering(Side side, double albedo, double optical_depth, const Geometry& geometry,
                          double mixture = 1) const noexcept;
+    Scattered reflection(double albedo, double optical_depth, const Geometry& geometry,
+                         double mixture = 1) const noexcept {
+        return scattering(Side::reflection, albedo, optical_depth, geometry, mixture);
+    }
     Scattered transmission(double albedo, double optical_depth, const Geometry& geometry,
-                           double mixture = 1) const noexcept;
+                           double mixture = 1) const noexcept {
+        return scattering(Side::transmission, albedo, optical_depth, geometry, mixture);
+    }
 
     /// Orders n >= 2 alone, around a point of a family without its path law.
     double multiple(Side side, double albedo, double optical_depth, const Geometry& geometry,
@@ -109,8 +115,14 @@ class PackedTable {
                   double (&value)[3]) const noexcept;
 
     /// Totals of many at once, all of one mixture; the same numbers to 1e-6.
-    void reflection(const PackedPoints& points, float* total, double mixture = 1) const noexcept;
-    void transmission(const PackedPoints& points, float* total, double mixture = 1) const noexcept;
+    void scattering(Side side, const PackedPoints& points, float* total,
+                    double mixture = 1) const noexcept;
+    void reflection(const PackedPoints& points, float* total, double mixture = 1) const noexcept {
+        scattering(Side::reflection, points, total, mixture);
+    }
+    void transmission(const PackedPoints& points, float* total, double mixture = 1) const noexcept {
+        scattering(Side::transmission, points, total, mixture);
+    }
 
     bool has_reflection() const noexcept;
     bool has_transmission() const noexcept;

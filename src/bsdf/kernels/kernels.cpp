@@ -1,7 +1,6 @@
 #include "kernels.h"
 
 #include "base/interpolation.h"
-#include "base/lane_sets.h"
 #include "layer/kernels/closed_form.h"
 #include "layer/kernels/opposition_values.h"
 #include "phase/kernels/path_law.h"
@@ -21,7 +20,7 @@ STRATUS_INLINE LightPath path_of_first(const LightPathOf<ChannelLanes>& path) {
 
 // ---- orders n >= 2
 
-/// Among the samples of a slice (slice_side.h): the one before a place, and the share of the way to
+/// Among the samples of a slice (kernels.h): the one before a place, and the share of the way to
 /// the next.
 template <class F, class Index>
 struct SlicePlace {

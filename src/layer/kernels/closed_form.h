@@ -1,11 +1,11 @@
-// Single scattering in closed form, [Blinn82] 2.4, and the shares of light intercepted along both
-// directions, which orders n >= 2 were divided by: for one lookup, for many, and for packed tables.
+// Single scattering in closed form, [Blinn82] 2.4, and what orders n >= 2 were divided by: the shares of
+// light intercepted along both directions, and the scales of diffusion.h. For one lookup, for many, and
+// for packed tables.
 //
 // A depth or an albedo is a number of type N: F itself, or a float that all lanes share.
 #pragma once
 
 #include "phase/kernels/phase_values.h"
-#include "slice_layer.h"
 
 namespace stratus {
 namespace {
@@ -83,12 +83,11 @@ STRATUS_INLINE F single_reflected(const ReflectedPath<F>& path, const PhaseValue
 }
 
 /// R of order 1 of the layers of a stack, each seen through those above it.
-template <class F>
-STRATUS_INLINE F single_reflected_by(const SliceLayer* layer, int layers,
-                                     const LightPathOf<F>& path,
+template <class F, class Layer>
+STRATUS_INLINE F single_reflected_by(const Layer* layer, int layers, const LightPathOf<F>& path,
                                      const ReflectedPath<F>& directions) {
     F sum(0.0f);
-    for (const SliceLayer* at = layer; at != layer + layers; ++at) {
+    for (const Layer* at = layer; at != layer + layers; ++at) {
         Attenuation<F> of[2];
         attenuate(
             {directions.depth_of_both(at->above), directions.depth_of_both(at->optical_depth)}, of);
@@ -135,13 +134,12 @@ STRATUS_INLINE F single_transmitted(const TransmittedPath<F>& path, F phase, F d
 }
 
 /// Diffuse T of order 1 of the layers of a stack, each behind those above and before those below it.
-template <class F>
-STRATUS_INLINE F single_transmitted_by(const SliceLayer* layer, int layers,
-                                       const LightPathOf<F>& path,
+template <class F, class Layer>
+STRATUS_INLINE F single_transmitted_by(const Layer* layer, int layers, const LightPathOf<F>& path,
                                        const TransmittedPath<F>& directions) {
     const F in = reciprocal(path.mu_in()), out = reciprocal(path.mu_out());
     F sum(0.0f);
-    for (const SliceLayer* at = layer; at != layer + layers; ++at) {
+    for (const Layer* at = layer; at != layer + layers; ++at) {
         const F depth = directions.depth(at->optical_depth),
                 excess = directions.excess(at->optical_depth);
         Attenuation<F> of[3];
@@ -157,6 +155,37 @@ STRATUS_INLINE F single_transmitted_by(const SliceLayer* layer, int layers,
 template <class F>
 STRATUS_INLINE F transmitted_shares(const Attenuation<F>& beam, const Attenuation<F>& more) {
     return beam.extinguished * (beam.extinguished + beam.transmitted * more.extinguished);
+}
+
+// ---- light deep in the layer: k is the diffusion exponent, q the extrapolation length. From attenuations,
+// each is a ratio of numbers that keep their relative accuracy.
+
+/// The reflection that is missing towards infinite depth: remaining / whole.
+template <class F>
+struct ReflectionDeficit {
+    F remaining, whole;
+
+    /// From attenuations at 2 k q and at 2 k tau; `whole` is 1 - exp(-2 k (tau + q)).
+    STRATUS_INLINE ReflectionDeficit(const Attenuation<F>& length, const Attenuation<F>& depth)
+        : remaining(depth.transmitted * length.extinguished),
+          whole(length.extinguished + depth.extinguished -
+                length.extinguished * depth.extinguished) {}
+
+    STRATUS_INLINE F deficit() const { return remaining * reciprocal(whole); }
+
+    /// 1 / (1 + d + d^2) for the deficit d.
+    STRATUS_INLINE F scale() const {
+        const F d = deficit();
+        return reciprocal(d * (d + 1.0f) + 1.0f);
+    }
+};
+
+/// sinh(k q) / sinh(k (tau + q)), from attenuations at 2 k q and at k tau.
+template <class F>
+STRATUS_INLINE F transmission_scale(const Attenuation<F>& length, const Attenuation<F>& depth) {
+    const F twice = depth.extinguished * (depth.transmitted + 1.0f);  // extinguished at 2 k tau
+    return depth.transmitted * length.extinguished *
+           reciprocal(length.extinguished + twice - length.extinguished * twice);
 }
 
 }  // namespace

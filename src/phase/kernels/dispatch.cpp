@@ -1,7 +1,6 @@
 #include <stratus/base/instruction_set.h>
 
-#include "path_sums.h"
-#include "sphere_sums.h"
+#include "sums.h"
 
 namespace stratus {
 

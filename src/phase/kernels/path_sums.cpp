@@ -1,6 +1,6 @@
-#include "path_sums.h"
+#include "sums.h"
 
-#include "base/quantities.h"
+#include "base/lanes.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "sphere_sums.h"
+#include "sums.h"
 
 namespace stratus {
 namespace STRATUS_ISA {

@@ -4,9 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "../droplet_sizes.h"
 #include "../mie_scattering.h"
-#include "../refractive_index.h"
 #include "phase_text.h"
 
 #include <algorithm>
@@ -272,31 +270,35 @@ void read_distribution(PhaseText& text, Droplets& droplets) {
     droplets.number = std::move(columns.values[1]);
 }
 
+/// A parameter that is a number, or a length.
+struct DropletNumber {
+    const char* parameter;
+    double Droplets::*to;
+    bool is_length;
+};
+
+constexpr DropletNumber droplet_numbers[] = {{"radius", &Droplets::effective_radius, true},
+                                             {"wavelength", &Droplets::wavelength, true},
+                                             {"variance", &Droplets::effective_variance, false},
+                                             {"mode_radius", &Droplets::mode_radius, true},
+                                             {"alpha", &Droplets::alpha, false},
+                                             {"gamma", &Droplets::gamma, false}};
+
 void read_value(PhaseText& text, const std::string& parameter, DropletText& met) {
     Droplets& droplets = met.droplets;
-    if (parameter == "radius") {
-        droplets.effective_radius = read_length(text, parameter);
-    } else if (parameter == "wavelength") {
-        droplets.wavelength = read_length(text, parameter);
-    } else if (parameter == "variance") {
-        droplets.effective_variance = text.number("mie: variance");
-    } else if (parameter == "distribution") {
-        read_distribution(text, droplets);
-    } else if (parameter == "mode_radius") {
-        droplets.mode_radius = read_length(text, parameter);
-    } else if (parameter == "alpha") {
-        droplets.alpha = text.number("mie: alpha");
-    } else if (parameter == "gamma") {
-        droplets.gamma = text.number("mie: gamma");
-    } else if (parameter == "material") {
-        const auto word = read_word(text, materials());
-        if (!word)
-            text.refuse("mie: material must be " + joined(materials(), " or ") + ", got '" +
-                        text.rest() + "'");
-        droplets.material = static_cast<Droplets::Material>(*word);
-    } else {
-        read_index(text, met);
-    }
+    for (const DropletNumber& number : droplet_numbers)
+        if (parameter == number.parameter) {
+            droplets.*number.to =
+                number.is_length ? read_length(text, parameter) : text.number("mie: " + parameter);
+            return;
+        }
+    if (parameter == "distribution") return read_distribution(text, droplets);
+    if (parameter == "index") return read_index(text, met);
+    const auto word = read_word(text, materials());
+    if (!word)
+        text.refuse("mie: material must be " + joined(materials(), " or ") + ", got '" +
+                    text.rest() + "'");
+    droplets.material = static_cast<Droplets::Material>(*word);
 }
 
 /// Refuses parameters that do not belong to the distribution, and those of it that are missing.

@@ -7,7 +7,6 @@
 
 #include "base/interpolation.h"
 #include "layer/kernels/closed_form.h"
-#include "layer/kernels/diffusion_scales.h"
 #include "phase/kernels/path_law.h"
 
 namespace stratus {

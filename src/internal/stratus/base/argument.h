@@ -19,6 +19,9 @@ namespace stratus {
 /// Most bytes that a message shows of one name or value, and of everything together.
 constexpr std::size_t max_shown = 400, max_message = 2000;
 
+/// Bytes of the character of UTF-8 that begins at `at`; 0 where none does.
+std::size_t character_length(const std::string& text, std::size_t at);
+
 /// A text from outside as a message shows it: control characters and what is not UTF-8 are written
 /// as bytes, "\x1b", and at most `most` bytes stay, " ... " standing for what was in the middle.
 std::string shown(const std::string& text, std::size_t most = max_shown);

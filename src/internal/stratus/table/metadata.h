@@ -2,6 +2,7 @@
 // (docs/tables.md, section 1). A number in a text is the shortest that reads back as the same bits.
 #pragma once
 
+#include <stratus/base/constants.h>
 #include <stratus/table/table.h>
 
 #include <algorithm>
@@ -22,14 +23,56 @@ struct AxisField {
     const char* long_name;
     Axis Table::*axis;       // null: of the family
     std::size_t family = 0;  // there its place
+    // Outside families: the scales that it may have, and the range of its samples.
+    AxisScale scales[2] = {};
+    double lowest = 0, highest = 0;
+    bool open_below = false;
 };
 
 inline constexpr std::array<AxisField, 5> axis_fields{{
-    {"albedo", "1", "single-scattering albedo", &Table::albedo},
-    {"optical_depth", "1", "optical depth of the layer", &Table::optical_depth},
-    {"mu_in", "1", "cosine of the incident direction to the normal", &Table::mu_in},
-    {"mu_out", "1", "cosine of the outgoing direction to the normal", &Table::mu_out},
-    {"azimuth", "radian", "azimuth between the two directions of propagation", &Table::azimuth},
+    {"albedo",
+     "1",
+     "single-scattering albedo",
+     &Table::albedo,
+     0,
+     {AxisScale::square_root_of_complement, AxisScale::fourth_root_of_complement},
+     0,
+     1},
+    {"optical_depth",
+     "1",
+     "optical depth of the layer",
+     &Table::optical_depth,
+     0,
+     {AxisScale::logarithmic, AxisScale::logarithmic},
+     0,
+     infinity,
+     true},
+    {"mu_in",
+     "1",
+     "cosine of the incident direction to the normal",
+     &Table::mu_in,
+     0,
+     {AxisScale::arcsine_of_fourth_root, AxisScale::arcsine_of_fourth_root},
+     0,
+     1,
+     true},
+    {"mu_out",
+     "1",
+     "cosine of the outgoing direction to the normal",
+     &Table::mu_out,
+     0,
+     {AxisScale::arcsine_of_fourth_root, AxisScale::arcsine_of_fourth_root},
+     0,
+     1,
+     true},
+    {"azimuth",
+     "radian",
+     "azimuth between the two directions of propagation",
+     &Table::azimuth,
+     0,
+     {AxisScale::linear, AxisScale::square_root},
+     0,
+     pi},
 }};
 
 /// Numbers over the first axes of a table.

@@ -1,6 +1,6 @@
-// Mie's series of many spheres, where the time of mie_scattering.cpp goes: compiled once for each
-// instruction set, with the same roundings in all, so that a phase function has the same bits on
-// every machine.
+// Sums where the time of a room goes, compiled once for each instruction set: Mie's series of many spheres
+// (mie_scattering.h), with the same roundings in all, so that a phase function has the same bits on every
+// machine; and orders of the path law (path_law.h), of many layers at once.
 #pragma once
 
 #include <cstddef>
@@ -63,5 +63,21 @@ struct SphereSums {
 
 /// For this machine.
 const SphereSums& sphere_sums() noexcept;
+
+/// Rows of numbers over orders, each number twice: `columns` of them, 64 or more.
+struct OrderRows {
+    const float* value;
+    std::size_t columns, orders;
+};
+
+struct PathSums {
+    /// Weighted sums over the orders, of `rows` pairs of weights for each order: of the numbers in
+    /// even columns with the first of each pair, in odd ones with the second; used[row] orders.
+    void (*sums)(const OrderRows&, const float* weight, const int* used, std::size_t rows,
+                 float* to);
+};
+
+/// For chosen_instruction_set().
+const PathSums& path_sums() noexcept;
 
 }  // namespace stratus

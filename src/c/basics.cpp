@@ -1,8 +1,26 @@
-// Directions as observers give them.
+// Errors, versions, and directions as observers give them.
 #include <stratus/base/direction.h>
-#include <stratus/stratus.h>
 
-#include "errors.h"
+#include "handles.h"
+
+#include <cstdio>
+
+namespace {
+
+thread_local char last_error[1000] = "";
+
+}  // namespace
+
+int stratus::c::failed(int status, const char* what) noexcept {
+    std::snprintf(last_error, sizeof last_error, "%s", what);
+    return status;
+}
+
+const char* stratus_last_error(void) { return last_error; }
+
+const char* stratus_version(void) { return STRATUS_VERSION; }
+
+int stratus_abi_version(void) { return STRATUS_ABI_VERSION; }
 
 using namespace stratus::c;
 

@@ -1,0 +1,95 @@
+// The parts of a slice, each in a file of its name: the orders n >= 2 and the background that a table gives a
+// layer (slice_orders.cpp); the samples of a slice, a table's cosines refined until straight lines between them
+// meet its tolerance, and as many azimuths as cubics need (slice_refinement.cpp); many lookups, in blocks as the
+// kernels take them (slice_batches.cpp).
+#pragma once
+
+#include <stratus/layer/diffuse_transmittance.h>
+#include <stratus/layer/stack_layers.h>
+#include <stratus/table/table.h>
+
+#include "kernels/kernels.h"
+#include "table/layer_blend.h"
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace stratus {
+
+/// Single scattering of a channel at (channel, mu_in, mu_out, azimuth): errors are relative to R or
+/// T of all orders.
+using SingleScattering = std::function<double(int, double, double, double)>;
+
+/// Orders n >= 2 of a channel: a blend of a table's samples, or what a packed table gives at its
+/// axes, before the blend's directional factor.
+struct ChannelOrders {
+    LayerBlend blend{};
+    std::vector<float> sheet;
+};
+
+/// Finds the orders n >= 2 of one side, from a table's samples or a packed table; beyond the deepest
+/// sample they are extrapolated by diffusion (lookup.h).
+ChannelOrders find_orders(const TableView& table, Side which, double albedo, double optical_depth);
+
+/// Orders n >= 2 over (mu_in, mu_out, azimuth, channel) as a slice reads them, mu_in >= mu_out
+/// where the table is symmetric; cosines evenly spaced over sqrt(1 - mu) (1 - mu^(1/4) / 2).
+struct RefinedSamples {
+    std::vector<float> sample;
+    bool symmetric;
+    int columns, azimuths;
+    SlicePlaces places;
+};
+
+/// All channels are refined alike.
+RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& channels,
+                      const SingleScattering& single);
+
+/// Diffuse transmittance of a layer over cosines, divided by the share of light intercepted: with the beam, the
+/// share of a uniform background that is seen through it.
+class SliceBackground {
+  public:
+    /// Takes all orders of a table that has them or, without a table, order 1 alone: that of the layer
+    /// or, given `layers`, of a stack's. Keeps pointers to both.
+    SliceBackground(const TableView* table, bool with_order_1, const PhaseFunction& phase_function,
+                    const std::vector<StackLayer>* layers);
+
+    const AxisView& cosines() const noexcept { return cosines_; }
+
+    /// Over cosines(); empty where nothing is transmitted diffusely.
+    std::vector<float> curve(double albedo, double optical_depth) const;
+
+  private:
+    double order_1(double albedo, double optical_depth, double mu) const;
+
+    const TableView* table_;
+    const std::vector<StackLayer>* layers_;
+    AxisView cosines_;
+    // Order 1 of the layer, or of each of the stack's: added, or taken out of the table's.
+    std::vector<SingleDiffuseTransmittance> order_1_;
+};
+
+/// The beam and the diffuse transmittance of a curve, at most 1.
+float background_share(const AxisView& cosines, const std::vector<float>& curve,
+                       double optical_depth, double mu) noexcept;
+
+/// One side of a slice; nothing comes this way where `many` is null.
+template <int channels>
+struct BatchSide {
+    const SliceSide<channels>& view;
+    decltype(SideKernel<channels>::many) many;
+};
+
+/// R or T at cosines and azimuths: channel c of lookup i in value[c * count + i].
+template <int channels>
+void look_up_angles(Side which, const BatchSide<channels>& side, std::size_t count,
+                    const float* mu_in, const float* mu_out, const float* azimuth,
+                    float* value) noexcept;
+
+/// R / pi or T / pi between vectors, each by its own side alone.
+template <int channels>
+void look_up_vectors(const BatchSide<channels>& reflection, const BatchSide<channels>& transmission,
+                     bool one_sided, std::size_t count, const float* const wi[3],
+                     const float* const wo[3], float* value) noexcept;
+
+}  // namespace stratus

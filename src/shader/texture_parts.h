@@ -1,0 +1,95 @@
+// Parts of the textures of bound layers and of filtered light.
+#pragma once
+
+#include <stratus/phase/path_law.h>
+#include <stratus/shader/shader.h>
+#include <stratus/table/table.h>
+
+#include "as_cxx.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+
+/// A number of elements, or the place of one, as the standard library counts them.
+constexpr std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
+inline float& component(shader::vec4& texel, int i) {
+    float* const all[] = {&texel.x, &texel.y, &texel.z, &texel.w};
+    return *all[i];
+}
+
+/// `shader_layer` by a lookup in the table's textures.
+ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium, shader::AsCxx& lookup);
+
+/// The sixteen products of a layer's coefficients and the functions, summed: over rows as the functions
+/// are. Returns the exponent of diffusion, too.
+struct OrdersOfLayer {
+    std::vector<float> sum;
+    float exponent;
+};
+OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side, double albedo,
+                              double optical_depth);
+
+/// Texels of a filtered text's `stratus_numbers` that tell of its other textures (multiple.shader).
+constexpr int first_filter_texel = 32, most_filtered_blocks = 24,
+              filter_texels = 4 + 2 * most_filtered_blocks;
+
+/// `stratus_numbers` of filtered light: records of both sides, texels of the filter, still empty, samples of
+/// phase functions, and the path law of a bound layer's colours, each a step.
+struct FilteredNumbers {
+    ShaderTexture texture;
+    int constants;
+};
+FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* bound);
+
+// ---- filtered light
+
+// Layers of all albedos and depths of a table as sums of twelve functions of the directions, other ones in each
+// block of depths: what filtered textures hold of layers that are not bound (multiple.shader).
+
+constexpr std::size_t filtered_words = 3;      // of four functions
+constexpr float least_filtered_light = 1e-4f;  // R or T that errors are relative to
+constexpr float full_scale =
+    2048;  // of weights and functions as halves: small ones keep their digits
+
+/// One side.
+struct SideBlocks {
+    std::vector<shader::vec4> rows;     // over (block, word, row of the table's functions)
+    std::vector<shader::vec4> weights;  // over (word, albedo, column)
+    std::vector<float> albedos;
+    int columns = 0;
+    // For the text: a depth, rows of weights from one of the table's albedos to the next; what sums are
+    // multiplied by; of each block where it ends, the column at 0 and columns per unit. Empty: the table lacks
+    // the side.
+    float offset = 1, finer_albedos = 0, unit = 0;
+    std::vector<shader::vec4> blocks;
+};
+
+/// Scales texels such that the largest number is full_scale. Returns what they are to be multiplied by.
+float scale_to_halves(std::vector<shader::vec4>& texels);
+
+std::vector<char> as_halves(const std::vector<shader::vec4>& texels);
+
+/// `numbers`: the text on the numbers of filtered light, whose factors the light is divided by.
+///
+/// Accuracy  there are as few blocks, up to sixteen, as leave 1e-3 of R or T in random directions,
+///           relative to no less than least_filtered_light. Where the table itself `may_jump`
+///           from one of its blocks to the next, up to eight of these depths part ours, too.
+SideBlocks side_blocks(shader::AsCxx& exact, shader::AsCxx& numbers, std::size_t rows, int side,
+                       bool may_jump);
+
+/// The path law of narrow peaks for filtered textures: sums of functions of the scattering angle, four for R and
+/// eight for T (multiple.shader). `stratus_path_functions` over (word, angle), `stratus_path_weights` over (slice, word, slant depth, albedo):
+/// slices are even in excess / (excess + 4), and reflection's own is the last. The rest is what the text is told.
+struct FilteredPath {
+    ShaderTexture functions, weights;
+    float lost_at_albedo_one, deepest;
+    shader::vec4 grid;
+};
+
+/// The weights are the law itself at the functions' own angles, those from which the others follow best.
+FilteredPath filtered_path(const TableView& table, const std::vector<float>& albedos);
+
+}  // namespace stratus

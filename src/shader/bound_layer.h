@@ -1,7 +1,6 @@
 // Parts of the textures of bound layers and of filtered light.
 #pragma once
 
-#include <stratus/phase/path_law.h>
 #include <stratus/shader/shader.h>
 
 #include "as_cxx.h"
@@ -32,12 +31,12 @@ OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side
 constexpr int first_filter_texel = 32, most_filtered_blocks = 24,
               filter_texels = 4 + 2 * most_filtered_blocks;
 
-/// `stratus_numbers` of filtered light: records of both sides, texels of the filter, still empty, samples of
-/// phase functions, and the path law of a bound layer's colours, each a step.
+/// `stratus_numbers` of filtered light: records of both sides, texels of the filter, still empty, and samples
+/// of phase functions.
 struct FilteredNumbers {
     ShaderTexture texture;
     int constants;
 };
-FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* bound);
+FilteredNumbers filtered_numbers(const PackedTable& table, bool bound);
 
 }  // namespace stratus

@@ -6,6 +6,7 @@
 
 #include <stratus/bake/keys.h>
 #include <stratus/layer/effects.h>
+#include <stratus/table/ground.h>
 
 #include <CLI/CLI.hpp>
 
@@ -29,6 +30,9 @@ CLI::Validator file_name();
 
 /// The parts of a comma-separated list.
 std::vector<std::string> split(const std::string& list);
+
+/// The ground of the option --over of a command, which refusals name.
+LowerBoundary read_over(const std::string& command, const std::string& text);
 
 /// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");

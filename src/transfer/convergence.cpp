@@ -10,9 +10,6 @@ namespace {
 
 // Set by bench/tolerance_bench.cpp: 99 % of errors below 1.5 times their estimate.
 constexpr double least_decay = 0.4, most_decay = 0.8, least_share = 1;
-// Two changes tell less of a decay than three: deep clouds come within 1e-5 by their path law, and rest there
-// while their peaks are still to be resolved.
-constexpr double least_decay_of_two = 0.67;
 constexpr double rounding = 1e-13;
 
 }  // namespace
@@ -54,8 +51,7 @@ std::vector<double> Convergence::errors() const {
         for (std::size_t i = 0; i < change.size(); ++i)
             share[i] = std::max(share[i], change[i] / mean);
     }
-    const double least = values_.size() < most_levels ? least_decay_of_two : least_decay;
-    const double q = std::clamp(decay(), least, most_decay);
+    const double q = std::clamp(decay(), least_decay, most_decay);
     const double left = mean_change(values_.size() - 1) * q / (1 - q);
     std::vector<double> errors;
     for (std::size_t i = 0; i < values.size(); ++i)

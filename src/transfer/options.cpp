@@ -38,7 +38,7 @@ namespace {
 int moments_integrated(int nodes) { return std::max(2, 3 * nodes / 2); }
 
 /// A share of light below which moments that the nodes integrate inexactly do less harm than the
-/// early end at grazing angles: R straight back and T near forward are off by a fifth of it.
+/// early end: T near forward is off by a tenth of it.
 constexpr double inexact_share = 2e-3;
 
 /// With fewer, the smooth end of a backward peak's series would be so wide that the line law takes
@@ -57,12 +57,11 @@ Truncation choose_truncation(const PhaseFunction& phase_function, const SolverOp
     const bool has_closed_form =
         !delta_m && options.orders == 0 && options.nodes >= fewest_nodes_of_backward_ends;
     if (truncation.backward && !has_closed_form) return no_truncation(phase_function, most);
-    const bool ends_within = !(truncation.narrow || truncation.backward);
-    if (options.moments > 0 || (ends_within && !options.steep)) return truncation;
-    Truncation early = truncate_peak(phase_function, moments_integrated(options.nodes), abrupt);
-    if (options.steep && early.narrow) return early;
+    if (options.moments > 0 || !(truncation.narrow || truncation.backward)) return truncation;
     const double last = std::abs(phase_function.moments(most + 1).back());
-    return ends_within || last < inexact_share ? truncation : early;
+    return last < inexact_share
+               ? truncation
+               : truncate_peak(phase_function, moments_integrated(options.nodes), abrupt);
 }
 
 bool follows_paths(const PhaseFunction& phase_function, const Truncation& truncation,

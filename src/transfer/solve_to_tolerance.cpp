@@ -234,9 +234,6 @@ class Group {
     }
 
     std::size_t size() const { return asked_.size(); }
-    bool is_steep() const {
-        return std::ranges::all_of(pairs_, [](const auto& pair) { return pair.second.kind == 0; });
-    }
     std::vector<Class>& classes() { return classes_; }
 
     /// Returns R and T, pair after pair at all azimuths, of each class that is not done. `solve` gives
@@ -299,7 +296,6 @@ void solve_places(const std::vector<Geometry>& geometries, const std::vector<std
     for (std::size_t first = 0; first < places.size();) {
         Group group(geometries, places, first, resolved);
         SolverOptions with = options;
-        with.steep = !resolved && group.is_steep();
         solve_as(
             options, {options.tolerance, first_nodes, patience}, group.classes(), [&](int nodes) {
                 with.nodes = nodes;

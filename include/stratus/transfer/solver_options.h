@@ -41,9 +41,6 @@ struct SolverOptions {
     bool grazing = false;  // narrow peaks are solved as far as nodes hold them at grazing angles
                            // (src/transfer/grazing_modes.h): for R and T of one layer over nothing,
                            // all orders, where one cosine or both are up to 0.2
-    bool steep =
-        false;  // no cosine that counts is below 0.15, where what a peak scatters twice bends
-                // off its path: narrow peaks end before moments that nodes integrate inexactly
     bool exact_fluxes = true;       // of a narrow peak: mode 0 once more, with 64 nodes or more
     double mode_tolerance = 1e-14;  // with modes = 0: negligible, relative to R and T
 };

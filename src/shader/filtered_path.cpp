@@ -77,7 +77,7 @@ struct Basis {
         return std::max(-*low, *high);
     }
 
-    /// What functions are multiplied by for their sum to be `value(angle)` at all of their angles.
+    /// The multiples of the functions whose sum is `value(angle)` at all of their angles.
     template <class Value>
     std::vector<double> weights(const Value& value) const {
         std::vector<double> all;

@@ -302,7 +302,7 @@ StratusPathPlace stratus_path_place(int side, float depth, StratusPath path) {
     return at;
 }
 
-// What orders n >= 2 of the path law have besides, at an albedo.
+// The factor of orders n >= 2 of the path law at an albedo.
 float stratus_path_share(int side, float albedo, float depth, StratusPath path) {
     float slant = side == STRATUS_REFLECTION ? 0.0f : depth / max(path.mu_in, path.mu_out);
     float lost = albedo * stratus_z(stratus_filter(2)) - albedo + 1.0f;

@@ -74,7 +74,7 @@ std::vector<LowerBoundary> read_grounds(const std::vector<std::string>& over) {
     const std::vector<std::string> texts = are_albedos ? split(over[0]) : over;
     require_count("--over", texts.size());
     std::vector<LowerBoundary> grounds;
-    for (const std::string& text : texts) grounds.push_back(read_ground(text));
+    for (const std::string& text : texts) grounds.push_back(read_over("export", text));
     return grounds;
 }
 

@@ -89,6 +89,14 @@ void add_quiet(CLI::App& command, bool& quiet) {
     command.add_flag("--quiet", quiet, "No progress, no notes");
 }
 
+LowerBoundary read_over(const std::string& command, const std::string& text) {
+    try {
+        return read_ground(text);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(command + ": --over: " + error.what());
+    }
+}
+
 void add_threads(CLI::App& command, int& threads, const std::string& more) {
     command.add_option("--threads", threads, "Threads; 0: one for each processor" + more)
         ->capture_default_str()

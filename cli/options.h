@@ -11,6 +11,7 @@
 #include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
 #include <stratus/table/packed_table.h>
+#include <stratus/table/ground.h>
 
 #include <CLI/CLI.hpp>
 
@@ -48,6 +49,8 @@ void add_csv_output(CLI::App& command, std::string& path);
 
 /// Adds the flag --quiet of commands that show progress and notes.
 void add_quiet(CLI::App& command, bool& quiet);
+/// The ground of the option --over of a command, which refusals name.
+LowerBoundary read_over(const std::string& command, const std::string& text);
 
 /// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");

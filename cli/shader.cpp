@@ -212,8 +212,7 @@ void add_shader(CLI::App& app) {
         "A bound layer is one more texture, stratus_layer, with which directions can be sampled; a "
         "stack always\nhas it. --filtered writes stratus_light, a 3-D texture, in place of "
         "stratus_functions, and stratus_weights\nwhere no layer is bound, with "
-        "stratus_path_functions and stratus_path_weights for narrow "
-        "peaks.\n\n"
+        "stratus_path_functions; stratus_path_law for narrow peaks.\n\n"
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
         "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
         "    --albedo 0.95,0.93,0.8 -o rings");

@@ -166,7 +166,7 @@ Stack make_stack(SolveCommand& command, std::vector<std::string>& notes) {
     question.phase_function = read_phase_function(command.phase, "", &notes);
     question.albedo = read_albedo(command.albedo, question.phase_function);
     return {{{question.phase_function, question.albedo, question.optical_depth}},
-            command.over.empty() ? LowerBoundary() : read_ground(command.over)};
+            command.over.empty() ? LowerBoundary() : read_over("solve", command.over)};
 }
 
 /// Describes the stack by its numbers.

@@ -22,8 +22,7 @@ using Quotes = ::io::double_quote_escape<',', '"'>;
 using Blanks = ::io::trim_chars<' ', '\t', '\r'>;
 
 [[noreturn]] void refuse(const std::string& name, int line, const std::string& what) {
-    throw std::invalid_argument("read_csv: " + name + ", line " + std::to_string(line) + ": " +
-                                what);
+    throw std::invalid_argument(name + ", line " + std::to_string(line) + ": " + what);
 }
 
 /// The fields of a line, which is overwritten.
@@ -113,15 +112,15 @@ void read_lines(std::istream& stream, Table& table, std::uint64_t max_bytes, con
         table.rows.push_back(read(fields, line));
         table.lines.push_back(line);
     }
-    if (stream.bad()) throw std::runtime_error("read_csv: cannot read " + table.name);
+    if (stream.bad()) throw std::runtime_error(table.name + ": cannot be read");
     if (table.columns.empty())
-        throw std::invalid_argument("read_csv: " + table.name +
+        throw std::invalid_argument(table.name +
                                     ": a header naming the columns must come first, got nothing");
 }
 
 std::ifstream open(const std::string& path) {
     std::ifstream stream(path);
-    if (!stream) throw std::runtime_error("read_csv: cannot open " + path);
+    if (!stream) throw std::runtime_error(path + ": cannot be read");
     return stream;
 }
 
@@ -150,8 +149,8 @@ bool CsvTable::has_column(const std::string& wanted) const {
 int CsvTable::column(const std::string& wanted) const {
     const auto found = std::find(columns.begin(), columns.end(), wanted);
     if (found != columns.end()) return static_cast<int>(found - columns.begin());
-    throw std::invalid_argument("read_csv: " + name + ": column '" + wanted +
-                                "' must be there, got " + shown(joined(columns)));
+    throw std::invalid_argument(name + ": column '" + wanted + "' must be there, got " +
+                                shown(joined(columns)));
 }
 
 CsvTable read_csv(std::istream& stream, const std::string& name,

@@ -20,10 +20,10 @@ struct Format {
 constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::write_hdf5, io::decode_hdf5};
 constexpr Format exr{io::exr_magic, "an OpenEXR", io::write_exr, io::decode_exr};
 
-const Format& find_format(const std::filesystem::path& path, const char* function) {
+const Format& find_format(const std::filesystem::path& path,
+                          const std::string& allowed = "a name ending in .h5 or .exr") {
     const std::string extension = path.extension().string();
-    require(extension == ".h5" || extension == ".exr", function, "path",
-            "a name ending in .h5 or .exr", path.string());
+    require(extension == ".h5" || extension == ".exr", "table", "file", allowed, path.string());
     return extension == ".h5" ? hdf5 : exr;
 }
 
@@ -44,12 +44,12 @@ Table read(const std::filesystem::path& path, const ReadOptions& options, const 
 }  // namespace
 
 Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return read(path, options, find_format(path, "read_table"));
+    return read(path, options, find_format(path));
 }
 
 AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
     if (path.extension() == packed_ending) return PackedTable(path.string());
-    return read_table(path, options);
+    return read(path, options, find_format(path, "a name ending in .stratus, .h5 or .exr"));
 }
 
 void write_table(const Table& table, const std::filesystem::path& path, int threads) {
@@ -58,7 +58,7 @@ void write_table(const Table& table, const std::filesystem::path& path, int thre
 
 void write_table(const Table& table, const std::filesystem::path& path,
                  const WriteOptions& options) {
-    const Format& format = find_format(path, "write_table");
+    const Format& format = find_format(path);
     io::check_table(table, options.samples == nullptr);
     const auto write = [&](const std::filesystem::path& temporary) {
         io::naming(path,

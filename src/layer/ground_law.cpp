@@ -150,7 +150,7 @@ Parameters read_parameters(PhaseText& text, const std::string& owner,
 }  // namespace
 
 std::shared_ptr<const GroundLaw> read_ground_law(const std::string& text) {
-    PhaseText rest{text, 0, {}, "read_ground_law"};
+    PhaseText rest{text, 0, {}, "ground"};
     const std::string name = rest.name();
     if (name == "ocean")
         return std::make_shared<Ocean>(read_parameters(rest, name, {"wind", "index", "albedo"},
@@ -158,8 +158,7 @@ std::shared_ptr<const GroundLaw> read_ground_law(const std::string& text) {
     if (name == "rpv")
         return std::make_shared<Rpv>(read_parameters(rest, name, {"rho0", "k", "theta", "rho_c"},
                                                      {}, {"rho0", "k", "theta"}));
-    rest.refuse("ground must be ocean:wind=... or rpv:rho0=...,k=...,theta=..., got '" + text +
-                "'");
+    rest.refuse("kind must be ocean:wind=... or rpv:rho0=...,k=...,theta=..., got '" + text + "'");
 }
 
 std::string ground_law_help() {

@@ -21,10 +21,16 @@ using shader::vec3, shader::vec4;
 
 constexpr int colours = 3;
 
-/// How much finer than the table's samples a texture is, along cosines and along the azimuth: as little
-/// as keeps all but one in a thousand of R and T within a target.
-constexpr int finer[][2] = {{1, 1}, {2, 1}, {2, 2}, {3, 2}, {3, 3}};
-constexpr double most_error = 2e-3;
+/// How much finer than the table's samples a texture is, along cosines and along the azimuth, and of the path
+/// law's angles how many steps are one: as little as keeps all but one in a thousand of R and T within 2e-3.
+struct Fineness {
+    int cosines, azimuths, angle_step;
+};
+constexpr Fineness any_layer[] = {{1, 1, 1}, {2, 1, 1}, {2, 2, 1}, {3, 2, 1},
+                                  {3, 3, 1}, {4, 3, 1}, {5, 4, 1}},
+                   one_layer[] = {{1, 2, 4}, {2, 2, 4}, {2, 3, 4}, {2, 4, 2},
+                                  {3, 4, 1}, {3, 6, 1}, {4, 6, 1}};
+constexpr double most_error = 1.75e-3;  // at the points of one choice, which leaves 2e-3 at others'
 
 /// Values of the three colours over a grid, the first axis innermost.
 struct Grid {
@@ -176,18 +182,19 @@ struct LightBlock {
     int side, first;
 };
 
-/// Texels of `light`, whose shape is filled in, the words of a block `rows` texels apart.
+/// Texels of `light`, whose shape is filled in, the words of a block `rows` texels apart: splines along so
+/// many axes, values along the others.
 std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlock>& blocks,
-                                int words, std::size_t rows, int finer_cosines, int finer_azimuths,
-                                ShaderTexture& light) {
+                                int words, std::size_t rows, const Fineness& fineness,
+                                int spline_axes, ShaderTexture& light) {
     std::vector<vec4> texels;
     for (const LightBlock& block : blocks) {
         std::vector<Grid> of_word;
         for (int word = 0; word < words; ++word) {
             of_word.push_back(block_samples(layer, block.side,
                                             block.first + word * static_cast<int>(rows),
-                                            finer_cosines, finer_azimuths));
-            for (int axis = 0; axis < 3; ++axis) make_splines(of_word.back(), axis);
+                                            fineness.cosines, fineness.azimuths));
+            for (int axis = 0; axis < spline_axes; ++axis) make_splines(of_word.back(), axis);
         }
         const Grid& first = of_word.front();
         const auto plane = static_cast<std::ptrdiff_t>(first.stride(2));
@@ -205,16 +212,16 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
     return texels;
 }
 
-/// Tries finer and finer textures: fill(finer_cosines, finer_azimuths) makes one.
-template <class Fill>
+/// Tries finer and finer textures, which `fill` makes.
+template <std::size_t count, class Fill>
 void refine(const TableView& table, const std::vector<Light>& exact, FilteredLight& made,
-            const Fill& fill) {
+            const Fineness (&choices)[count], const Fill& fill) {
     // A spline goes through at least four values.
     const auto least = [](int samples) { return samples > 1 && samples < 4 ? 3 : 1; };
     const int cosines = least(std::min(table.mu_in.count, table.mu_out.count)),
               azimuths = least(table.azimuth.count);
-    for (const auto& [along_cosines, along_azimuth] : finer) {
-        fill(cosines * along_cosines, azimuths * along_azimuth);
+    for (const auto& [along_cosines, along_azimuth, angle_step] : choices) {
+        fill({cosines * along_cosines, azimuths * along_azimuth, angle_step});
         measure(exact, table, made);
         if (made.usual_error <= most_error) break;
     }
@@ -246,18 +253,17 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
     ShaderTexture texture = bound_layer(table, medium, layer);
     layer.layer = shader::to_texels(texture.bytes, texture.halves);
     const std::vector<Light> exact = random_light(layer, view, true);
-    PathSheet path;
-    if (view.path_law != nullptr)
-        path = PathSheet(*view.path_law, medium.albedo, colours, view.highest_order);
-    FilteredNumbers numbers = filtered_numbers(table, &path);
+    FilteredNumbers numbers = filtered_numbers(table, true);
     made.constant_numbers = numbers.constants;
     const vec4 first = layer.stratus_layer_texel(3);
-    refine(view, exact, made, [&](int cosines, int azimuths) {
+    FilteredPath path{};
+    int path_step = 0;
+    refine(view, exact, made, one_layer, [&](const Fineness& of) {
         ShaderTexture spline;
         std::vector<vec4> light = spline_texels(layer,
                                                 {{STRATUS_REFLECTION, static_cast<int>(first.x)},
                                                  {STRATUS_TRANSMISSION, static_cast<int>(first.y)}},
-                                                1, 0, cosines, azimuths, spline);
+                                                1, 0, of, 2, spline);
         float largest[colours] = {};
         constexpr float most = 1024;  // far from both ends of halves
         for (const vec4& at : light)
@@ -272,9 +278,16 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
             colour.w = largest[c] / most;
             set_texel(texture, c, colour);
         }
-        set_texel(numbers.texture, first_filter_texel,
-                  {static_cast<float>(cosines), static_cast<float>(azimuths), 1, 1});
+        if (view.path_law != nullptr && path_step != of.angle_step)
+            path = bound_path(view, medium.albedo, path_step = of.angle_step);
+        const auto as_float = [](int n) { return static_cast<float>(n); };
+        const vec4 told[] = {{as_float(of.cosines), as_float(of.azimuths), 1, 1},
+                             {as_float(of.angle_step), 0, 0, 0},
+                             {0, 0, path.lost_at_albedo_one, path.deepest},
+                             path.grid};
+        for (int k = 0; k < 4; ++k) set_texel(numbers.texture, first_filter_texel + k, told[k]);
         made.textures = {numbers.texture, texture, spline};
+        made.textures.insert(made.textures.end(), path.textures.begin(), path.textures.end());
     });
     return made;
 }
@@ -286,7 +299,7 @@ FilteredLight filtered_layers(const PackedTable& table) {
     FilteredLight made{};
     shader::AsCxx exact(shader_textures(table));
     const std::vector<Light> expected = random_light(exact, view, false);
-    FilteredNumbers numbers = filtered_numbers(table, nullptr);
+    FilteredNumbers numbers = filtered_numbers(table, false);
     made.constant_numbers = numbers.constants;
     shader::AsCxx factors({numbers.texture, {}});
     const std::size_t rows = FunctionLayout(view).rows();
@@ -316,18 +329,17 @@ FilteredLight filtered_layers(const PackedTable& table) {
     set_texel(numbers.texture, first_filter_texel + 2,
               {sides[0].unit, sides[1].unit, path.lost_at_albedo_one, path.deepest});
     set_texel(numbers.texture, first_filter_texel + 3, path.grid);
-    refine(view, expected, made, [&](int cosines, int azimuths) {
+    refine(view, expected, made, any_layer, [&](const Fineness& of) {
         ShaderTexture spline;
         const std::vector<vec4> light =
-            spline_texels(exact, blocks, filtered_words, rows, cosines, azimuths, spline);
+            spline_texels(exact, blocks, filtered_words, rows, of, 3, spline);
         spline.bytes = as_halves(light);
         set_texel(numbers.texture, first_filter_texel,
-                  {static_cast<float>(cosines), static_cast<float>(azimuths),
+                  {static_cast<float>(of.cosines), static_cast<float>(of.azimuths),
                    static_cast<float>(sides[0].blocks.size()),
                    static_cast<float>(sides[1].blocks.size())});
         made.textures = {numbers.texture, weights, spline};
-        if (view.path_law != nullptr)
-            made.textures.insert(made.textures.end(), {path.functions, path.weights});
+        made.textures.insert(made.textures.end(), path.textures.begin(), path.textures.end());
     });
     return made;
 }

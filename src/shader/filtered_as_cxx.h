@@ -34,7 +34,7 @@ struct FilteredAsCxx : Language {
     vec4 stratus_light_at(vec3 place) { return filtered_at(2, place); }
     vec4 stratus_weights_at(float x, float y) { return filtered_at(1, {x, y, 0.5f}); }
     vec4 stratus_path_functions_at(float x, float y) { return filtered_at(3, {x, y, 0.5f}); }
-    vec4 stratus_path_weights_at(vec3 place) { return filtered_at(4, place); }
+    vec4 stratus_path_law_at(vec3 place) { return filtered_at(filtered.bound ? 3 : 4, place); }
 
     /// Filters with weights of 8 bits, as GPUs do.
     vec4 filtered_at(std::size_t texture, vec3 place) {

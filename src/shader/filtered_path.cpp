@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -13,8 +14,8 @@ namespace {
 using shader::vec4;
 
 constexpr int words = 2;            // of four functions; of reflection the first alone
-constexpr int octave_rows = 17;     // of 2 + slant depth
-constexpr int slices = 26;          // the last is reflection's
+constexpr int octave_rows = 9;      // of 2 + slant depth
+constexpr int slices = 18;          // the last is reflection's
 constexpr double excess_scale = 4;  // of the slices
 
 /// The slant depth of a row of the texture; 0 is left out, for which cosines have no ratio.
@@ -61,10 +62,29 @@ double along(const PathOrders& law, int angle, const PathWeights& weights, doubl
     return sum;
 }
 
-/// Functions of the angle, each 1 at an angle of its own and 0 at those of the others.
+/// Functions of the angle, each 1 at an angle of its own and 0 at those of the functions before it. Were it
+/// 0 at those of all others, sums would be small differences of large terms, whose halves are too short.
 struct Basis {
     std::vector<std::vector<double>> function;
     std::vector<int> angle;
+
+    double largest(int f) const {
+        const std::vector<double>& all = function[size(f)];
+        const auto [low, high] = std::minmax_element(all.begin(), all.end());
+        return std::max(-*low, *high);
+    }
+
+    /// The multiples of the functions whose sum is `value(angle)` at all of their angles.
+    template <class Value>
+    std::vector<double> weights(const Value& value) const {
+        std::vector<double> all;
+        for (const int at : angle) {
+            double left = value(at);
+            for (std::size_t f = 0; f < all.size(); ++f) left -= all[f] * function[f][size(at)];
+            all.push_back(left);
+        }
+        return all;
+    }
 };
 
 /// The law along light paths over (path, angle), and what its errors are multiplied by to be shares of light.
@@ -123,60 +143,104 @@ Basis find_basis(PathSketch sketch, std::size_t functions) {
             for (std::size_t k = 0; k < from.size(); ++k) from[k] -= share * function[k];
         };
         for (std::vector<double>& value : sketch.values) subtract(value);
-        for (std::vector<double>& other : basis.function) subtract(other);
         basis.function.push_back(std::move(function));
         basis.angle.push_back(static_cast<int>(angle));
     }
     return basis;
 }
 
+/// The law, its orders of a table, and rows of a texture of it.
+struct LawRows {
+    const PathOrders& law;
+    int count, octaves;
+    double lost_at_one;  // what a unit of slant depth takes at albedo 1
+
+    explicit LawRows(const TableView& table)
+        : law(*table.path_law),
+          count(table.highest_order > 0 ? std::min(law.order_count(), table.highest_order + 1)
+                                        : law.order_count()),
+          octaves(static_cast<int>(std::ceil(std::log2(1 + law.deepest() / 2)))),
+          lost_at_one(14 / law.deepest()) {}
+
+    int rows() const { return octaves * octave_rows; }
+
+    /// The law at an angle, without the text's stratus_path_share.
+    double value(int angle, int row, int slice, const PathWeights& weights, double albedo) const {
+        const double lost =
+            slice == slices - 1 ? 0 : slant_depth(row) * (1 - albedo + albedo * lost_at_one);
+        return std::exp(lost) * along(law, angle, weights, albedo);
+    }
+
+    FilteredPath textures(std::vector<ShaderTexture> made, float unit) const {
+        return {std::move(made),
+                static_cast<float>(lost_at_one),
+                static_cast<float>(slant_depth(rows() - 1)),
+                {octave_rows, static_cast<float>(octaves), slices, unit}};
+    }
+};
+
 }  // namespace
 
 FilteredPath filtered_path(const TableView& table, const std::vector<float>& albedos) {
-    const PathOrders& law = *table.path_law;
-    const int count = table.highest_order > 0 ? std::min(law.order_count(), table.highest_order + 1)
-                                              : law.order_count(),
-              octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest() / 2))),
-              rows = octaves * octave_rows, angles = 2 * law.angle_count(),
+    const LawRows of(table);
+    const int rows = of.rows(), angles = 2 * of.law.angle_count(),
               columns = static_cast<int>(albedos.size());
-    const double lost_at_one = 14 / law.deepest();
-    std::vector<vec4> function(size(2 * octaves * words * angles)),
+    std::vector<vec4> function(size(2 * of.octaves * words * angles)),
         weight(size(words * slices * rows * columns));
-    for (int octave = 0; octave < octaves; ++octave)
+    for (int octave = 0; octave < of.octaves; ++octave)
         for (int side = 0; side < 2; ++side) {
-            const Basis basis = find_basis(make_sketch(table, count, side, octave, albedos),
+            const Basis basis = find_basis(make_sketch(table, of.count, side, octave, albedos),
                                            side == STRATUS_REFLECTION ? 4 : 8);
             const auto functions = static_cast<int>(basis.angle.size());
             for (int f = 0; f < functions; ++f) {
                 const int word = (2 * octave + side) * words + f / 4;
                 for (int angle = 0; angle < angles; ++angle)
                     component(function[size(word * angles + angle)], f % 4) =
-                        static_cast<float>(basis.function[size(f)][size(angle)]);
+                        static_cast<float>(basis.function[size(f)][size(angle)] / basis.largest(f) *
+                                           double{full_scale});
             }
             for (int slice = first_slice(side); slice <= last_slice(side); ++slice)
                 for (int row = octave * octave_rows; row < (octave + 1) * octave_rows; ++row) {
-                    const PathWeights weights = orders_at(row, slice, count).weights;
+                    const PathWeights weights = orders_at(row, slice, of.count).weights;
                     for (int column = 0; column < columns; ++column) {
-                        const double albedo = double{albedos[size(column)]},
-                                     lost = side == STRATUS_REFLECTION
-                                                ? 0
-                                                : slant_depth(row) *
-                                                      (1 - albedo + albedo * lost_at_one);
+                        const std::vector<double> law = basis.weights([&](int angle) {
+                            return of.value(angle, row, slice, weights,
+                                            double{albedos[size(column)]});
+                        });
                         for (int f = 0; f < functions; ++f) {
                             const int line = (slice * words + f / 4) * rows + row;
                             component(weight[size(line * columns + column)], f % 4) =
-                                static_cast<float>(std::exp(lost) * along(law, basis.angle[size(f)],
-                                                                          weights, albedo));
+                                static_cast<float>(law[size(f)] * basis.largest(f));
                         }
                     }
                 }
         }
-    const float unit = scale_to_halves(weight);
-    return {{"stratus_path_functions", 2 * octaves * words, true, as_halves(function), angles},
-            {"stratus_path_weights", words * rows, true, as_halves(weight), columns, slices},
-            static_cast<float>(lost_at_one),
-            static_cast<float>(slant_depth(rows - 1)),
-            {octave_rows, static_cast<float>(octaves), slices, unit}};
+    const float unit = scale_to_halves(weight) / full_scale;
+    return of.textures(
+        {{"stratus_path_functions", 2 * of.octaves * words, true, as_halves(function), angles},
+         {"stratus_path_law", words * rows, true, as_halves(weight), columns, slices}},
+        unit);
+}
+
+FilteredPath bound_path(const TableView& table, const double (&albedo)[3], int angle_step) {
+    const LawRows of(table);
+    const int angles = of.law.angle_count(), columns = (angles - 2) / angle_step + 2;
+    std::vector<vec4> light;
+    for (int slice = 0; slice < slices; ++slice)
+        for (int row = 0; row < of.rows(); ++row) {
+            const PathWeights weights = orders_at(row, slice, of.count).weights;
+            for (int n = 0; n < 2 * columns; ++n) {
+                const int angle =
+                    n / columns * angles + std::min(n % columns * angle_step, angles - 1);
+                vec4& texel = light.emplace_back();
+                for (int c = 0; c < 3; ++c)
+                    component(texel, c) =
+                        static_cast<float>(of.value(angle, row, slice, weights, albedo[c]));
+            }
+        }
+    const float unit = scale_to_halves(light);
+    return of.textures(
+        {{"stratus_path_law", of.rows(), true, as_halves(light), 2 * columns, slices}}, unit);
 }
 
 }  // namespace stratus

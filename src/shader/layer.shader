@@ -1,7 +1,7 @@
 // ---- one layer, bound: its three colours in one texture, and directions drawn for it.
 //
 // Define STRATUS_LAYER before this file is included. With STRATUS_FILTERED, which the text of a
-// filtered layer defines itself, its orders n >= 2 are eight fetches from a 3-D texture.
+// filtered layer defines itself, its orders n >= 2 are four fetches from a 3-D texture.
 //
 //   stratus_layer_reflection(mu_in, mu_out, azimuth), stratus_layer_transmission   R and diffuse T
 //   stratus_layer_bsdf(wi, wo)             BRDF or BTDF, without the cosine
@@ -16,26 +16,55 @@ vec4 stratus_layer_colour(int colour) { return stratus_layer_texel(colour); }
 #ifdef STRATUS_FILTERED
 // Orders n >= 2 of the colours in .x to .z, before the factor.
 vec4 stratus_layer_sum(int side, StratusPath path) {
-    vec4 sum = stratus_light_sum(side, float(side), 2.0f, 0.0f, 1.0f, path);
+    vec4 sum = stratus_light_sum(side, float(side), 2.0f, 0.0f, 1.0f, 1, path);
     return vec4(sum.x * stratus_w(stratus_layer_colour(0)),
                 sum.y * stratus_w(stratus_layer_colour(1)),
                 sum.z * stratus_w(stratus_layer_colour(2)), 0.0f);
-}
-
-// The path law of a colour, whose albedo its samples are for.
-float stratus_layer_along_path(int side, int colour, float depth, StratusPath path) {
-    if (stratus_z(stratus_field(side, 11)) == 0.0f) return 0.0f;
-    vec4 angle = stratus_path_angle(side, path);
-    int first = int(stratus_w(stratus_field(side, 13))) +
-                colour * int(stratus_w(stratus_field(side, 12)));
-    return side == STRATUS_REFLECTION ? stratus_path_reflection(first, depth, angle, path)
-                                      : stratus_path_transmission(first, depth, angle, path);
 }
 #else
 vec4 stratus_layer_sum(int side, StratusPath path) {
     vec4 first = stratus_layer_texel(3);
     return stratus_sum_at(side, 1, int(side == STRATUS_REFLECTION ? first.x : first.y), 1,
                           stratus_directions(side, stratus_places(side, path)));
+}
+#endif
+
+#ifdef STRATUS_FILTERED_PATH
+// Orders n >= 2 of the path law of the colours at a depth, but for the share of each; by one fetch.
+vec4 stratus_layer_law(int side, float depth, StratusPath path) {
+    vec4 sheet = stratus_field(side, 12);
+    float step = stratus_x(stratus_filter(1));  // among the law's angles, a half from its first on
+    StratusPathPlace at = stratus_path_place(side, depth, path);
+    vec4 angle = stratus_path_angle(side, path);
+    float angles = floor((sheet.z - 2.0f) / step) + 2.0f;
+    float half_first = angle.x < sheet.z ? 0.0f : 1.0f;
+    float place = (angle.x + angle.y - half_first * sheet.z) / step + half_first * angles + 0.5f;
+    return stratus_path_law_at(vec3(place / (2.0f * angles), at.row, at.slice)) *
+           (angle.z * at.scale);
+}
+
+// Orders n >= 2 of the path law of the colours.
+vec3 stratus_layer_along_path(int side, StratusPath path) {
+    vec4 r = stratus_layer_colour(0);
+    vec4 g = stratus_layer_colour(1);
+    vec4 b = stratus_layer_colour(2);
+    if (stratus_x(stratus_filter(3)) == 0.0f) return vec3(0.0f, 0.0f, 0.0f);
+    vec4 red = stratus_layer_law(side, r.x, path);
+    vec4 green = red;
+    if (g.x != r.x) green = stratus_layer_law(side, g.x, path);
+    vec4 blue = green;
+    if (b.x != g.x) blue = stratus_layer_law(side, b.x, path);
+    return vec3(red.x * stratus_path_share(side, r.y, r.x, path),
+                green.y * stratus_path_share(side, g.y, g.x, path),
+                blue.z * stratus_path_share(side, b.y, b.x, path));
+}
+#else
+vec3 stratus_layer_along_path(int side, StratusPath path) {
+    vec4 r = stratus_layer_colour(0);
+    vec4 g = stratus_layer_colour(1);
+    vec4 b = stratus_layer_colour(2);
+    return vec3(stratus_along_path(side, r.y, r.x, path), stratus_along_path(side, g.y, g.x, path),
+                stratus_along_path(side, b.y, b.x, path));
 }
 #endif
 
@@ -52,16 +81,12 @@ StratusColours stratus_layer_scattered(int side, StratusPath path) {
     vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     if (kind.x > 0.0f) sum = stratus_layer_sum(side, path);
     vec4 phases = stratus_phases(side, path);
+    vec3 along_path = stratus_layer_along_path(side, path);
     for (int c = 0; c < 3; ++c) {
         vec4 of = stratus_layer_colour(c);
         float once = stratus_single_scattering(side, phases, of.y, of.x, path);
-#ifdef STRATUS_FILTERED
-        float along_path = stratus_layer_along_path(side, c, of.x, path);
-#else
-        float along_path = stratus_along_path(side, of.y, of.x, path);
-#endif
         float more = stratus_component(sum, c) * stratus_factor(side, of.y, of.x, of.z, path) +
-                     along_path;
+                     (c == 0 ? along_path.x : (c == 1 ? along_path.y : along_path.z));
         bool dark = blocked || once + more < 0.0f;
         single[c] = dark ? 0.0f : once;
         multiple[c] = dark ? 0.0f : more;

@@ -266,44 +266,67 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
 // ---- the path law of layers that are not bound
 
 #ifdef STRATUS_FILTERED_PATH
-// Orders n >= 2 of the path law: functions of the scattering angle, four of reflection and eight of
-// transmission, times their weights at an albedo, the slant depth and what the longer way adds to it.
-float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
-    vec4 weights = stratus_filter(1);
-    vec4 kind = stratus_filter(2);
+// A light path in the filtered path law, over the slant depth and what the longer way adds to it: shares
+// of the rows and of the slices, the octave of 2 + slant depth, and a scale.
+struct StratusPathPlace {
+    float row;
+    float slice;
+    float octave;
+    float scale;
+};
+
+StratusPathPlace stratus_path_place(int side, float depth, StratusPath path) {
     vec4 grid = stratus_filter(3);
-    if (grid.x == 0.0f) return 0.0f;
     float steep = max(path.mu_in, path.mu_out);
     float slant = depth / steep;
     float longer = depth / min(path.mu_in, path.mu_out);
     float excess = max(longer - slant, 0.0f);
-    float slice = grid.z - 0.5f;  // of reflection the last one
-    float scale = 1.0f / (path.mu_in + path.mu_out);
+    StratusPathPlace at;
+    at.slice = (grid.z - 2.0f) * excess / (excess + 4.0f) + 0.5f;
+    at.scale = 1.0f / steep;
     if (side == STRATUS_REFLECTION) {
-        slant = min(slant + longer, kind.w);
+        slant = min(slant + longer, stratus_w(stratus_filter(2)));
         longer = slant;
         excess = 0.0f;
-    } else {
-        slice = (grid.z - 2.0f) * excess / (excess + 4.0f) + 0.5f;
-        scale = stratus_transmitted(slant * (albedo * kind.z - albedo + 1.0f)) / steep;
+        at.slice = grid.z - 0.5f;  // the last one
+        at.scale = 1.0f / (path.mu_in + path.mu_out);
     }
+    at.slice = at.slice / grid.z;
     float between = slant + 0.5f * excess;
-    scale = scale * (longer / (longer + 1.0f)) * (between / (between + 1.0f));
+    at.scale = at.scale * (longer / (longer + 1.0f)) * (between / (between + 1.0f)) * grid.w;
+    // Octaves have the ends of their rows to themselves.
+    float octaves = stratus_log2(slant + 2.0f) - 1.0f;
+    at.octave = min(floor(octaves), grid.y - 1.0f);
+    at.row = (at.octave * grid.x + min(octaves - at.octave, 1.0f) * (grid.x - 1.0f) + 0.5f) /
+             (grid.x * grid.y);
+    return at;
+}
+
+// The factor of orders n >= 2 of the path law at an albedo.
+float stratus_path_share(int side, float albedo, float depth, StratusPath path) {
+    float slant = side == STRATUS_REFLECTION ? 0.0f : depth / max(path.mu_in, path.mu_out);
+    float lost = albedo * stratus_z(stratus_filter(2)) - albedo + 1.0f;
+    return stratus_transmitted(slant * lost) * albedo * albedo;
+}
+
+// Orders n >= 2 of the path law: functions of the scattering angle, four of reflection and eight of
+// transmission, times the law itself at as many angles.
+float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
+    vec4 weights = stratus_filter(1);
+    vec4 grid = stratus_filter(3);
+    if (grid.x == 0.0f) return 0.0f;
+    StratusPathPlace at = stratus_path_place(side, depth, path);
     vec4 angle = stratus_path_angle(side, path);
     float at_angle = (angle.x + angle.y + 0.5f) / (2.0f * stratus_z(stratus_field(side, 12)));
-    // Octaves of 2 + slant depth have functions, and the ends of their rows of weights, to themselves.
-    float octaves = stratus_log2(slant + 2.0f) - 1.0f;
-    float octave = min(floor(octaves), grid.y - 1.0f);
-    float row = octave * grid.x + min(octaves - octave, 1.0f) * (grid.x - 1.0f) + 0.5f;
     float column = (stratus_along_albedo(side, albedo) * weights.y + 0.5f) * 6.0f / weights.w;
     float sum = 0.0f;
     for (int word = 0; word < (side == STRATUS_REFLECTION ? 1 : 2); ++word) {
-        vec3 place = vec3(column, (row / (grid.x * grid.y) + float(word)) * 0.5f, slice / grid.z);
-        float of_word = 4.0f * octave + float(2 * side + word) + 0.5f;
+        float of_word = 4.0f * at.octave + float(2 * side + word) + 0.5f;
         sum = sum + dot(stratus_path_functions_at(at_angle, of_word / (4.0f * grid.y)),
-                        stratus_path_weights_at(place));
+                        stratus_path_law_at(
+                            vec3(column, (at.row + float(word)) * 0.5f, at.slice)));
     }
-    return sum * grid.w * angle.z * scale * albedo * albedo;
+    return sum * angle.z * at.scale * stratus_path_share(side, albedo, depth, path);
 }
 #else
 // Orders n >= 2 of the path law: cubic in v = (w + w^2) / 2, with which transmission grows about as
@@ -352,9 +375,10 @@ vec3 stratus_spline(float place) {
 }
 
 // Light of one of the blocks, which lie one behind the other, and one of its words, which lie side by
-// side: four functions of the directions, or the colours of a bound layer.
+// side: four functions of the directions, or the colours of a bound layer, whose azimuths the filter
+// itself joins by straight lines.
 vec4 stratus_light_sum(int side, float block, float blocks, float word, float words,
-                       StratusPath path) {
+                       int bound, StratusPath path) {
     vec3 places = stratus_places(side, path);
     vec4 finer = stratus_filter(0);
     vec3 in_mu = stratus_spline(places.x * finer.x);
@@ -363,12 +387,13 @@ vec4 stratus_light_sum(int side, float block, float blocks, float word, float wo
     float width = stratus_z(stratus_field(side, 5)) * finer.x + 3.0f;
     float height = stratus_z(stratus_field(side, 6)) * finer.x + 3.0f;
     float azimuths = stratus_z(stratus_field(side, 7));
-    float depth = azimuths > 1.0f ? (azimuths - 1.0f) * finer.y + 3.0f : 1.0f;  // of a block
+    bool cubic = azimuths > 1.0f && bound == 0;
+    float depth = (azimuths - 1.0f) * finer.y + (cubic ? 3.0f : 1.0f);  // of a block
     vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    for (int k = 0; k < (azimuths > 1.0f ? 2 : 1); ++k) {
-        float at = azimuths > 1.0f ? (k == 0 ? in_azimuth.x : in_azimuth.y) : 0.5f;
+    for (int k = 0; k < (cubic ? 2 : 1); ++k) {
+        float at = cubic ? (k == 0 ? in_azimuth.x : in_azimuth.y) : places.z * finer.y + 0.5f;
         float z = (at + block * depth) / (blocks * depth);
-        float share = azimuths > 1.0f ? (k == 0 ? 1.0f - in_azimuth.z : in_azimuth.z) : 1.0f;
+        float share = cubic ? (k == 0 ? 1.0f - in_azimuth.z : in_azimuth.z) : 1.0f;
         for (int j = 0; j < 2; ++j) {
             float y = ((j == 0 ? in_other.x : in_other.y) + word * height) / (words * height);
             float of_row = share * (j == 0 ? 1.0f - in_other.z : in_other.z);
@@ -404,7 +429,7 @@ StratusSeen stratus_seen(int side, float depth, StratusPath path) {
         if (stratus_x(stratus_field(side, 14)) > 0.0f)  // the table has this side
             seen.word[word] = stratus_light_sum(
                 side, float(block) + (side == STRATUS_REFLECTION ? 0.0f : blocks.z),
-                blocks.z + blocks.w, float(word), 3.0f, path);
+                blocks.z + blocks.w, float(word), 3.0f, 0, path);
     }
     return seen;
 }

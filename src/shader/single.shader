@@ -99,10 +99,10 @@ vec4 stratus_field(int side, int k) { return stratus_number(side * 16 + k); }
 
 // Numbers of filtered textures. 0: how much finer than the table the light is along cosines and along the
 // azimuth; blocks of depths of reflection and of transmission. 1: a depth, rows of weights from one albedo
-// to the next, width and height of the weights. 2: the factors of sums of either side; of the path law what
-// a unit of slant depth takes at albedo 1, an excess. 3: of its weights steps to an octave of 2 + slant
-// depth, steps, slices, the factor of sums. From 4 + 24 side on of each block: where it ends, the column of
-// the weights at 0, columns per unit.
+// to the next, width and height of the weights; of a bound layer how many of the path law's angles are one
+// step. 2: the factors of sums of either side; of the path law what a unit of slant depth takes at albedo 1,
+// and the deepest. 3: of its texture rows to an octave of 2 + slant depth, octaves, slices, the factor of
+// sums. From 4 + 24 side on of each block: where it ends, the column of the weights at 0, columns per unit.
 vec4 stratus_filter(int k) {
     return stratus_number(32 + k);
 }

@@ -39,7 +39,7 @@ layout(set = STRATUS_SET, binding = STRATUS_BINDING + 2) uniform sampler2D strat
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 3) uniform sampler3D stratus_light;
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 4) uniform sampler2D stratus_weights;
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 5) uniform sampler2D stratus_path_functions;
-layout(set = STRATUS_SET, binding = STRATUS_BINDING + 6) uniform sampler3D stratus_path_weights;
+layout(set = STRATUS_SET, binding = STRATUS_BINDING + 6) uniform sampler3D stratus_path_law;
 #endif
 #else
 uniform sampler2D stratus_numbers;
@@ -49,7 +49,7 @@ uniform sampler2D stratus_layer;
 #endif
 #ifdef STRATUS_FILTERED
 // Filtered linearly, clamped to their edges.
-uniform highp sampler3D stratus_light, stratus_path_weights;
+uniform highp sampler3D stratus_light, stratus_path_law;
 uniform sampler2D stratus_weights, stratus_path_functions;
 #endif
 #endif
@@ -62,7 +62,7 @@ vec4 stratus_weights_at(float x, float y) { return textureLod(stratus_weights, v
 vec4 stratus_path_functions_at(float x, float y) {
     return textureLod(stratus_path_functions, vec2(x, y), 0.0);
 }
-vec4 stratus_path_weights_at(vec3 place) { return textureLod(stratus_path_weights, place, 0.0); }
+vec4 stratus_path_law_at(vec3 place) { return textureLod(stratus_path_law, place, 0.0); }
 #endif
 vec4 stratus_number(int texel) {
 #ifdef STRATUS_FILTERED
@@ -97,7 +97,7 @@ Texture2D<float4> stratus_functions;
 Texture2D<float4> stratus_layer;
 #endif
 #ifdef STRATUS_FILTERED
-Texture3D<float4> stratus_light, stratus_path_weights;
+Texture3D<float4> stratus_light, stratus_path_law;
 Texture2D<float4> stratus_weights, stratus_path_functions;
 SamplerState stratus_linear;  // filters linearly, clamped to the edges
 #endif
@@ -115,8 +115,8 @@ float4 stratus_weights_at(float x, float y) {
 float4 stratus_path_functions_at(float x, float y) {
     return stratus_path_functions.SampleLevel(stratus_linear, float2(x, y), 0);
 }
-float4 stratus_path_weights_at(float3 place) {
-    return stratus_path_weights.SampleLevel(stratus_linear, place, 0);
+float4 stratus_path_law_at(float3 place) {
+    return stratus_path_law.SampleLevel(stratus_linear, place, 0);
 }
 #endif
 float4 stratus_number(int texel) {

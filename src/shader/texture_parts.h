@@ -1,7 +1,6 @@
 // Parts of the textures of bound layers and of filtered light.
 #pragma once
 
-#include <stratus/phase/path_law.h>
 #include <stratus/shader/shader.h>
 #include <stratus/table/table.h>
 
@@ -36,13 +35,13 @@ OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side
 constexpr int first_filter_texel = 32, most_filtered_blocks = 24,
               filter_texels = 4 + 2 * most_filtered_blocks;
 
-/// `stratus_numbers` of filtered light: records of both sides, texels of the filter, still empty, samples of
-/// phase functions, and the path law of a bound layer's colours, each a step.
+/// `stratus_numbers` of filtered light: records of both sides, texels of the filter, still empty, and samples
+/// of phase functions.
 struct FilteredNumbers {
     ShaderTexture texture;
     int constants;
 };
-FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* bound);
+FilteredNumbers filtered_numbers(const PackedTable& table, bool bound);
 
 // ---- filtered light
 
@@ -80,16 +79,22 @@ std::vector<char> as_halves(const std::vector<shader::vec4>& texels);
 SideBlocks side_blocks(shader::AsCxx& exact, shader::AsCxx& numbers, std::size_t rows, int side,
                        bool may_jump);
 
-/// The path law of narrow peaks for filtered textures: sums of functions of the scattering angle, four for R and
-/// eight for T (multiple.shader). `stratus_path_functions` over (word, angle), `stratus_path_weights` over (slice, word, slant depth, albedo):
-/// slices are even in excess / (excess + 4), and reflection's own is the last. The rest is what the text is told.
+// ---- the path law of narrow peaks for filtered textures: of a bound layer as it is, else as sums of functions
+// of the scattering angle, four for R and eight for T (multiple.shader)
+
+/// Textures, and what the text is told. `stratus_path_law` has the law itself over slices, even in excess /
+/// (excess + 4), reflection's own the last, and over slant depth.
 struct FilteredPath {
-    ShaderTexture functions, weights;
+    std::vector<ShaderTexture> textures;
     float lost_at_albedo_one, deepest;
     shader::vec4 grid;
 };
 
-/// The weights are the law itself at the functions' own angles, those from which the others follow best.
+/// `stratus_path_functions` over (word, angle), and the law over (slice, word, slant depth, albedo) at the
+/// functions' own angles, those from which the others follow best.
 FilteredPath filtered_path(const TableView& table, const std::vector<float>& albedos);
+
+/// The law of three albedos over (slice, slant depth, angle), every `angle_step`-th of the law's own.
+FilteredPath bound_path(const TableView& table, const double (&albedo)[3], int angle_step);
 
 }  // namespace stratus

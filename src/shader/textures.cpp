@@ -153,10 +153,9 @@ struct SharedTexels {
     float path_steps;
 };
 
-/// With the path law of a bound layer, `bound`, rather than all that layers not bound read: where
-/// `filtered` these have textures of their own.
-SharedTexels append_shared(const PackedTable& table, bool filtered, const PathSheet* bound,
-                           Texels& to) {
+/// Without what a `bound` layer has no need of, and without the path law where `filtered`, which has it in a
+/// texture of its own.
+SharedTexels append_shared(const PackedTable& table, bool filtered, bool bound, Texels& to) {
     const PackedSide& side = table.side(Side::reflection);
     const Texel stack = append_layers(table.view(), to.numbers);
     const std::size_t of_albedo = to.numbers.size();
@@ -164,9 +163,8 @@ SharedTexels append_shared(const PackedTable& table, bool filtered, const PathSh
         to.numbers.push_back(
             {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
     SharedTexels shared{stack, of_albedo, to.numbers.size(), side.path, 0};
-    if (side.path.sample == nullptr || (filtered && !bound)) return shared;
-    if (bound) shared.path = bound->view();
-    shared.path_steps = bound ? 2 : side.path_steps;  // one less than colours
+    if (side.path.sample == nullptr || filtered) return shared;
+    shared.path_steps = side.path_steps;
     append_path(shared.path, static_cast<int>(shared.path_steps), to.numbers);
     return shared;
 }
@@ -227,7 +225,7 @@ ShaderTexture numbers_texture(const Texels& texels) {
 
 }  // namespace
 
-FilteredNumbers filtered_numbers(const PackedTable& table, const PathSheet* bound) {
+FilteredNumbers filtered_numbers(const PackedTable& table, bool bound) {
     Texels texels;
     texels.numbers.resize(texels.numbers.size() + filter_texels);
     const SharedTexels shared = append_shared(table, true, bound, texels);
@@ -249,7 +247,7 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     for (const Side side : both_sides)
         if (side == Side::reflection ? view.has_reflection() : view.has_transmission())
             texels.halves = texels.halves && table.side(side).halves;
-    const SharedTexels shared = append_shared(table, false, nullptr, texels);
+    const SharedTexels shared = append_shared(table, false, false, texels);
     for (const Side side : both_sides)
         append_side(table, side, shared, false, table.side(side).max_finite_depth, texels);
     constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds

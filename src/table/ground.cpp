@@ -17,7 +17,7 @@
 namespace stratus {
 namespace {
 
-constexpr const char* ground_caller = "read_ground";
+constexpr const char* ground_caller = "ground";
 constexpr std::string_view table_form = "table:";
 
 class TableGround final : public GroundLaw {
@@ -91,6 +91,8 @@ LowerBoundary read_ground(const std::string& text, const std::string& directory)
         return LowerBoundary::surface(albedo);
     }
     const bool is_table = text.rfind(table_form, 0) == 0;
+    require(is_table || text.find(':') != std::string::npos, ground_caller, "kind",
+            "an albedo, ocean:wind=..., rpv:rho0=...,k=...,theta=... or table:file=...", text);
     return LowerBoundary::ground(is_table ? read_table_ground(text, directory)
                                           : read_ground_law(text));
 }

@@ -244,7 +244,7 @@ class InsideRun {
 InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                             const std::vector<double>& levels, const std::vector<double>& mu,
                             const SolverOptions& options) {
-    const char* const caller = "solve_inside";
+    const char* const caller = "solve";
     check_options(options);
     require(options.scheme == Scheme::harmonic, caller, "scheme", "harmonic", "another");
     require(options.orders == 0, caller, "orders", "0, all", options.orders);

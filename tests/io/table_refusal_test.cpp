@@ -378,9 +378,9 @@ INSTANTIATE_TEST_SUITE_P(Tables, RefusedTable, testing::ValuesIn(refused), row_n
 
 TEST(TableFile, RefusesOtherEndings) {
     const std::string read = refusal([] { read_table("table.nc"); });
-    EXPECT_EQ(read, "read_table: path must be a name ending in .h5 or .exr, got table.nc");
+    EXPECT_EQ(read, "table: file must be a name ending in .h5 or .exr, got table.nc");
     const std::string written = refusal([] { write_table(sample_table(), "table"); });
-    EXPECT_EQ(written, "write_table: path must be a name ending in .h5 or .exr, got table");
+    EXPECT_EQ(written, "table: file must be a name ending in .h5 or .exr, got table");
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST(GroundLaw, ReadsItsOwnText) {
 
 TEST(GroundLaw, RefusesWhatIsNone) {
     for (const auto& [text, part] : std::vector<std::pair<const char*, const char*>>{
-             {"lake:wind=3", "ground must be ocean:"},
+             {"lake:wind=3", "kind must be ocean:"},
              {"ocean", "ocean needs wind="},
              {"ocean:index=1.3", "ocean needs wind=..., got none"},
              {"ocean:wind=51", "wind must be in [0, 50] m/s, got 51"},

@@ -3,15 +3,72 @@
 //     shader_errors TABLE.stratus
 //
 // 10,000 random lookups on both sides, by the text as C++ and by headless Chromium, and with filtered
-// textures by the latter, relative to no less than 1e-4.
+// textures by the latter, relative to no less than 1e-4. Then the layer of depth 1 and albedo 0.95, or what the
+// table has nearest to it, bound and filtered, relative to no less than 1e-6.
 #include "as_cxx.h"
 #include "browser.h"
+#include "filtered_as_cxx.h"
 #include "lookups.h"
 
+#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <string>
 #include <vector>
+
+namespace stratus {
+namespace {
+
+std::ostream& operator<<(std::ostream& out, const std::vector<ShaderTexture>& textures) {
+    for (const ShaderTexture& of : textures)
+        out << of.name << ": " << of.width << " x " << of.height << " x " << of.depth << ", "
+            << static_cast<double>(of.bytes.size()) / 1e6 << " MB\n";
+    return out;
+}
+
+void print_bound(const PackedTable& table, std::vector<test::Lookup> lookups) {
+    const TableView view = table.view();
+    const float albedo = std::clamp(0.95f, static_cast<float>(view.albedo.lowest),
+                                    static_cast<float>(view.albedo.highest)),
+                depth = view.optical_depth.count == 0
+                            ? static_cast<float>(infinity)
+                            : std::clamp(1.0f, static_cast<float>(view.optical_depth.lowest),
+                                         static_cast<float>(view.optical_depth.highest));
+    for (test::Lookup& at : lookups) at.albedo = albedo, at.optical_depth = depth;
+    Medium<3> medium;
+    for (int c = 0; c < 3; ++c) medium.albedo[c] = albedo, medium.optical_depth[c] = depth;
+    const FilteredLight bound = filtered_layer(table, medium);
+    shader::FilteredAsCxx text(bound);
+    int most[4] = {};
+    const auto count = [&](int k, const auto& call) {
+        text.fetches = 0;
+        call();
+        most[k] = std::max(most[k], text.fetches);
+    };
+    for (const test::Lookup& at : lookups) {
+        const shader::vec3 wi{std::sqrt((1 - at.mu_in) * (1 + at.mu_in)), 0, at.mu_in},
+            wo{0, std::sqrt((1 - at.mu_out) * (1 + at.mu_out)), at.mu_out};
+        count(0, [&] { text.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth); });
+        count(1, [&] { text.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth); });
+        count(2, [&] { text.stratus_layer_sample(wi, at.mu_out, at.azimuth / 7, 0.5f); });
+        count(3, [&] { text.stratus_layer_pdf(wi, wo); });
+    }
+    std::cout << "bound:\n" << bound.textures << "fetches of R, T, _sample, _pdf:";
+    for (const int fetches : most) std::cout << ' ' << fetches;
+    std::cout << "\nfiltered C++: " << bound.median_error << ' ' << bound.usual_error << ' '
+              << bound.worst_error << "\nfiltered GLSL: "
+              << test::differences(test::by_browser(bound.textures, lookups, R"glsl(
+        StratusColours r = stratus_layer_reflection(along.x, along.y, along.z);
+        StratusColours t = stratus_layer_transmission(along.x, along.y, along.z);
+        light = vec4(r.single.x, r.multiple.x, t.single.x, t.multiple.x);
+)glsl",
+                                                    &bound),
+                                   test::by_runtime(table, lookups))
+              << '\n';
+}
+
+}  // namespace
+}  // namespace stratus
 
 int main(int argc, char** argv) {
     using namespace stratus;
@@ -36,15 +93,13 @@ int main(int argc, char** argv) {
                   << '\n';
         if (table.view().is_stack()) return 0;
         const FilteredLight filtered = filtered_layers(table);
-        for (const ShaderTexture& of : filtered.textures)
-            std::cout << of.name << ": " << of.width << " x " << of.height << " x " << of.depth
-                      << ", " << static_cast<double>(of.bytes.size()) / 1e6 << " MB\n";
-        std::cout << "filtered C++: " << filtered.median_error << ' ' << filtered.usual_error << ' '
-                  << filtered.worst_error << "\nfiltered GLSL: "
+        std::cout << filtered.textures << "filtered C++: " << filtered.median_error << ' '
+                  << filtered.usual_error << ' ' << filtered.worst_error << "\nfiltered GLSL: "
                   << test::differences(
                          test::by_browser(filtered.textures, lookups, test::both_sides, &filtered),
                          expected, 1e-4)
                   << '\n';
+        print_bound(table, lookups);
         return 0;
     } catch (const std::exception& error) {
         std::cerr << "shader_errors: " << error.what() << '\n';

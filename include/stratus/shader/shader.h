@@ -35,20 +35,20 @@ struct ShaderTexture {
 /// Texels of a filtered layer's `stratus_layer` that are constants of its text.
 constexpr int filtered_layer_constants = 8;
 
-/// Textures that a GPU filters linearly. `stratus_light`, by eight fetches that are a cubic spline: a 3-D
-/// texture over mu_in, mu_out and azimuth. It is one to three times as fine as the table's samples, as
-/// little as keeps all but one in a thousand of R and T within 2e-3.
+/// Textures that a GPU filters linearly. `stratus_light`, a cubic spline: a 3-D texture over mu_in, mu_out and
+/// azimuth, finer than the table's samples, as little as keeps all but one in a thousand of R and T within
+/// 2e-3.
 ///
-/// For a bound layer it holds the orders n >= 2 of three colours, reflection before transmission. For
-/// layers that are not bound it holds, in each block of optical depths, twelve functions of the
-/// directions, four fetched at once; `stratus_weights`, a 2-D texture, has their weights at an albedo and
-/// depth: 27 fetches in all. The path law of narrow peaks takes four more: eight functions of the scattering
-/// angle, `stratus_path_functions`, and their weights, `stratus_path_weights`.
+/// For a bound layer it holds the orders n >= 2 of three colours, reflection before transmission: four fetches,
+/// between whose azimuths lines are straight. The path law of narrow peaks takes one more: `stratus_path_law`,
+/// a 3-D texture. For layers that are not bound it holds, in each block of optical depths, twelve functions of
+/// the directions, four fetched at once; `stratus_weights`, a 2-D texture, has their weights at an albedo and
+/// depth: 27 fetches in all. The path law takes four more: eight functions of the scattering angle,
+/// `stratus_path_functions`, and their weights, `stratus_path_law`.
 struct FilteredLight {
     bool bound;
     /// `stratus_numbers`, whose first `constant_numbers` texels are constants of the text; `stratus_layer`, or
-    /// of layers that are not bound `stratus_weights`; `stratus_light`; of layers that are not bound and have a
-    /// path law its two.
+    /// of layers that are not bound `stratus_weights`; `stratus_light`; of a path law its one or two.
     std::vector<ShaderTexture> textures;
     int constant_numbers;
     // Differences to the text without a filter at 5,000 random directions with cosines from 0.02, of

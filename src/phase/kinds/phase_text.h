@@ -14,7 +14,7 @@ struct PhaseText {
     std::string_view text;
     std::size_t at = 0;         // the next character
     PhaseFileReader read_file;  // empty where no files are read
-    const char* caller = "parse_phase_function";
+    const char* caller = "phase function";
 
     /// Throws std::invalid_argument: the text, and what is wrong with it.
     [[noreturn]] void refuse(const std::string& what) const;

@@ -185,7 +185,7 @@ class MuErrors {
     /// Where this share's of the first half of all shares' albedos end.
     std::size_t half() const { return count_of_share(probes_, (probes_.all_albedos + 1) / 2); }
 
-    /// Of the albedos from `first` to before `end`.
+    /// Takes the albedos from `first` to before `end`.
     Errors measure_errors(int samples, std::size_t first, std::size_t end) const {
         const auto albedo = [&](std::size_t a) {
             return probes_.albedos.begin() + static_cast<std::ptrdiff_t>(a);

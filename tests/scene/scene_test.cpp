@@ -370,8 +370,8 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     expect_place("rings.profile = 'bent.csv'", "rings.profile: " + at +
                                                    "bent.csv, line 3: radius must be above the one "
                                                    "before, got 1.1");
-    expect_place("rings.profile = 'text.csv'", "rings.profile: " + at +
-                                                   "text.csv, line 2: column 'optical_depth' must");
+    expect_place("rings.profile = 'text.csv'",
+                 "rings.profile: " + at + "text.csv, line 2: column 'optical_depth' must");
     expect_place<std::runtime_error>("rings.profile = 'absent.csv'",
                                      "rings.profile: " + at + "absent.csv: cannot be read");
     expect_place<std::runtime_error>("rings.surface.image = 'absent.png'", "rings.surface.image: ");

@@ -360,9 +360,12 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
     Choice choice{static_cast<double>(candidates[high])};
     if (!holds) {
         choice.error_at_cap = left;
+        // Errors of neighbours may be alike, as the probes happen to lie between their samples.
+        std::size_t fewer = high - std::min<std::size_t>(high, 1);
+        while (fewer > 0 && candidates[fewer] > 0.75 * candidates[high]) --fewer;
         if (high > 0)
-            choice.needed = extrapolated(candidates[high - 1], error(candidates[high - 1]),
-                                         choice.value, left, probes.max_error);
+            choice.needed = extrapolated(candidates[fewer], error(candidates[fewer]), choice.value,
+                                         left, probes.max_error);
     }
     note_choice(probes, std::string(name) + " " + std::to_string(candidates[high]), left,
                 holds ? "interpolation misses" : "at its cap; interpolation misses");

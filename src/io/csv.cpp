@@ -120,7 +120,7 @@ void read_lines(std::istream& stream, Table& table, std::uint64_t max_bytes, con
 
 std::ifstream open(const std::string& path) {
     std::ifstream stream(path);
-    if (!stream) throw std::runtime_error(path + ": cannot be read");
+    if (!stream) throw std::runtime_error(path + ": cannot be opened");
     return stream;
 }
 

@@ -142,7 +142,7 @@ TEST(Csv, NamesTheColumnsPresentWhenOneIsMissing) {
 
 TEST(Csv, NamesAFileThatCannotBeOpened) {
     expect_refusal<std::runtime_error>([] { read_csv("no/such/file.csv"); },
-                                       {"no/such/file.csv: cannot be read"});
+                                       {"no/such/file.csv: cannot be opened"});
 }
 
 }  // namespace

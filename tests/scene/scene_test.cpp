@@ -373,7 +373,7 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     expect_place("rings.profile = 'text.csv'",
                  "rings.profile: " + at + "text.csv, line 2: column 'optical_depth' must");
     expect_place<std::runtime_error>("rings.profile = 'absent.csv'",
-                                     "rings.profile: " + at + "absent.csv: cannot be read");
+                                     "rings.profile: " + at + "absent.csv: cannot be opened");
     expect_place<std::runtime_error>("rings.surface.image = 'absent.png'", "rings.surface.image: ");
     expect_place("rings.surface.image = 'grey.jpg'",
                  "rings.surface.image must be a .png or .exr file, got " + at + "grey.jpg");

@@ -19,7 +19,7 @@ def builtin_errors(path: str | None = None) -> Iterator[None]:
         sentence = str(failure)
     else:
         return
-    kind: type[Exception] = FileNotFoundError if "cannot open" in sentence else ValueError
+    kind: type[Exception] = FileNotFoundError if "cannot be opened" in sentence else ValueError
     if path is not None:
         try:
             open(path, "rb").close()

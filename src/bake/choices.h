@@ -41,22 +41,13 @@ struct ProbedLayer {
 
 using ProbedLayers = std::vector<std::vector<ProbedLayer>>;  // [albedo][depth]
 
-/// How many of a grid's cosines are judged: the first of mu_in and of mu_out.
-struct Judged {
-    int in, out;
-
-    explicit Judged(const CosinePairs& pairs)
-        : in(static_cast<int>(pairs.in.size())), out(static_cast<int>(pairs.out.size())) {}
-    explicit Judged(const DirectionGrid& directions) : Judged(directions.pairs()) {}
-};
-
 struct Probes {
     Recipe recipe;  // of one mixture, its discretisation as far as it is chosen
     double max_error;
     BakeOptions options;
     std::shared_ptr<const PathOrders> path_law;  // axes.h
     DirectionGrid directions;
-    Judged usual;  // of these directions, for all choices but that of samples of mu
+    DirectionGrid more_directions;           // with more of its cosines, for samples of mu
     std::vector<double> albedos, exponents;  // exponents: decay_exponents (axes.h)
     DepthLadder ladder;
     double extrapolation_length;
@@ -124,6 +115,9 @@ std::vector<Side> asked_sides(const Recipe& recipe);
 ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
                       double floor);
 
+/// The probes' own layers at other directions of their cosines, without the solutions.
+ProbedLayers probe_again(Probes& probes, const DirectionGrid& directions);
+
 /// A solved layer at all directions.
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions);
 
@@ -151,6 +145,14 @@ double quantile_of_all(const Probes& probes, Errors errors, double share);
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+
+/// How many of a grid's cosines are judged: the first of mu_in and of mu_out.
+struct Judged {
+    int in, out;
+
+    explicit Judged(const DirectionGrid& directions)
+        : in(directions.in_count()), out(directions.out_count()) {}
+};
 
 /// Adds the errors of found(side, i, j, k) at all pairs of the judged cosines and at all azimuths,
 /// for both sides of `expected` that the recipe asks for; of a narrow peak at the cosines that

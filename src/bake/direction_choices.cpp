@@ -31,7 +31,7 @@ double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers
     const DirectionGrid& directions = probes.directions;
     return measure_layers(
         probes, to.size(), to[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-            add_errors(probes.recipe, to[a][d], directions, probes.usual, errors,
+            add_errors(probes.recipe, to[a][d], directions, Judged(directions), errors,
                        [&](Side side, int i, int j, int k) {
                            return from[a][d].side(side).tabulated[directions.at(i, j, k)];
                        });
@@ -45,7 +45,7 @@ double tail_of_modes(Probes& probes, int kept) {
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer& layer = layers[a][d];
-            add_errors(probes.recipe, layer, directions, probes.usual, errors,
+            add_errors(probes.recipe, layer, directions, Judged(directions), errors,
                        [&](Side side, int i, int j, int k) {
                            const int in = directions.pairs().in[static_cast<std::size_t>(i)];
                            const int out = directions.pairs().out[static_cast<std::size_t>(j)];
@@ -92,8 +92,8 @@ struct MuSamples {
 
 MuSamples mu_samples(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
-    const std::vector<double>& probed = probes.directions.mu();
-    const CosinePairs& pairs = probes.directions.pairs();
+    const std::vector<double>& probed = probes.more_directions.mu();
+    const CosinePairs& pairs = probes.more_directions.pairs();
     SampledCosines in(mu_axis(recipe.mu_in, samples), pairs.in, probed);
     SampledCosines out(mu_axis(recipe.mu_out, samples), pairs.out, probed);
     ProbedCosines sampled{{}, {{}, {}, pairs.exchangeable}};
@@ -115,7 +115,7 @@ MuSamples mu_samples(const Probes& probes, int samples) {
 void add_mu_errors(const Probes& probes, const ProbedLayer& expected, const LayerSolution& solution,
                    const MuSamples& samples, Errors& errors) {
     const Recipe& recipe = probes.recipe;
-    const DirectionGrid& probed = probes.directions;
+    const DirectionGrid& probed = probes.more_directions;
     const SampledCosines &in = samples.in, &out = samples.out;
     const auto divisor = [&](double cosine) {
         return intercepted(recipe, solution.optical_depth, cosine);
@@ -152,7 +152,8 @@ void add_mu_errors(const Probes& probes, const ProbedLayer& expected, const Laye
 /// Errors of candidates; those of the first half of the albedos alone tell what they are at least.
 class MuErrors {
   public:
-    explicit MuErrors(Probes& probes) : probes_(probes), expected_(probed_layers(probes)) {}
+    explicit MuErrors(Probes& probes)
+        : probes_(probes), expected_(probe_again(probes, probes.more_directions)) {}
 
     /// Were there no errors in the other half, which is no larger.
     double at_least(int samples) {
@@ -201,7 +202,7 @@ class MuErrors {
     }
 
     const Probes& probes_;
-    const ProbedLayers& expected_;
+    const ProbedLayers expected_;
     std::map<int, Errors> first_half_, second_half_;  // of each candidate
 };
 
@@ -230,13 +231,7 @@ class AzimuthTests {
           layers_(probed_layers(probes)),
           azimuths_(azimuth_tests(probes.recipe.azimuth)),
           directions_(grid_at(azimuths_)),
-          expected_(layers_.size(), std::vector<ProbedLayer>(layers_[0].size())) {
-        parallel_for(static_cast<int>(layers_.size() * layers_[0].size()), probes.options.threads,
-                     [&](int n) {
-                         const auto at = static_cast<std::size_t>(n);
-                         solve_at(at / layers_[0].size(), at % layers_[0].size());
-                     });
-    }
+          expected_(probe_again(probes, directions_)) {}
 
     double error(AxisScale scale, int samples) const {
         const Recipe& recipe = probes_.recipe;
@@ -268,26 +263,10 @@ class AzimuthTests {
   private:
     DirectionGrid grid_at(const std::vector<double>& azimuths) const {
         const Recipe& recipe = probes_.recipe;
-        CosinePairs usual = probes_.directions.pairs();
-        usual.in.resize(static_cast<std::size_t>(probes_.usual.in));
-        usual.out.resize(static_cast<std::size_t>(probes_.usual.out));
-        return {recipe.phase_function,
-                recipe.lower_boundary,
-                probes_.directions.mu(),
-                azimuths,
-                2 * recipe.discretisation.nodes,
-                probes_.path_law,
-                std::move(usual)};
-    }
-
-    /// A layer's floors are the same at all azimuths, its modes are not needed here.
-    void solve_at(std::size_t a, std::size_t d) {
-        const ProbedLayer& layer = layers_[a][d];
-        ProbedLayer& expected = expected_[a][d];
-        expected.solution.optical_depth = layer.solution.optical_depth;
-        for (const Side side : asked_sides(probes_.recipe))
-            (side == Side::reflection ? expected.reflection : expected.transmission) =
-                probe_side(layer.solution, side, directions_, layer.side(side).floor);
+        return {recipe.phase_function,           recipe.lower_boundary,
+                probes_.directions.mu(),         azimuths,
+                2 * recipe.discretisation.nodes, probes_.path_law,
+                probes_.directions.pairs()};
     }
 
     const Probes& probes_;

@@ -251,14 +251,14 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
     albedos = every(share, albedos);
     const std::shared_ptr<const PathOrders> path_law = recipe_path_law(recipe);
     ProbedCosines cosines = many_cosines(recipe);
-    const Judged usual(cosines.pairs);
+    const CosinePairs usual = cosines.pairs;
     add_cosines_between(recipe, cosines);
     return {recipe,
             max_error,
             options,
             path_law,
-            directions_at(recipe, std::move(cosines), path_law),
-            usual,
+            directions_at(recipe, {cosines.mu, usual}, path_law),
+            directions_at(recipe, cosines, path_law),
             albedos,
             decay_exponents(recipe, albedos),
             probed_ladder(recipe),
@@ -387,6 +387,22 @@ ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionG
     for (std::size_t n = 0; n < values.closed_form.size(); ++n)
         values.closed_form[n] += values.tabulated[n];
     return {std::move(values.tabulated), std::move(values.closed_form), floor};
+}
+
+ProbedLayers probe_again(Probes& probes, const DirectionGrid& directions) {
+    const ProbedLayers& layers = probed_layers(probes);
+    ProbedLayers again(layers.size(), std::vector<ProbedLayer>(layers[0].size()));
+    parallel_for(
+        static_cast<int>(layers.size() * layers[0].size()), probes.options.threads, [&](int n) {
+            const std::size_t a = static_cast<std::size_t>(n) / layers[0].size(),
+                              d = static_cast<std::size_t>(n) % layers[0].size();
+            const ProbedLayer& layer = layers[a][d];
+            again[a][d].solution.optical_depth = layer.solution.optical_depth;
+            for (const Side side : asked_sides(probes.recipe))
+                (side == Side::reflection ? again[a][d].reflection : again[a][d].transmission) =
+                    probe_side(layer.solution, side, directions, layer.side(side).floor);
+        });
+    return again;
 }
 
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {

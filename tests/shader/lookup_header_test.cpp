@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -97,6 +98,10 @@ std::vector<Kind> readable_kinds() {
     }
     all.push_back(droplets);
     return all;
+}
+
+TEST_F(LookupHeader, HasAtMost1500Lines) {
+    EXPECT_LE(std::ranges::count(shader_text(ShaderLanguage::cpp), '\n'), 1500);
 }
 
 TEST_F(LookupHeader, LooksUpAsTheRuntime) {

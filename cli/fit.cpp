@@ -79,7 +79,7 @@ std::string column_of_bins(const CsvTable& rows, const std::vector<FamilyAxis>& 
 void check_family_columns(const CsvTable& rows, const std::vector<FamilyAxis>& family) {
     for (const char* const name : {"g", "wavelength", "variance"})
         if (rows.has_column(name) && std::ranges::none_of(family, [&](const FamilyAxis& axis) {
-                return axis.name() == name;
+                return axis.name() == std::string(name);
             }))
             throw std::invalid_argument(rows.name + ": column " + name +
                                         " must be left out unless the table's family varies it");

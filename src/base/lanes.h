@@ -136,7 +136,7 @@ struct SimdRegister {
     typedef std::int32_t Ints __attribute__((vector_size(4 * width)));
 };
 
-// Compilers make one instruction of each of these; where either number is not-a-number, it gives the second.
+// Operations on two registers. Compilers make a comparison and a blend of a ternary operator.
 template <class Floats>
 STRATUS_INLINE Floats maximum(Floats a, Floats b) {
     return a > b ? a : b;
@@ -157,6 +157,14 @@ STRATUS_INLINE Floats estimated_reciprocal_root(Floats x) {
     return x;
 }
 #if defined(__SSE2__)
+STRATUS_INLINE SimdRegister<4>::Floats maximum(SimdRegister<4>::Floats a,
+                                               SimdRegister<4>::Floats b) {
+    return _mm_max_ps(a, b);
+}
+STRATUS_INLINE SimdRegister<4>::Floats minimum(SimdRegister<4>::Floats a,
+                                               SimdRegister<4>::Floats b) {
+    return _mm_min_ps(a, b);
+}
 STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal(SimdRegister<4>::Floats x) {
     return _mm_rcp_ps(x);
 }
@@ -165,6 +173,14 @@ STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal_root(SimdRegister<4>
 }
 #endif
 #if defined(__AVX2__)
+STRATUS_INLINE SimdRegister<8>::Floats maximum(SimdRegister<8>::Floats a,
+                                               SimdRegister<8>::Floats b) {
+    return _mm256_max_ps(a, b);
+}
+STRATUS_INLINE SimdRegister<8>::Floats minimum(SimdRegister<8>::Floats a,
+                                               SimdRegister<8>::Floats b) {
+    return _mm256_min_ps(a, b);
+}
 STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal(SimdRegister<8>::Floats x) {
     return _mm256_rcp_ps(x);
 }
@@ -173,6 +189,14 @@ STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal_root(SimdRegister<8>
 }
 #endif
 #if defined(__AVX512F__)
+STRATUS_INLINE SimdRegister<16>::Floats maximum(SimdRegister<16>::Floats a,
+                                                SimdRegister<16>::Floats b) {
+    return _mm512_max_ps(a, b);
+}
+STRATUS_INLINE SimdRegister<16>::Floats minimum(SimdRegister<16>::Floats a,
+                                                SimdRegister<16>::Floats b) {
+    return _mm512_min_ps(a, b);
+}
 STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal(SimdRegister<16>::Floats x) {
     return _mm512_maskz_rcp14_ps(0xffff, x);
 }

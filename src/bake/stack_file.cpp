@@ -73,11 +73,7 @@ auto parsed(const std::string& text, const std::string& directory, std::vector<s
 
 }  // namespace
 
-double Stack::optical_depth() const {
-    double depth = 0;
-    for (const StackLayer& layer : layers) depth += layer.optical_depth;
-    return depth;
-}
+double Stack::optical_depth() const { return total_depth(layers); }
 
 bool Stack::is_lossless() const {
     return (!lower_boundary.is_present() || lower_boundary.albedo == 1) &&

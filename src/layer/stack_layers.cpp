@@ -9,15 +9,12 @@
 #include <utility>
 
 namespace stratus {
-namespace {
 
 double total_depth(const std::vector<StackLayer>& layers) noexcept {
     double depth = 0;
     for (const StackLayer& layer : layers) depth += layer.optical_depth;
     return depth;
 }
-
-}  // namespace
 
 void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, const char* caller) {
     require(!layers.empty(), caller, "layers", "at least one", "none");

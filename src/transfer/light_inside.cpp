@@ -250,8 +250,7 @@ InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBo
     require(options.orders == 0, caller, "orders", "0, all", options.orders);
     check_layers(layers, boundary.is_present(), caller);
     check_boundary(boundary);
-    double depth = 0;
-    for (const StackLayer& layer : layers) depth += layer.optical_depth;
+    const double depth = total_depth(layers);
     require(!levels.empty(), caller, "levels", "one or more", "none");
     constexpr double rounding = 1e-14;  // of sums of depths, to all of which a level may be given
     std::vector<double> within;

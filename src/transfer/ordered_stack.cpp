@@ -115,9 +115,8 @@ class OrderedStackRun {
           boundary_truncation_(choose_truncation(boundary, options)),
           directions_(stack_directions(truncations_, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_) {
-        double depth = 0;
-        for (const StackLayer& layer : layers) depth += layer.optical_depth;
-        const VectorXd beam = beam_along(directions_, depth), none = VectorXd::Zero(beam.size());
+        const VectorXd beam = beam_along(directions_, total_depth(layers)),
+                       none = VectorXd::Zero(beam.size());
         StackSolution blank;
         blank.layers = layers;
         blank.lower_boundary = boundary;

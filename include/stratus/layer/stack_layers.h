@@ -24,6 +24,9 @@ struct StackLayer {
 ///          for no layer at all; for infinite depth above another layer, or `over_boundary`.
 void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, const char* caller);
 
+/// The optical depth of all layers together.
+double total_depth(const std::vector<StackLayer>& layers) noexcept;
+
 /// The homogeneous layer that scatters as much in all, by the same phase function on the whole:
 /// total depth, mean albedo by depth, mean phase function by what is scattered. Thin stacks look
 /// like it. Of infinite depth that of the lowest layer.

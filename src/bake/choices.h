@@ -32,11 +32,7 @@ struct ProbedSide {
 
 struct ProbedLayer {
     LayerSolution solution;
-    ProbedSide reflection, transmission;
-
-    const ProbedSide& side(Side which) const {
-        return which == Side::reflection ? reflection : transmission;
-    }
+    PerSide<ProbedSide> side;
 };
 
 using ProbedLayers = std::vector<std::vector<ProbedLayer>>;  // [albedo][depth]
@@ -146,29 +142,22 @@ double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
 
-/// How many of a grid's cosines are judged: the first of mu_in and of mu_out.
-struct Judged {
-    int in, out;
-
-    explicit Judged(const DirectionGrid& directions)
-        : in(directions.in_count()), out(directions.out_count()) {}
-};
-
-/// Adds the errors of found(side, i, j, k) at all pairs of the judged cosines and at all azimuths,
+/// Adds the errors of found(side, i, j, k) at all pairs of the cosines and at all azimuths,
 /// for both sides of `expected` that the recipe asks for; of a narrow peak at the cosines that
 /// count there (accuracy.h).
 template <class Found>
 void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
-                const Judged& judged, Errors& errors, const Found& found) {
+                Errors& errors, const Found& found) {
     const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
     for (const Side side : both_sides) {
         if (side == Side::reflection
                 ? !recipe.reflection
                 : !recipe.transmission || std::isinf(expected.solution.optical_depth))
             continue;
-        const ProbedSide& values = expected.side(side);
-        for (int i = 0; i < judged.in; ++i)
-            for (int j = directions.pairs().are_symmetric() ? i : 0; j < judged.out; ++j) {
+        const ProbedSide& values = expected.side[side];
+        for (int i = 0; i < directions.in_count(); ++i)
+            for (int j = directions.pairs().are_symmetric() ? i : 0; j < directions.out_count();
+                 ++j) {
                 if (std::min(directions.mu_in(i), directions.mu_out(j)) < least) continue;
                 for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) {
                     const std::size_t at = directions.at(i, j, k);

@@ -31,9 +31,9 @@ double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers
     const DirectionGrid& directions = probes.directions;
     return measure_layers(
         probes, to.size(), to[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-            add_errors(probes.recipe, to[a][d], directions, Judged(directions), errors,
+            add_errors(probes.recipe, to[a][d], directions, errors,
                        [&](Side side, int i, int j, int k) {
-                           return from[a][d].side(side).tabulated[directions.at(i, j, k)];
+                           return from[a][d].side[side].tabulated[directions.at(i, j, k)];
                        });
         });
 }
@@ -45,7 +45,7 @@ double tail_of_modes(Probes& probes, int kept) {
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer& layer = layers[a][d];
-            add_errors(probes.recipe, layer, directions, Judged(directions), errors,
+            add_errors(probes.recipe, layer, directions, errors,
                        [&](Side side, int i, int j, int k) {
                            const int in = directions.pairs().in[static_cast<std::size_t>(i)];
                            const int out = directions.pairs().out[static_cast<std::size_t>(j)];
@@ -53,7 +53,7 @@ double tail_of_modes(Probes& probes, int kept) {
                            double tail = 0;
                            for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
                                tail += 2 * std::abs(modes[m](in, out));
-                           return layer.side(side).tabulated[directions.at(i, j, k)] + tail;
+                           return layer.side[side].tabulated[directions.at(i, j, k)] + tail;
                        });
         });
 }
@@ -133,20 +133,19 @@ void add_mu_errors(const Probes& probes, const ProbedLayer& expected, const Laye
     };
     const auto weights_in = divided(in, [&](int i) { return probed.mu_in(i); });
     const auto weights_out = divided(out, [&](int j) { return probed.mu_out(j); });
-    std::vector<double> sampled[2];  // of either side
+    PerSide<std::vector<double>> sampled;
     for (const Side side : asked_sides(recipe))
-        sampled[side == Side::transmission] = evaluate_tabulated(solution, side, samples.grid);
-    add_errors(
-        recipe, expected, probed, Judged(probed), errors, [&](Side side, int i, int j, int k) {
-            const std::vector<double>& values = sampled[side == Side::transmission];
-            const auto at_in = static_cast<std::size_t>(i), at_out = static_cast<std::size_t>(j);
-            double found = 0;
-            for (std::size_t p = 0; p < Blend::size; ++p)
-                for (std::size_t q = 0; q < Blend::size; ++q)
-                    found += weights_in[at_in][p] * weights_out[at_out][q] *
-                             values[samples.grid.at(in.places[at_in][p], out.places[at_out][q], k)];
-            return found;
-        });
+        sampled[side] = evaluate_tabulated(solution, side, samples.grid);
+    add_errors(recipe, expected, probed, errors, [&](Side side, int i, int j, int k) {
+        const std::vector<double>& values = sampled[side];
+        const auto at_in = static_cast<std::size_t>(i), at_out = static_cast<std::size_t>(j);
+        double found = 0;
+        for (std::size_t p = 0; p < Blend::size; ++p)
+            for (std::size_t q = 0; q < Blend::size; ++q)
+                found += weights_in[at_in][p] * weights_out[at_out][q] *
+                         values[samples.grid.at(in.places[at_in][p], out.places[at_out][q], k)];
+        return found;
+    });
 }
 
 /// Errors of candidates; those of the first half of the albedos alone tell what they are at least.
@@ -242,15 +241,14 @@ class AzimuthTests {
         return measure_layers(
             probes_, layers_.size(), layers_[0].size(),
             [&](std::size_t a, std::size_t d, Errors& errors) {
-                std::vector<double> sampled[2];  // of either side
+                PerSide<std::vector<double>> sampled;
                 for (const Side side : asked_sides(recipe))
-                    sampled[side == Side::transmission] =
-                        evaluate_tabulated(layers_[a][d].solution, side, at_samples);
+                    sampled[side] = evaluate_tabulated(layers_[a][d].solution, side, at_samples);
                 add_errors(
-                    recipe, expected_[a][d], directions_, Judged(directions_), errors,
+                    recipe, expected_[a][d], directions_, errors,
                     [&](Side side, int i, int j, int k) {
                         const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
-                        const auto& values = sampled[side == Side::transmission];
+                        const auto& values = sampled[side];
                         double found = 0;
                         for (int p = 0; p < Blend::size; ++p)
                             found += stencil.weight[p] *
@@ -340,9 +338,9 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
     if (!holds) {
         choice.error_at_cap = left;
         // Errors of neighbours may be alike, as the probes happen to lie between their samples.
-        std::size_t fewer = high - std::min<std::size_t>(high, 1);
+        std::size_t fewer = high;
         while (fewer > 0 && candidates[fewer] > 0.75 * candidates[high]) --fewer;
-        if (high > 0)
+        if (fewer < high)
             choice.needed = extrapolated(candidates[fewer], error(candidates[fewer]), choice.value,
                                          left, probes.max_error);
     }

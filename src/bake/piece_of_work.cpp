@@ -61,4 +61,13 @@ void solve_pieces(const Pieces& pieces, const WorkLog& log, int threads) {
     parallel_for(pieces.count, threads, do_piece, progress);
 }
 
+std::vector<std::vector<double>> gather(const WorkLog& log, const std::vector<double>& numbers,
+                                        int from_ranks) {
+    if (log.ranks == nullptr) return {numbers};
+    std::vector<std::vector<double>> of_rank;
+    for (const std::vector<char>& bytes : log.ranks->gather(byte_span(numbers), from_ranks))
+        of_rank.push_back(numbers_in<double>(bytes, "a probe", bytes.size() / sizeof(double)));
+    return of_rank;
+}
+
 }  // namespace stratus

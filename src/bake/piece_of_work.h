@@ -57,6 +57,10 @@ bool is_first_rank(const WorkLog& log);
 /// Broadcasts the bytes of rank 0 to all ranks, which call this in the same order and outside of `solve_pieces`.
 std::vector<char> shared(const WorkLog& log, std::vector<char> bytes);
 
+/// Lists the numbers of each of the first so many ranks, on all of them; called likewise.
+std::vector<std::vector<double>> gather(const WorkLog& log, const std::vector<double>& numbers,
+                                        int from_ranks);
+
 /// The `count` numbers of a finished piece, on all ranks: as `shared`.
 ///
 /// Errors   std::runtime_error for another count.

@@ -211,29 +211,15 @@ std::vector<double> every(Share share, const std::vector<double>& albedos) {
     return some;
 }
 
-/// The numbers of the first so many ranks.
-std::vector<std::vector<double>> gather(const WorkLog& log, const std::vector<double>& numbers,
-                                        int from_ranks) {
-    if (log.ranks == nullptr) return {numbers};
-    std::vector<std::vector<double>> of_rank;
-    for (const std::vector<char>& bytes : log.ranks->gather(byte_span(numbers), from_ranks))
-        of_rank.push_back(numbers_in<double>(bytes, "a probe", bytes.size() / sizeof(double)));
-    return of_rank;
-}
-
-/// The numbers of all shares, by share.
-std::vector<std::vector<double>> gather(const Probes& probes, const std::vector<double>& numbers) {
-    return gather(probes.options.log, numbers, probes.shares);
-}
-
 /// Lists the numbers of a layer that solve_layers_together has, with room for what list(number) sets.
 template <class List>
 void list_numbers(ProbedLayer& layer, const List& list) {
     list(layer.solution.albedo);
     list(layer.solution.optical_depth);
-    for (ProbedSide* side : {&layer.reflection, &layer.transmission}) {
-        list(side->floor);
-        for (std::vector<double>* values : {&side->tabulated, &side->total}) {
+    for (const Side side : both_sides) {
+        ProbedSide& probed = layer.side[side];
+        list(probed.floor);
+        for (std::vector<double>* values : {&probed.tabulated, &probed.total}) {
             auto count = static_cast<double>(values->size());
             list(count);
             values->resize(static_cast<std::size_t>(count));
@@ -392,27 +378,23 @@ ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionG
 ProbedLayers probe_again(Probes& probes, const DirectionGrid& directions) {
     const ProbedLayers& layers = probed_layers(probes);
     ProbedLayers again(layers.size(), std::vector<ProbedLayer>(layers[0].size()));
-    parallel_for(
-        static_cast<int>(layers.size() * layers[0].size()), probes.options.threads, [&](int n) {
-            const std::size_t a = static_cast<std::size_t>(n) / layers[0].size(),
-                              d = static_cast<std::size_t>(n) % layers[0].size();
-            const ProbedLayer& layer = layers[a][d];
-            again[a][d].solution.optical_depth = layer.solution.optical_depth;
-            for (const Side side : asked_sides(probes.recipe))
-                (side == Side::reflection ? again[a][d].reflection : again[a][d].transmission) =
-                    probe_side(layer.solution, side, directions, layer.side(side).floor);
-        });
+    parallel_for(static_cast<int>(layers.size() * layers[0].size()), probes.options.threads,
+                 [&](int n) {
+                     const std::size_t a = static_cast<std::size_t>(n) / layers[0].size(),
+                                       d = static_cast<std::size_t>(n) % layers[0].size();
+                     const ProbedLayer& layer = layers[a][d];
+                     again[a][d].solution.optical_depth = layer.solution.optical_depth;
+                     for (const Side side : asked_sides(probes.recipe))
+                         again[a][d].side[side] =
+                             probe_side(layer.solution, side, directions, layer.side[side].floor);
+                 });
     return again;
 }
 
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {
     ProbedLayer layer;
-    if (recipe.reflection)
-        layer.reflection = probe_side(solution, Side::reflection, directions,
-                                      error_floor(solution, Side::reflection));
-    if (recipe.transmission)
-        layer.transmission = probe_side(solution, Side::transmission, directions,
-                                        error_floor(solution, Side::transmission));
+    for (const Side side : asked_sides(recipe))
+        layer.side[side] = probe_side(solution, side, directions, error_floor(solution, side));
     layer.solution = std::move(solution);
     return layer;
 }
@@ -423,104 +405,6 @@ DepthLadder ladder_to_deepest(const Probes& probes) {
     if (deepest > 0)
         ladder.octaves = 1 + static_cast<int>(std::lround(std::log2(deepest / ladder.first)));
     return ladder;
-}
-
-Errors errors_of_layers(
-    const Probes& probes, std::size_t albedos, std::size_t depths,
-    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
-    std::vector<Errors> of_layer(albedos * depths);
-    parallel_for(static_cast<int>(of_layer.size()), probes.options.threads, [&](int n) {
-        stop_if_asked(probes.options.log);
-        const auto at = static_cast<std::size_t>(n);
-        measure(at / depths, at % depths, of_layer[at]);
-    });
-    Errors all;
-    for (const Errors& errors : of_layer) all.insert(all.end(), errors.begin(), errors.end());
-    return all;
-}
-
-std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists,
-                                     double share) {
-    std::vector<double> counts;
-    for (const Errors& errors : lists) counts.push_back(static_cast<double>(errors.size()));
-    const std::vector<std::vector<double>> counts_of_share = gather(probes, counts);
-    std::vector<std::size_t> places;  // of the quantiles, among all errors in descending order
-    std::vector<double> largest;
-    for (std::size_t n = 0; n < lists.size(); ++n) {
-        std::size_t count = 0;
-        for (const auto& of_one : counts_of_share) count += static_cast<std::size_t>(of_one[n]);
-        places.push_back(count > 0 ? count - 1 - quantile_place(count, share) : 0);
-        Errors& errors = lists[n];
-        if (places[n] + 1 < errors.size()) {
-            const auto end = errors.begin() + static_cast<std::ptrdiff_t>(places[n] + 1);
-            std::ranges::nth_element(errors, end, std::greater{});
-            errors.erase(end, errors.end());
-        }
-        largest.insert(largest.end(), errors.begin(), errors.end());
-    }
-    const std::vector<std::vector<double>> largest_of_share = gather(probes, largest);
-    std::vector<const double*> next;
-    for (const auto& of_one : largest_of_share) next.push_back(of_one.data());
-    std::vector<double> quantiles;
-    for (std::size_t n = 0; n < lists.size(); ++n) {
-        Errors all;
-        for (std::size_t s = 0; s < next.size(); ++s) {
-            const auto told =
-                std::min(places[n] + 1, static_cast<std::size_t>(counts_of_share[s][n]));
-            all.insert(all.end(), next[s], next[s] + told);
-            next[s] += told;
-        }
-        if (!all.empty())
-            std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(places[n]),
-                                     std::greater{});
-        quantiles.push_back(all.empty() ? 0 : all[places[n]]);
-    }
-    return quantiles;
-}
-
-double quantile_of_all(const Probes& probes, Errors errors, double share) {
-    std::vector<Errors> alone;
-    alone.push_back(std::move(errors));
-    return quantiles_of_all(probes, std::move(alone), share)[0];
-}
-
-double measure_layers(
-    const Probes& probes, std::size_t albedos, std::size_t depths,
-    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
-    return quantile_of_all(probes, errors_of_layers(probes, albedos, depths, measure),
-                           probed_share);
-}
-
-void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
-                      const DirectionGrid& directions, const Blend& blend, Errors& errors,
-                      const std::vector<double>* along) {
-    const CosinePairs& pairs = directions.pairs();
-    add_errors(recipe, expected, directions, Judged(directions), errors,
-               [&](Side side, int i, int j, int k) {
-                   const std::size_t at = directions.at(i, j, k);
-                   const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]),
-                              out =
-                                  static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
-                   double found = 0;
-                   for (std::size_t p = 0; p < Blend::size; ++p) {
-                       const double weight = blend.weight[side][p];
-                       if (weight == 0) continue;
-                       const double share = along ? weight * along[p][in] * along[p][out] : weight;
-                       found += share * blend.sample[p]->side(side).tabulated[at];
-                   }
-                   return found;
-               });
-}
-
-double intercepted(const Recipe& recipe, double optical_depth, double mu) {
-    return recipe.lower_boundary.is_present() ? 1 : intercepted_share(optical_depth, mu);
-}
-
-double sample_scale(const Probes& probes, Side side, double optical_depth, double exponent) {
-    if (probes.recipe.lower_boundary.is_present()) return 1;
-    return side == Side::reflection
-               ? reflection_scale(optical_depth, exponent, probes.extrapolation_length)
-               : transmission_scale(optical_depth, exponent, probes.extrapolation_length);
 }
 
 }  // namespace stratus

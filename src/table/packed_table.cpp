@@ -140,6 +140,13 @@ struct PackedTable::Contents {
     }
 
     Scattered one(Side side, const TablePoint& point, double mixture) const noexcept {
+        return side == Side::reflection ? one<Side::reflection>(point, mixture)
+                                        : one<Side::transmission>(point, mixture);
+    }
+
+    /// Compiled for each side: one function for both takes a sixth longer.
+    template <Side side>
+    Scattered one(const TablePoint& point, double mixture) const noexcept {
         const double share = share_in_range(mixture);
         if (point.is_unknown() || std::isnan(share))
             return {double{not_a_number}, double{not_a_number}};

@@ -115,20 +115,23 @@ class Sketch {
     std::map<int, std::vector<vec4>> functions_;  // of a block of the table's, by its first texel
 
     /// A block's functions over (direction, word).
-    const std::vector<vec4>& functions_at(Text& exact, int side, int block) {
+    const std::vector<vec4>& functions_at(Text& exact, int side, int block, int words) {
         std::vector<vec4>& all = functions_[block];
         if (all.empty())
             for (const Text::StratusPath& path : paths_) {
                 const auto at = exact.stratus_directions(side, exact.stratus_places(side, path));
-                for (int word = 0; word < 4; ++word)
-                    all.push_back(exact.stratus_sum_at(side, 0, block + word, 4, at));
+                for (int word = 0; word < words; ++word)
+                    all.push_back(exact.stratus_sum_at(side, 0, block + word, words, at));
             }
         return all;
     }
 
     void add_layer(Text& exact, Text& numbers, int side, float albedo, float depth) {
         const auto of = exact.stratus_coefficients(side, albedo, depth);
-        const std::vector<vec4>& function = functions_at(exact, side, of.functions);
+        const std::vector<vec4>& function = functions_at(exact, side, of.functions, of.words);
+        std::vector<vec4> coefficient;
+        for (int word = 0; word < of.words; ++word)
+            coefficient.push_back(exact.stratus_coefficients_of_word(of, word));
         const auto factor = [&](Text& text, std::size_t k) {
             return text.stratus_factor(side, albedo, depth, of.exponent, paths_[k]);
         };
@@ -137,8 +140,8 @@ class Sketch {
         std::vector<float>&value = values.emplace_back(), &weight = importance.emplace_back();
         for (std::size_t k = 0; k < paths_.size(); ++k) {
             float sum = 0;
-            for (std::size_t word = 0; word < 4; ++word)
-                sum += dot(of.word[word], function[4 * k + word]);
+            for (std::size_t word = 0; word < coefficient.size(); ++word)
+                sum += dot(coefficient[word], function[coefficient.size() * k + word]);
             value.push_back(sum * scale.back());
             const float of_light = factor(numbers, k),
                         once = numbers.stratus_single_scattering(side, phases_[k], albedo, depth,
@@ -164,8 +167,7 @@ Block block_between(const Sketch& sketch, const LayerGrid& grid, int first, int 
             layers.values.push_back(&sketch.values[grid.number(a, d)]);
             layers.importance.push_back(&sketch.importance[grid.number(a, d)]);
         }
-    const LayerBasis basis = greedy_basis(layers, most_left / 10);
-    return {first, last, basis.first(std::min(basis.pivot.size(), 4 * filtered_words))};
+    return {first, last, greedy_basis(layers, 4 * filtered_words, most_left / 10)};
 }
 
 /// Adds the blocks of a range from the thinnest on, each as deep as twelve functions suffice for.

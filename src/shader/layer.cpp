@@ -68,8 +68,11 @@ OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side
                                                 static_cast<float>(std::min(optical_depth, 1e30)));
     OrdersOfLayer orders{std::vector<float>(rows), of.exponent};
     const vec4* function = &lookup.functions[size(of.functions)];
+    std::vector<vec4> coefficients;
+    for (int word = 0; word < of.words; ++word)
+        coefficients.push_back(lookup.stratus_coefficients_of_word(of, word));
     for (float& sum : orders.sum)
-        for (const vec4& word : of.word) sum += dot(word, *function++);
+        for (const vec4& word : coefficients) sum += dot(word, *function++);
     return orders;
 }
 

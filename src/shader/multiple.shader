@@ -187,7 +187,7 @@ vec4 stratus_row(int of_layer, int texel) {
 }
 
 // Sum over the directions of texels from the first of a block on, every stride-th: four of the
-// sixteen functions, or the colours of a bound layer.
+// functions, or the colours of a bound layer.
 vec4 stratus_sum_at(int side, int of_layer, int block, int stride, StratusDirections at) {
     vec4 window = stratus_field(side, 8);
     int azimuths = int(stratus_z(stratus_field(side, 7)));
@@ -212,10 +212,13 @@ vec4 stratus_sum_at(int side, int of_layer, int block, int stride, StratusDirect
     return sum;
 }
 
-// Coefficients of the functions at an albedo and optical depth.
+// Where the coefficients of the functions at an albedo and optical depth lie, four functions a word.
 struct StratusCoefficients {
-    vec4 word[4];
-    int functions;   // first texel
+    vec4 weight[4];  // over depth, of four albedos
+    int first;       // texel
+    int albedo_step;
+    int functions;  // first texel of the functions
+    int words;
     float exponent;  // of diffusion
 };
 
@@ -250,17 +253,25 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
     found.functions = int(cell.x);
     bool beyond = depth > stratus_w(stratus_field(side, 9)) && depth_axis.w > 0.0f;
     int first_depth = beyond ? int(cell.w + cell.z) - 4 : int(in_depth.first);
-    for (int word = 0; word < 4; ++word) found.word[word] = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    found.words = int(stratus_w(stratus_field(side, 14)));
+    found.albedo_step = found.words * int(cell.z);
+    found.first = int(cell.y) + int(in_albedo.first) * found.albedo_step + found.words * first_depth;
     for (int l = 0; l < 4; ++l) {
         vec4 weight = in_depth.weight * stratus_component(in_albedo.weight, l);
         if (beyond) weight = stratus_deep_weight(in_albedo, l, found.exponent, within);
-        int row = int(cell.y) + 4 * ((int(in_albedo.first) + l) * int(cell.z) + first_depth);
-        for (int k = 0; k < 4; ++k)
-            for (int word = 0; word < 4; ++word)
-                found.word[word] = found.word[word] + stratus_number(row + 4 * k + word) *
-                                                          stratus_component(weight, k);
+        found.weight[l] = weight;
     }
     return found;
+}
+
+// The coefficients of four functions.
+vec4 stratus_coefficients_of_word(StratusCoefficients at, int word) {
+    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (int l = 0; l < 4; ++l)
+        for (int k = 0; k < 4; ++k)
+            sum = sum + stratus_number(at.first + l * at.albedo_step + k * at.words + word) *
+                            stratus_component(at.weight[l], k);
+    return sum;
 }
 
 // ---- the path law of layers that are not bound
@@ -459,9 +470,9 @@ vec4 stratus_held_orders(int side, float albedo, float depth, StratusPath path) 
     StratusCoefficients of = stratus_coefficients(side, albedo, depth);
     StratusDirections directions = stratus_directions(side, stratus_places(side, path));
     float sum = 0.0f;
-    for (int word = 0; word < 4; ++word)
-        sum = sum + dot(of.word[word],
-                        stratus_sum_at(side, 0, of.functions + word, 4, directions));
+    for (int word = 0; word < of.words; ++word)
+        sum = sum + dot(stratus_coefficients_of_word(of, word),
+                        stratus_sum_at(side, 0, of.functions + word, of.words, directions));
     return vec4(sum, of.exponent, 0.0f, 0.0f);
 }
 #endif

@@ -22,7 +22,7 @@ inline float& component(shader::vec4& texel, int i) {
 /// `shader_layer` by a lookup in the table's textures.
 ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium, shader::AsCxx& lookup);
 
-/// The sixteen products of a layer's coefficients and the functions, summed: over rows as the functions
+/// The products of a layer's coefficients and the functions, summed: over rows as the functions
 /// are. Returns the exponent of diffusion, too.
 struct OrdersOfLayer {
     std::vector<float> sum;

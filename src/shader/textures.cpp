@@ -18,7 +18,7 @@ namespace {
 
 using Texel = std::array<float, 4>;
 
-constexpr std::size_t record_texels = 16, texels_per_row = functions / 4;
+constexpr std::size_t record_texels = 16;
 
 float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
 
@@ -55,7 +55,7 @@ void append_path(const PathSheetView& sheet, int steps, std::vector<Texel>& numb
 /// Functions of a side as floats, or as they are.
 void append_functions(const PackedSide& side, std::size_t rows, const LayerBlock& block,
                       bool as_halves, std::vector<char>& bytes) {
-    const std::size_t count = rows * functions, first = bytes.size();
+    const std::size_t count = rows * size(side.functions), first = bytes.size();
     if (as_halves || !side.halves) {
         const std::size_t more = count * (side.halves ? sizeof(Half) : sizeof(float));
         bytes.resize(first + more);
@@ -87,6 +87,7 @@ void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
     const auto albedos = size(static_cast<int>(side.albedo.last) + 1),
                depths = size(static_cast<int>(side.optical_depth.last) + 1),
                first_cell = to.numbers.size();
+    const int words = side.functions / 4;
     std::size_t blocks = 0;
     for (std::size_t cell = 0; cell < albedos * depths; ++cell)
         blocks = std::max(blocks, size(static_cast<int>(side.block_of_cell[cell])) + 1);
@@ -97,13 +98,13 @@ void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
         append_functions(side, rows, block, to.halves, to.functions);
         const auto coefficient =
             exactly(static_cast<std::ptrdiff_t>(to.numbers.size()) -
-                    4 * (std::ptrdiff_t{block.first_albedo} * block.depths + block.first_depth));
-        for (std::size_t row = 0; row < size(block.albedos) * size(block.depths); ++row)
-            for (std::size_t word = 0; word < texels_per_row; ++word) {
-                Texel texel;
-                std::copy_n(block.coefficient[row].value + 4 * word, 4, texel.begin());
-                to.numbers.push_back(texel);
-            }
+                    words *
+                        (std::ptrdiff_t{block.first_albedo} * block.depths + block.first_depth));
+        for (std::size_t word = 0; word < size(block.albedos * block.depths * words); ++word) {
+            Texel texel;
+            std::copy_n(block.coefficient + 4 * word, 4, texel.begin());
+            to.numbers.push_back(texel);
+        }
         for (std::size_t cell = 0; cell < albedos * depths; ++cell)
             if (side.block_of_cell[cell] == exactly(b))
                 to.numbers[first_cell + cell] = {function, coefficient, exactly(block.depths),
@@ -203,7 +204,8 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
         {side.surface_albedo, side.boundary_quarter_albedo, shared.path_steps, path.last_depth},
         {path.offset, exactly(path.first_angle), exactly(path.angles), exactly(path.channel / 2)},
         {exactly(shared.of_albedo), exactly(cells), exactly(phase), exactly(shared.first_of_path)},
-        {as_float(held), as_float(view.has_lower_boundary()), side.path_growth, 0},
+        {as_float(held), as_float(view.has_lower_boundary()), side.path_growth,
+         exactly(side.functions / 4)},
         shared.stack};
     std::copy_n(record, record_texels, to.numbers.begin() + (lit ? 0 : record_texels));
 }

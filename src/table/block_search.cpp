@@ -6,24 +6,30 @@
 #include "layer_coverage.h"
 
 #include <cstddef>
+#include <limits>
 #include <set>
 #include <utility>
 
 namespace stratus {
 namespace {
 
-/// Divides albedos and optical depths into blocks as large as sixteen functions suffice for.
+/// Divides albedos and optical depths into blocks as large as some number of functions suffices for; gives up
+/// beyond a number of blocks.
 class BlockSearch {
   public:
-    BlockSearch(const LayerSums& sums, const SampleRange& members)
+    BlockSearch(const LayerSums& sums, const SampleRange& members, std::size_t functions,
+                std::size_t most_blocks)
         : sums_(sums),
           members_(members),
+          functions_(functions),
+          most_blocks_(most_blocks),
           view_(sums.table().view()),
           tolerance_(kept_tolerance(view_)) {
         cover({0, std::max(1, view_.albedo.count - 1)}, 0);
     }
 
-    FoundBlocks take() { return {members_, std::move(found_)}; }
+    bool gave_up() const { return found_.size() > most_blocks_; }
+    FoundBlocks take() { return {members_, functions_, std::move(found_)}; }
 
   private:
     /// Samples that the cubics of some cells reach.
@@ -40,7 +46,7 @@ class BlockSearch {
     void cover(const SampleRange& albedo_cells, int first_depth) {
         constexpr int narrow = 4;  // cells
         const int end = std::max(1, view_.optical_depth.count - 1);
-        for (int first = first_depth; first < end;) {
+        for (int first = first_depth; first < end && !gave_up();) {
             const SampleRange depth_cells{first, end - first};
             Candidate deepest = deepest_block(albedo_cells, depth_cells);
             if (!deepest.holds && albedo_cells.count > narrow) {
@@ -75,7 +81,7 @@ class BlockSearch {
     Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
         Candidate made{albedo_cells, depth_cells, cell_layers(albedo_cells, depth_cells),
                        {},           infinity,    false};
-        const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
+        const LayerBasis basis = greedy_basis(made.layers, functions_, basis_share * tolerance_);
         const double allowed = (total_share - sums_share) * tolerance_;
         // Fewer functions leave room for what rounding leaves of them.
         double least = infinity;
@@ -118,6 +124,7 @@ class BlockSearch {
 
     const LayerSums& sums_;
     SampleRange members_;
+    std::size_t functions_, most_blocks_;
     TableView view_;
     double tolerance_;
     std::vector<Candidate> found_;
@@ -125,10 +132,23 @@ class BlockSearch {
 
 }  // namespace
 
+namespace {
+
+/// Blocks of the fewest functions, which are looked up the fastest, or of the most where those are many.
+FoundBlocks find_blocks(const LayerSums& sums, const SampleRange& members) {
+    constexpr std::size_t many = 8;
+    BlockSearch fewest(sums, members, fewest_functions, many);
+    if (!fewest.gave_up()) return fewest.take();
+    return BlockSearch(sums, members, most_functions, std::numeric_limits<std::size_t>::max())
+        .take();
+}
+
+}  // namespace
+
 std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members) {
     std::vector<FoundBlocks> groups;
     if (members.count == 1) {
-        groups.push_back(BlockSearch(sums, members).take());
+        groups.push_back(find_blocks(sums, members));
         return groups;
     }
     const int half = members.count / 2;
@@ -136,8 +156,9 @@ std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange
     for (FoundBlocks& group : grouped_blocks(sums, {members.first + half, members.count - half}))
         groups.push_back(std::move(group));
     if (groups.size() > 2) return groups;
-    FoundBlocks joined = BlockSearch(sums, members).take();
-    if (!joined.hold() || joined.blocks.size() >= groups[0].blocks.size() + groups[1].blocks.size())
+    FoundBlocks joined = find_blocks(sums, members);
+    if (!joined.hold() ||
+        joined.function_count() >= groups[0].function_count() + groups[1].function_count())
         return groups;
     groups.clear();
     groups.push_back(std::move(joined));

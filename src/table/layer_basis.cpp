@@ -21,7 +21,8 @@ class GreedySearch {
         basis_.coefficient.resize(size(layers.count()));
     }
 
-    LayerBasis basis(double allowed) {
+    LayerBasis basis(std::size_t room, double allowed) {
+        basis_.room = room;
         for (int l = 0; l < layers_.count(); ++l) {
             remainder_[size(l)] = *layers_.values[size(l)];
             error_[size(l)] = remaining_error(l);
@@ -30,7 +31,7 @@ class GreedySearch {
         for (;;) {
             const auto worst = std::max_element(error_.begin(), error_.end());
             basis_.error.push_back(*worst);
-            if (*worst <= allowed || basis_.pivot.size() == size(functions)) break;
+            if (*worst <= allowed || basis_.pivot.size() == room) break;
             add_function(static_cast<int>(worst - error_.begin()));
             for (int l = 0; l < layers_.count(); ++l) {
                 subtract(l, function_.size() - 1);
@@ -96,8 +97,8 @@ LayerBasis LayerBasis::first(std::size_t count) const {
     return fewer;
 }
 
-LayerBasis greedy_basis(const BlockLayers& layers, double allowed) {
-    return GreedySearch(layers).basis(allowed);
+LayerBasis greedy_basis(const BlockLayers& layers, std::size_t room, double allowed) {
+    return GreedySearch(layers).basis(room, allowed);
 }
 
 }  // namespace stratus

@@ -124,8 +124,10 @@ struct Candidate {
 /// Blocks of members that share their functions.
 struct FoundBlocks {
     SampleRange members;
+    std::size_t functions;  // in a row of each
     std::vector<Candidate> blocks;
 
+    std::size_t function_count() const { return blocks.size() * functions; }
     bool hold() const {
         return std::all_of(blocks.begin(), blocks.end(),
                            [](const Candidate& block) { return block.holds; });

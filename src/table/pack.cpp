@@ -29,6 +29,7 @@ constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
 /// The blocks of one side, of members that share their functions.
 struct PackedBlocks {
     SampleRange members;
+    std::size_t functions;                        // in a row
     std::vector<Half> halves;                     // over (block, row, function)
     std::vector<float> floats;                    // in place of halves where these do not suffice
     std::vector<std::vector<float>> coefficient;  // of each member
@@ -57,6 +58,7 @@ class BlockBuilder {
         : sums_(sums), view_(sums.table().view()) {
         depth_rows_ = std::max(stencil_size, view_.optical_depth.count);
         packed_.members = found.members;
+        packed_.functions = found.functions;
         takes_halves_ =
             std::all_of(found.blocks.begin(), found.blocks.end(), [&](const Candidate& block) {
                 return block.half_error <= total_share * kept_tolerance(view_);
@@ -83,7 +85,7 @@ class BlockBuilder {
             for (int d = depth_cells.first; d < range_end(depth_cells, view_.optical_depth.count);
                  ++d)
                 packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
-        const std::size_t rows = block.coefficient[0].size();
+        const std::size_t rows = block.coefficient[0].size() / packed_.functions;
         std::int32_t field[BlockField::count];
         field[BlockField::first_albedo] = layers.albedos.first;
         field[BlockField::albedos] = static_cast<std::int32_t>(rows) / block.depths;
@@ -91,16 +93,14 @@ class BlockBuilder {
         field[BlockField::depths] = block.depths;
         field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
         field[BlockField::first_row] =
-            static_cast<std::int32_t>(packed_.coefficient[0].size() / functions);
+            static_cast<std::int32_t>(packed_.coefficient[0].size() / packed_.functions);
         packed_.block.insert(packed_.block.end(), field, field + BlockField::count);
         if (takes_halves_)
             append(to_halves(block.function), packed_.halves);
         else
             append(block.function, packed_.floats);
         for (std::size_t m = 0; m < block.coefficient.size(); ++m)
-            for (const CoefficientRow& row : block.coefficient[m])
-                packed_.coefficient[m].insert(packed_.coefficient[m].end(), row.value,
-                                              row.value + functions);
+            append(block.coefficient[m], packed_.coefficient[m]);
     }
 
     const LayerSums& sums_;
@@ -120,7 +120,8 @@ void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& cu
 void add_functions(TensorWriter& file, const std::string& name, const TableView& table,
                    const PackedBlocks& blocks) {
     const std::size_t count = blocks.count();
-    const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
+    const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(),
+                                         blocks.functions};
     if (blocks.floats.empty())
         file.add(name + functions_name, shape, blocks.halves);
     else
@@ -146,7 +147,7 @@ void add_side(TensorWriter& file, const LayerSums& sums, const std::vector<Found
         for (int m = owner; m <= blocks.members.last(); ++m) {
             const std::vector<float>& coefficients = blocks.coefficient[size(m - owner)];
             file.add(side_prefix(m) + coefficients_name,
-                     {coefficients.size() / functions, functions}, coefficients);
+                     {coefficients.size() / blocks.functions, blocks.functions}, coefficients);
             if (m > owner) file.add(side_prefix(m) + functions_of_name, {1}, std::vector{owner});
         }
     }

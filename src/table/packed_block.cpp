@@ -3,7 +3,6 @@
 #include "base/size.h"
 #include "layer_sums.h"
 
-#include <array>
 #include <cmath>
 
 namespace stratus {
@@ -13,7 +12,7 @@ constexpr float negligible = 1e-16f;  // coefficient
 
 /// How many functions are stored with what rounding to halves leaves of them.
 std::size_t remainders(const LayerBasis& basis) {
-    return std::min(basis.pivot.size(), functions - basis.pivot.size());
+    return std::min(basis.pivot.size(), basis.room - basis.pivot.size());
 }
 
 /// The power of two in units of which halves hold a number up to `largest`.
@@ -26,12 +25,12 @@ float choose_unit(float largest) {
 template <class Pivot>
 std::vector<float> functions_at(std::size_t directions, const LayerBasis& basis,
                                 const Pivot& pivot) {
-    std::vector<float> all(directions * functions);
+    std::vector<float> all(directions * basis.room);
     for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
         const std::vector<float> layer = pivot(f);
         const std::vector<float>& shares = basis.coefficient[size(basis.pivot[f])];
         for (std::size_t c = 0; c < directions; ++c) {
-            float* const here = &all[c * functions];
+            float* const here = &all[c * basis.room];
             double left = double{layer[c]};
             for (std::size_t earlier = 0; earlier < f; ++earlier)
                 left -= double{shares[earlier]} * double{here[earlier]};
@@ -44,14 +43,14 @@ std::vector<float> functions_at(std::size_t directions, const LayerBasis& basis,
 constexpr float remainder_scale = 1 << 11;  // what rounding to halves leaves of a number
 
 /// Divides functions by their units, which those of remainders follow.
-std::array<float, functions> scale_to_units(const LayerBasis& basis, std::vector<float>& values) {
-    std::array<float, functions> unit{};
+std::vector<float> scale_to_units(const LayerBasis& basis, std::vector<float>& values) {
+    std::vector<float> unit(basis.room);
     for (std::size_t c = 0; c < values.size(); ++c) {
-        float& largest = unit[c % functions];
+        float& largest = unit[c % basis.room];
         largest = std::max(largest, std::abs(values[c]));
     }
     for (float& one : unit) one = choose_unit(one);
-    for (std::size_t c = 0; c < values.size(); ++c) values[c] /= unit[c % functions];
+    for (std::size_t c = 0; c < values.size(); ++c) values[c] /= unit[c % basis.room];
     for (std::size_t f = 0; f < remainders(basis); ++f)
         unit[basis.pivot.size() + f] = unit[f] / remainder_scale;
     return unit;
@@ -59,7 +58,7 @@ std::array<float, functions> scale_to_units(const LayerBasis& basis, std::vector
 
 /// Rounds the first functions to halves and writes what that leaves of them after the last.
 void split_remainders(const LayerBasis& basis, std::vector<float>& values) {
-    for (std::size_t row = 0; row < values.size(); row += functions)
+    for (std::size_t row = 0; row < values.size(); row += basis.room)
         for (std::size_t f = 0; f < remainders(basis); ++f) {
             float& value = values[row + f];
             const float rounded = to_float(to_half(value));
@@ -78,13 +77,14 @@ std::vector<std::vector<float>> stored_coefficients(const LayerBasis& basis) {
 
 /// Rows of functions over (mu, mu', azimuth) as lookups read them.
 std::vector<float> laid_out(const DirectionNumbers& numbers, const std::vector<float>& at_samples,
-                            const FunctionLayout& layout) {
-    const int azimuths = numbers.azimuths(), inside = azimuths > 1 ? 1 : 0;
-    const std::size_t row_size = size(azimuths * functions);
+                            std::size_t functions, const FunctionLayout& layout) {
+    const std::size_t azimuths = size(numbers.azimuths()), inside = azimuths > 1 ? 1 : 0,
+                      row_size = azimuths * functions,
+                      pair_size = size(layout.azimuth_rows) * functions;
     std::vector<float> all(layout.rows() * functions, 0.0f);
     float* to = all.data();
     for (int i = 0; i < layout.mu_in.to; ++i)
-        for (int j = 0; j < layout.columns(i); ++j, to += layout.azimuth_rows * functions) {
+        for (int j = 0; j < layout.columns(i); ++j, to += pair_size) {
             if (j >= layout.mu_out.to) continue;  // never read
             float* const first = to + inside * functions;
             for (int r = 0; r < layout.mu_in.from; ++r)
@@ -106,14 +106,14 @@ std::vector<float> laid_out(const DirectionNumbers& numbers, const std::vector<f
 
 /// A member's coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions
 /// in the units that they are stored in.
-std::vector<CoefficientRow> coefficients(const BlockLayers& layers, int member,
-                                         const std::vector<std::vector<float>>& stored,
-                                         const std::array<float, functions>& unit) {
+std::vector<float> coefficients(const BlockLayers& layers, int member,
+                                const std::vector<std::vector<float>>& stored,
+                                const std::vector<float>& unit) {
     const int first = member * layers.albedos.count;
     const int finite = layers.depths.count, depths = layers.depth_count();
     const Resampling albedo(layers.albedos.count), depth(std::max(finite, 1));
     const int rows = depth.to + depths - finite;
-    std::vector<CoefficientRow> all(size(albedo.to) * size(rows), CoefficientRow{});
+    std::vector<float> all(size(albedo.to) * size(rows) * unit.size());
     const auto depth_weight = [&](int from, int to) {
         if (from == finite || to == depth.to) return from - finite == to - depth.to ? 1.0 : 0.0;
         return depth.weight(from, to);
@@ -126,13 +126,12 @@ std::vector<CoefficientRow> coefficients(const BlockLayers& layers, int member,
                     if (share == 0) continue;
                     const std::vector<float>& of_layer = stored[size((first + l) * depths + t)];
                     for (std::size_t f = 0; f < of_layer.size(); ++f)
-                        all[size(a * rows + d)].value[f] +=
+                        all[size(a * rows + d) * unit.size() + f] +=
                             static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
                 }
     // At albedo 0 little is left: products of it underflow, which takes fifty cycles each.
-    for (CoefficientRow& row : all)
-        for (float& value : row.value)
-            if (std::abs(value) < negligible) value = 0;
+    for (float& value : all)
+        if (std::abs(value) < negligible) value = 0;
     return all;
 }
 
@@ -168,10 +167,10 @@ double error_of_halves(const LayerSums& sums, const BlockLayers& layers, const L
     std::vector<float> rounding = functions_at(sums.sketch.size(), basis, [&](std::size_t f) {
         return *layers.values[size(basis.pivot[f])];
     });
-    const std::array<float, functions> unit = scale_to_units(basis, rounding);
+    const std::vector<float> unit = scale_to_units(basis, rounding);
     split_remainders(basis, rounding);
     for (std::size_t n = 0; n < rounding.size(); ++n)
-        rounding[n] = (to_float(to_half(rounding[n])) - rounding[n]) * unit[n % functions];
+        rounding[n] = (to_float(to_half(rounding[n])) - rounding[n]) * unit[n % basis.room];
     constexpr int searched = 40;
     const int layer_step = std::max(1, layers.count() / searched);
     const std::vector<std::vector<float>> stored = stored_coefficients(basis);
@@ -182,7 +181,7 @@ double error_of_halves(const LayerSums& sums, const BlockLayers& layers, const L
         for (std::size_t at = 0; at < importance.size(); ++at) {
             float error = 0;
             for (std::size_t f = 0; f < coefficient.size(); ++f)
-                error += coefficient[f] * rounding[at * functions + f];
+                error += coefficient[f] * rounding[at * basis.room + f];
             largest = std::max(largest, double{std::abs(error * importance[at])});
         }
     }
@@ -194,9 +193,9 @@ PackedBlock packed_block(const LayerSums& sums, const BlockLayers& layers,
     std::vector<float> everywhere = functions_at(sums.numbers().count(), basis, [&](std::size_t f) {
         return sums.in_full(layers.number[size(basis.pivot[f])]);
     });
-    const std::array<float, functions> unit = scale_to_units(basis, everywhere);
+    const std::vector<float> unit = scale_to_units(basis, everywhere);
     std::vector<float> rows =
-        laid_out(sums.numbers(), everywhere, FunctionLayout(sums.table().view()));
+        laid_out(sums.numbers(), everywhere, basis.room, FunctionLayout(sums.table().view()));
     split_remainders(basis, rows);
     PackedBlock block{std::move(rows),
                       {},

@@ -95,8 +95,7 @@ struct SideMemory {
     std::vector<LayerBlock> blocks;
     std::vector<float> block_of_cell;
     std::vector<float> diffusion_exponent, inverse_deficit, deepest_scale;
-    std::vector<CoefficientRow> no_coefficients;  // of a side that is not held
-    std::vector<FunctionRowOf<float>> no_functions;
+    std::vector<float> no_coefficients, no_functions;  // of a side that is not held
 };
 
 /// The sides of one member.

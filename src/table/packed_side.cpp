@@ -190,6 +190,16 @@ std::size_t owner_of_functions(const TensorFile& file, const Table& table, std::
     return size(owner);
 }
 
+/// Functions in a row.
+std::size_t function_count(const TensorFile& file, const std::string& name) {
+    const std::vector<std::size_t>& shape = file.tensor(name).shape;
+    const std::size_t count = shape.empty() ? 0 : shape.back();
+    require(count == fewest_functions || count == most_functions, packed_caller,
+            "the last extent of " + name,
+            std::to_string(fewest_functions) + " or " + std::to_string(most_functions), count);
+    return count;
+}
+
 /// The blocks that a file holds of a side: its coefficients, and the functions of `owner`, which may
 /// be of another member.
 void set_blocks(const TensorFile& file, const std::string& name, const std::string& owner,
@@ -197,8 +207,10 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     const std::string of_blocks = owner + blocks_name;
     const TensorOf<std::int32_t> blocks = file.numbers<std::int32_t>(of_blocks, 2);
     require_shape(blocks, of_blocks, {blocks.shape[0], size(BlockField::count)});
-    const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows();
+    const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows(),
+                      functions = function_count(file, owner + functions_name);
     const std::vector<std::size_t> shape{count, rows, functions};
+    side.view.functions = static_cast<int>(functions);
     side.view.halves = file.tensor(owner + functions_name).type == TensorType::f16;
     const void* const function =
         side.view.halves ? checked_functions<Half>(file, owner + functions_name, shape)
@@ -214,8 +226,7 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
         const std::int32_t* const block = blocks.data + b * size(BlockField::count);
         checks.check_block(block, coefficients.shape[0]);
         side.blocks.push_back({static_cast<const char*>(function) + b * block_bytes,
-                               reinterpret_cast<const CoefficientRow*>(coefficients.data) +
-                                   block[BlockField::first_row],
+                               coefficients.data + size(block[BlockField::first_row]) * functions,
                                block[BlockField::first_albedo], block[BlockField::first_depth],
                                block[BlockField::albedos], block[BlockField::depths]});
     }
@@ -252,10 +263,11 @@ void set_nothing(SideMemory& side) {
     PackedSide& view = side.view;
     view.symmetric = view.halves = view.ends_at_infinity = false;
     view.row_step = view.column_step = 0;
+    view.functions = fewest_functions;
     view.optical_depth = {0, 0, stencil_size - 1};
     const std::size_t albedos = side.diffusion_exponent.size();
-    side.no_functions.assign(size(view.azimuths + 2), {});
-    side.no_coefficients.assign(albedos * stencil_size, {});
+    side.no_functions.assign(size(view.azimuths + 2) * fewest_functions, 0);
+    side.no_coefficients.assign(albedos * stencil_size * fewest_functions, 0);
     side.blocks.push_back({side.no_functions.data(), side.no_coefficients.data(), 0, 0,
                            static_cast<int>(albedos), stencil_size});
     side.block_of_cell.assign(albedos * stencil_size, 0.0f);

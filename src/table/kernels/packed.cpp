@@ -18,9 +18,6 @@ using Word = typename SimdRegister<lanes>::Floats;
 constexpr int word_width = lane_width < 8 ? lane_width : 8;
 
 template <int lanes>
-constexpr int words_of_row = functions / lanes;
-
-template <int lanes>
 STRATUS_INLINE Word<lanes> load_word(const float* row, int word) {
     Word<lanes> values;
     __builtin_memcpy(&values, row + word * lanes, sizeof values);
@@ -68,7 +65,7 @@ STRATUS_INLINE float reduce_sum(Word<width> lanes) {
 
 /// Registers of a row that are summed together: as many as there is room for.
 template <int lanes>
-constexpr int words_at_once = words_of_row<lanes> < 2 ? 1 : 2;
+constexpr int words_at_once = lanes < fewest_functions ? 2 : 1;
 
 template <int lanes>
 struct Words {
@@ -101,9 +98,11 @@ class Sums {
 
 /// The coefficients of lookup n of a plan, from the `first` on.
 template <int lanes, int width>
-STRATUS_INLINE Words<lanes> blend_coefficients(const Plan<width>& plan, int n, int first) {
+STRATUS_INLINE Words<lanes> blend_coefficients(const PackedSide& side, const Plan<width>& plan,
+                                               int n, int first) {
     Sums<lanes> sums;
-    const float* row = plan.coefficient[n]->value + first;
+    const std::ptrdiff_t functions = side.functions;
+    const float* row = plan.coefficient[n] + first;
     for (int l = 0; l < stencil_size; ++l) {
         for (int t = 0; t < stencil_size; ++t)
             sums.add(t, plan.layer_weight[stencil_size * l + t][n], row + t * functions);
@@ -117,11 +116,11 @@ template <int lanes, class Number, bool azimuthal, int width>
 STRATUS_INLINE Words<lanes> blend_functions(const PackedSide& side, const Plan<width>& plan, int n,
                                             int first) {
     Sums<lanes> sums;
-    const std::ptrdiff_t column = std::ptrdiff_t{side.column_step} * functions;
+    const std::ptrdiff_t functions = side.functions, column = side.column_step * functions;
     const auto* row = reinterpret_cast<const Number*>(plan.function[n]) + first;
     // Each row of symmetric R and T is one (mu, mu') longer than the one before.
     const std::ptrdiff_t longer = side.symmetric ? values_per_pair<azimuthal>(side) * functions : 0;
-    std::ptrdiff_t next = std::ptrdiff_t{plan.next_mu[n]} * functions;
+    std::ptrdiff_t next = plan.next_mu[n] * functions;
     for (int r = 0; r < stencil_size; ++r) {
         const Number* at = row;
         for (int c = 0; c < stencil_size; ++c) {
@@ -144,8 +143,8 @@ STRATUS_INLINE Words<lanes> blend_functions(const PackedSide& side, const Plan<w
 template <int lanes, class Number, bool azimuthal, int width>
 STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
     Word<lanes> sum{};
-    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
-        const Words<lanes> coefficient = blend_coefficients<lanes>(plan, n, first),
+    for (int first = 0; first < side.functions; first += lanes * words_at_once<lanes>) {
+        const Words<lanes> coefficient = blend_coefficients<lanes>(side, plan, n, first),
                            function =
                                blend_functions<lanes, Number, azimuthal>(side, plan, n, first);
         for (int w = 0; w < words_at_once<lanes>; ++w)
@@ -162,10 +161,10 @@ STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan,
     return plan.factor[n] * sum;
 }
 
-/// All words of a row times a factor: of(first) gives those from the `first` number on.
+/// All words of a side's row times a factor: of(first) gives those from the `first` number on.
 template <int lanes, class Of>
-STRATUS_INLINE void store_row(float factor, const Of& of, float* row) {
-    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
+STRATUS_INLINE void store_row(const PackedSide& side, float factor, const Of& of, float* row) {
+    for (int first = 0; first < side.functions; first += lanes * words_at_once<lanes>) {
         Words<lanes> words = of(first);
         for (Word<lanes>& word : words.word) word *= factor;
         __builtin_memcpy(row + first, words.word, sizeof words.word);
@@ -214,7 +213,7 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
     const LightPath path = light_path<which>(at[0].mu_in, at[0].mu_out, at[0].azimuth);
     const DirectionWindow<float> directions =
         direction_window<azimuthal>(side, path, at[0].azimuth);
-    float function[functions] = {};
+    float function[most_functions] = {};
     const char* summed = nullptr;
     for (int k = 0; k < 3; ++k) {
         if (k > 0 && at[k].albedo == at[k - 1].albedo &&
@@ -227,39 +226,40 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
         if (plan.function[0] != summed) {  // else of the same block
             if (side.halves)
                 store_row<word_width>(
-                    half_scale,
+                    side, half_scale,
                     [&](int first) {
                         return blend_functions<word_width, Half, azimuthal>(side, plan, 0, first);
                     },
                     function);
             else
                 store_row<word_width>(
-                    1,
+                    side, 1,
                     [&](int first) {
                         return blend_functions<word_width, float, azimuthal>(side, plan, 0, first);
                     },
                     function);
         }
         summed = plan.function[0];
-        float coefficient[functions];
+        float coefficient[most_functions];
         store_row<word_width>(
-            1, [&](int first) { return blend_coefficients<word_width>(plan, 0, first); },
+            side, 1, [&](int first) { return blend_coefficients<word_width>(side, plan, 0, first); },
             coefficient);
         Word<word_width> sum{};
-        for (int word = 0; word < words_of_row<word_width>; ++word)
+        for (int word = 0; word < side.functions / word_width; ++word)
             sum += load_word<word_width>(coefficient, word) * load_word<word_width>(function, word);
         multiple[k] = plan.factor[0] * reduce_sum<word_width>(sum) + plan.along_path[0];
     }
 }
 
 template <class Number>
-STRATUS_INLINE void sum_rows(const float* coefficient, const FunctionRowOf<Number>* function,
+STRATUS_INLINE void sum_rows(const PackedSide& side, const float* coefficient, const void* function,
                              std::size_t rows, float* value) {
-    for (std::size_t row = 0; row < rows; ++row) {
+    const int words = side.functions / lane_width;
+    const auto* at = static_cast<const Number*>(function);
+    for (std::size_t row = 0; row < rows; ++row, at += side.functions) {
         Word<lane_width> sum{};
-        for (int word = 0; word < words_of_row<lane_width>; ++word)
-            sum += load_word<lane_width>(coefficient, word) *
-                   load_word<lane_width>(function[row].value, word);
+        for (int word = 0; word < words; ++word)
+            sum += load_word<lane_width>(coefficient, word) * load_word<lane_width>(at, word);
         value[row] = reduce_sum<lane_width>(sum);
     }
 }
@@ -272,18 +272,17 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
     float factor = plan.factor[0];
     if (side.divided) factor = factor / shares_at(at.optical_depth, at.mu_in, at.mu_out);
     if (side.halves) factor = factor * half_scale;
-    float coefficient[functions];
+    float coefficient[most_functions];
     store_row<word_width>(
-        factor, [&](int first) { return blend_coefficients<word_width>(plan, 0, first); },
+        side, factor,
+        [&](int first) { return blend_coefficients<word_width>(side, plan, 0, first); },
         coefficient);
     const auto cell = layer_window(side, at.co_albedo, at.optical_depth).cell;
     const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
     if (side.halves)
-        sum_rows(coefficient, static_cast<const FunctionRowOf<Half>*>(block.function), rows,
-                 multiple);
+        sum_rows<Half>(side, coefficient, block.function, rows, multiple);
     else
-        sum_rows(coefficient, static_cast<const FunctionRowOf<float>*>(block.function), rows,
-                 multiple);
+        sum_rows<float>(side, coefficient, block.function, rows, multiple);
 }
 
 template <Side which, PhaseForm form, bool azimuthal>

@@ -9,6 +9,8 @@
 #include "layer/kernels/closed_form.h"
 #include "phase/kernels/path_law.h"
 
+#include <algorithm>
+
 namespace stratus {
 namespace {
 
@@ -21,11 +23,12 @@ struct Plan {
     alignas(64) float cosine_weight[stencil_area][width];  // over (mu, mu')
     alignas(64) float azimuth_weight[stencil_size][width];
     alignas(64) float single[width], along_path[width], factor[width];
-    CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
-    const CoefficientRow* coefficient[width];   // first of the stencil
-    std::ptrdiff_t coefficient_stride[width];   // numbers from one albedo to the next
-    const char* function[width];                // first of the stencils
-    int next_mu[width];                         // rows of functions to the next mu
+    // Coefficients of lookups beyond the deepest sample.
+    alignas(64) float mixed[width][stencil_size * most_functions];
+    const float* coefficient[width];           // first of the stencil
+    std::ptrdiff_t coefficient_stride[width];  // numbers from one albedo to the next
+    const char* function[width];               // first of the stencils
+    int next_mu[width];                        // rows of functions to the next mu
 };
 
 /// A coordinate on its axis: the sample before it, the first of its cubic's, and the way from there.
@@ -172,17 +175,19 @@ void follow_diffusion(const PackedSide& side, const LayerBlock& block, const Pac
                                  attenuation(exponent * at.within * 2.0f))
             .deficit();
     float handed_on = 0;
-    CoefficientRow(&mixed)[stencil_size] = plan.mixed[n];
-    for (CoefficientRow& row : mixed) row = {};
+    float* const mixed = plan.mixed[n];
+    std::fill_n(mixed, stencil_size * side.functions, 0.0f);
     for (int l = 0; l < stencil_size; ++l) {
         const float own = at.of_albedo[l], inverse = side.inverse_deficit[first + l];
         const float share = (own + handed_on) * deficit * inverse;
         handed_on = inverse == 0 ? own + handed_on : 0;
-        const CoefficientRow* const infinite =
-            block.coefficient + (first + l - block.first_albedo + 1) * block.depths - 1;
-        for (int f = 0; f < functions; ++f)
-            mixed[0].value[f] += share * side.deepest_scale[first + l] * infinite[-1].value[f] +
-                                 (own - share) * infinite->value[f];
+        const float* const infinite =
+            block.coefficient +
+            ((first + l - block.first_albedo + 1) * block.depths - 1) * side.functions;
+        const float* const deepest = infinite - side.functions;
+        for (int f = 0; f < side.functions; ++f)
+            mixed[f] +=
+                share * side.deepest_scale[first + l] * deepest[f] + (own - share) * infinite[f];
     }
     // The first row alone counts, and the scale of the finite samples does not.
     for (int s = 0; s < stencil_area; ++s) plan.layer_weight[s][n] = s == 0 ? 1.0f : 0.0f;
@@ -252,7 +257,7 @@ STRATUS_INLINE int values_per_pair(const PackedSide& side) {
 }
 
 STRATUS_INLINE int row_bytes(const PackedSide& side) {
-    return functions * (side.halves ? int{sizeof(Half)} : int{sizeof(float)});
+    return side.functions * (side.halves ? int{sizeof(Half)} : int{sizeof(float)});
 }
 
 /// Samples that one lookup reads.
@@ -265,10 +270,11 @@ template <bool azimuthal, int width>
 STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& at,
                                   const PackedPoint& point, int n, Plan<width>& plan) {
     const LayerBlock& block = side.block[at.block];
-    plan.coefficient[n] = block.coefficient +
-                          (at.first_albedo - block.first_albedo) * block.depths + at.first_depth -
-                          block.first_depth;
-    plan.coefficient_stride[n] = std::ptrdiff_t{block.depths} * functions;
+    plan.coefficient[n] =
+        block.coefficient +
+        std::ptrdiff_t{side.functions} * ((at.first_albedo - block.first_albedo) * block.depths +
+                                          at.first_depth - block.first_depth);
+    plan.coefficient_stride[n] = std::ptrdiff_t{block.depths} * side.functions;
     if (point.optical_depth > side.max_finite_depth) {
         if (side.ends_at_infinity)
             follow_diffusion(side, block, point, n, plan);

@@ -37,6 +37,7 @@ struct BlockLayers {
 
 /// Functions that are orthogonal over the block's directions, as sums over layers.
 struct LayerBasis {
+    std::size_t room;                             // functions in a row of the block
     std::vector<int> pivot;                       // layers
     std::vector<double> norm;                     // of what was left of a pivot
     std::vector<std::vector<float>> coefficient;  // over layers
@@ -48,8 +49,8 @@ struct LayerBasis {
 };
 
 /// Adds the layer with the largest error to the basis until all are below `allowed`, or there are
-/// as many functions as a lookup sums (packed.h).
-LayerBasis greedy_basis(const BlockLayers& layers, double allowed);
+/// as many functions as a row has `room` for.
+LayerBasis greedy_basis(const BlockLayers& layers, std::size_t room, double allowed);
 
 /// Samples of an axis, never fewer than a cubic needs: short axes are sampled again on the
 /// polynomial through all they have.
@@ -94,9 +95,9 @@ struct FunctionLayout {
 };
 
 struct PackedBlock {
-    std::vector<float> function;                           // FunctionLayout::rows() by `functions`
-    std::vector<std::vector<CoefficientRow>> coefficient;  // of each member
-    int depths;                                            // of the coefficients, infinity included
+    std::vector<float> function;  // over (FunctionLayout::rows(), function)
+    std::vector<std::vector<float>> coefficient;  // of each member, over (albedo, depth, function)
+    int depths;                                   // of the coefficients, infinity included
 };
 
 /// The largest error of a layer of a block, relative to R or T at the sketch, by functions that are

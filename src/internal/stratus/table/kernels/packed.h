@@ -1,4 +1,4 @@
-// Lookups in a PackedTable: single scattering in closed form, and sixteen functions of the
+// Lookups in a PackedTable: single scattering in closed form, and sixteen or more functions of the
 // directions times the coefficients of an albedo and optical depth; one lookup at a time or many
 // side by side, compiled once for each instruction set (base/lanes.h says how that is kept apart).
 #pragma once
@@ -12,18 +12,8 @@
 
 namespace stratus {
 
-constexpr int functions = 16;  // a row of floats is one cache line
-
-/// Coefficients of the functions.
-struct alignas(64) CoefficientRow {
-    float value[functions];
-};
-
-/// The functions at one direction, as halves or, where these do not suffice, floats.
-template <class Number>
-struct alignas(functions * sizeof(Number)) FunctionRowOf {
-    Number value[functions];
-};
+// Functions that a lookup sums: all sides have a multiple of the fewest, floats of which are a cache line.
+constexpr int fewest_functions = 16, most_functions = 32;
 
 /// The layers between two albedos and two optical depths.
 struct LayerBlock {
@@ -32,9 +22,9 @@ struct LayerBlock {
     /// the one whose cubic starts at the higher sample. Elsewhere it is that of the incident light.
     /// Where there are azimuths, a mirrored sample lies beyond either end.
     const void* function;
-    const CoefficientRow* coefficient;  // over (albedo, optical depth)
-    int first_albedo, first_depth;      // of the coefficients: samples of the table
-    int albedos, depths;                // of the coefficients, infinity included
+    const float* coefficient;       // over (albedo, optical depth, function)
+    int first_albedo, first_depth;  // of the coefficients: samples of the table
+    int albedos, depths;            // of the coefficients, infinity included
 };
 
 /// An axis of four samples at least, or one of a single sample that stands for four.
@@ -71,6 +61,7 @@ struct PackedSide {
 
     const LayerBlock* block;
     const float* block_of_cell;  // over (albedo, optical depth), whole numbers
+    int functions;               // in a row
     bool halves;                 // rows of functions: else floats
     bool symmetric;              // in the cosines, which are then the same on both ways
     PackedAxis mu_in, mu_out;    // over -acos(mu^(1/4))

@@ -96,12 +96,17 @@ class Sums {
     Words<lanes> sum_[stencil_size] = {};
 };
 
+/// Returns use(n) with the number of functions of a side as a type, for loops that the compiler unrolls.
+template <class Use>
+STRATUS_INLINE auto with_functions(const PackedSide& side, const Use& use) {
+    return side.functions == fewest_functions ? use(std::integral_constant<int, fewest_functions>())
+                                              : use(std::integral_constant<int, most_functions>());
+}
+
 /// The coefficients of lookup n of a plan, from the `first` on.
-template <int lanes, int width>
-STRATUS_INLINE Words<lanes> blend_coefficients(const PackedSide& side, const Plan<width>& plan,
-                                               int n, int first) {
+template <int functions, int lanes, int width>
+STRATUS_INLINE Words<lanes> blend_coefficients(const Plan<width>& plan, int n, int first) {
     Sums<lanes> sums;
-    const std::ptrdiff_t functions = side.functions;
     const float* row = plan.coefficient[n] + first;
     for (int l = 0; l < stencil_size; ++l) {
         for (int t = 0; t < stencil_size; ++t)
@@ -112,15 +117,15 @@ STRATUS_INLINE Words<lanes> blend_coefficients(const PackedSide& side, const Pla
 }
 
 /// The functions at the directions of lookup n of a plan, from the `first` on.
-template <int lanes, class Number, bool azimuthal, int width>
+template <int functions, int lanes, class Number, bool azimuthal, int width>
 STRATUS_INLINE Words<lanes> blend_functions(const PackedSide& side, const Plan<width>& plan, int n,
                                             int first) {
     Sums<lanes> sums;
-    const std::ptrdiff_t functions = side.functions, column = side.column_step * functions;
+    const std::ptrdiff_t column = std::ptrdiff_t{side.column_step} * functions;
     const auto* row = reinterpret_cast<const Number*>(plan.function[n]) + first;
     // Each row of symmetric R and T is one (mu, mu') longer than the one before.
     const std::ptrdiff_t longer = side.symmetric ? values_per_pair<azimuthal>(side) * functions : 0;
-    std::ptrdiff_t next = plan.next_mu[n] * functions;
+    std::ptrdiff_t next = std::ptrdiff_t{plan.next_mu[n]} * functions;
     for (int r = 0; r < stencil_size; ++r) {
         const Number* at = row;
         for (int c = 0; c < stencil_size; ++c) {
@@ -140,13 +145,13 @@ STRATUS_INLINE Words<lanes> blend_functions(const PackedSide& side, const Plan<w
 }
 
 /// Orders n >= 2 of lookup n of a plan, but for the factor.
-template <int lanes, class Number, bool azimuthal, int width>
+template <int functions, int lanes, class Number, bool azimuthal, int width>
 STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
     Word<lanes> sum{};
-    for (int first = 0; first < side.functions; first += lanes * words_at_once<lanes>) {
-        const Words<lanes> coefficient = blend_coefficients<lanes>(side, plan, n, first),
-                           function =
-                               blend_functions<lanes, Number, azimuthal>(side, plan, n, first);
+    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
+        const Words<lanes> coefficient = blend_coefficients<functions, lanes>(plan, n, first),
+                           function = blend_functions<functions, lanes, Number, azimuthal>(
+                               side, plan, n, first);
         for (int w = 0; w < words_at_once<lanes>; ++w)
             sum += coefficient.word[w] * function.word[w];
     }
@@ -155,16 +160,18 @@ STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& 
 
 template <int lanes, bool azimuthal, int width>
 STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan, int n) {
-    const float sum = side.halves
-                          ? half_scale * contracted_rows<lanes, Half, azimuthal>(side, plan, n)
-                          : contracted_rows<lanes, float, azimuthal>(side, plan, n);
+    const float sum = with_functions(side, [&](auto functions) {
+        return side.halves
+                   ? half_scale * contracted_rows<functions, lanes, Half, azimuthal>(side, plan, n)
+                   : contracted_rows<functions, lanes, float, azimuthal>(side, plan, n);
+    });
     return plan.factor[n] * sum;
 }
 
-/// All words of a side's row times a factor: of(first) gives those from the `first` number on.
-template <int lanes, class Of>
-STRATUS_INLINE void store_row(const PackedSide& side, float factor, const Of& of, float* row) {
-    for (int first = 0; first < side.functions; first += lanes * words_at_once<lanes>) {
+/// All words of a row times a factor: of(first) gives those from the `first` number on.
+template <int functions, int lanes, class Of>
+STRATUS_INLINE void store_row(float factor, const Of& of, float* row) {
+    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
         Words<lanes> words = of(first);
         for (Word<lanes>& word : words.word) word *= factor;
         __builtin_memcpy(row + first, words.word, sizeof words.word);
@@ -208,12 +215,13 @@ void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t c
     }
 }
 
-template <Side which, PhaseForm form, bool azimuthal>
-void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (&multiple)[3]) {
+template <Side which, PhaseForm form, bool azimuthal, int functions>
+STRATUS_INLINE void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3],
+                                    float (&multiple)[3]) {
     const LightPath path = light_path<which>(at[0].mu_in, at[0].mu_out, at[0].azimuth);
     const DirectionWindow<float> directions =
         direction_window<azimuthal>(side, path, at[0].azimuth);
-    float function[most_functions] = {};
+    float function[functions] = {};
     const char* summed = nullptr;
     for (int k = 0; k < 3; ++k) {
         if (k > 0 && at[k].albedo == at[k - 1].albedo &&
@@ -225,40 +233,48 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
         prepare<which, form, azimuthal>(side, at[k], path, directions, 0, plan);
         if (plan.function[0] != summed) {  // else of the same block
             if (side.halves)
-                store_row<word_width>(
-                    side, half_scale,
+                store_row<functions, word_width>(
+                    half_scale,
                     [&](int first) {
-                        return blend_functions<word_width, Half, azimuthal>(side, plan, 0, first);
+                        return blend_functions<functions, word_width, Half, azimuthal>(side, plan,
+                                                                                       0, first);
                     },
                     function);
             else
-                store_row<word_width>(
-                    side, 1,
+                store_row<functions, word_width>(
+                    1,
                     [&](int first) {
-                        return blend_functions<word_width, float, azimuthal>(side, plan, 0, first);
+                        return blend_functions<functions, word_width, float, azimuthal>(side, plan,
+                                                                                        0, first);
                     },
                     function);
         }
         summed = plan.function[0];
-        float coefficient[most_functions];
-        store_row<word_width>(
-            side, 1, [&](int first) { return blend_coefficients<word_width>(side, plan, 0, first); },
+        float coefficient[functions];
+        store_row<functions, word_width>(
+            1, [&](int first) { return blend_coefficients<functions, word_width>(plan, 0, first); },
             coefficient);
         Word<word_width> sum{};
-        for (int word = 0; word < side.functions / word_width; ++word)
+        for (int word = 0; word < functions / word_width; ++word)
             sum += load_word<word_width>(coefficient, word) * load_word<word_width>(function, word);
         multiple[k] = plan.factor[0] * reduce_sum<word_width>(sum) + plan.along_path[0];
     }
 }
 
-template <class Number>
-STRATUS_INLINE void sum_rows(const PackedSide& side, const float* coefficient, const void* function,
-                             std::size_t rows, float* value) {
-    const int words = side.functions / lane_width;
+template <Side which, PhaseForm form, bool azimuthal>
+void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (&multiple)[3]) {
+    with_functions(side, [&](auto functions) {
+        evaluate_layers<which, form, azimuthal, functions>(side, at, multiple);
+    });
+}
+
+template <int functions, class Number>
+STRATUS_INLINE void sum_rows(const float* coefficient, const void* function, std::size_t rows,
+                             float* value) {
     const auto* at = static_cast<const Number*>(function);
-    for (std::size_t row = 0; row < rows; ++row, at += side.functions) {
+    for (std::size_t row = 0; row < rows; ++row, at += functions) {
         Word<lane_width> sum{};
-        for (int word = 0; word < words; ++word)
+        for (int word = 0; word < functions / lane_width; ++word)
             sum += load_word<lane_width>(coefficient, word) * load_word<lane_width>(at, word);
         value[row] = reduce_sum<lane_width>(sum);
     }
@@ -272,17 +288,19 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
     float factor = plan.factor[0];
     if (side.divided) factor = factor / shares_at(at.optical_depth, at.mu_in, at.mu_out);
     if (side.halves) factor = factor * half_scale;
-    float coefficient[most_functions];
-    store_row<word_width>(
-        side, factor,
-        [&](int first) { return blend_coefficients<word_width>(side, plan, 0, first); },
-        coefficient);
     const auto cell = layer_window(side, at.co_albedo, at.optical_depth).cell;
     const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
-    if (side.halves)
-        sum_rows<Half>(side, coefficient, block.function, rows, multiple);
-    else
-        sum_rows<float>(side, coefficient, block.function, rows, multiple);
+    with_functions(side, [&](auto functions) {
+        float coefficient[functions];
+        store_row<functions, word_width>(
+            factor,
+            [&](int first) { return blend_coefficients<functions, word_width>(plan, 0, first); },
+            coefficient);
+        if (side.halves)
+            sum_rows<functions, Half>(coefficient, block.function, rows, multiple);
+        else
+            sum_rows<functions, float>(coefficient, block.function, rows, multiple);
+    });
 }
 
 template <Side which, PhaseForm form, bool azimuthal>

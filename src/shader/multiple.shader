@@ -214,10 +214,8 @@ vec4 stratus_sum_at(int side, int of_layer, int block, int stride, StratusDirect
 
 // Where the coefficients of the functions at an albedo and optical depth lie, four functions a word.
 struct StratusCoefficients {
-    vec4 weight[4];  // over depth, of four albedos
-    int first;       // texel
-    int albedo_step;
-    int functions;  // first texel of the functions
+    vec4 weight[4];                     // over depth, of four albedos
+    int first, albedo_step, functions;  // texels of coefficients and functions
     int words;
     float exponent;  // of diffusion
 };
@@ -267,10 +265,11 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
 // The coefficients of four functions.
 vec4 stratus_coefficients_of_word(StratusCoefficients at, int word) {
     vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    for (int l = 0; l < 4; ++l)
+    for (int l = 0; l < 4; ++l) {
+        int row = at.first + l * at.albedo_step + word;
         for (int k = 0; k < 4; ++k)
-            sum = sum + stratus_number(at.first + l * at.albedo_step + k * at.words + word) *
-                            stratus_component(at.weight[l], k);
+            sum = sum + stratus_number(row + k * at.words) * stratus_component(at.weight[l], k);
+    }
     return sum;
 }
 

@@ -29,12 +29,16 @@ struct Kind {
     LowerBoundary below = {};
     bool narrowed = false, one_side = false;
     std::vector<StackLayer> layers = {};
+    bool ridges = false;
 };
 
 inline Table table_of(const Kind& kind) {
     const bool over = kind.below.is_present();
     const Depths depths{0.05, 8, kind.to_infinity && !over};
-    Table table = empty_table({6, 9, 12, kind.narrowed ? 7 : 12, kind.azimuths}, depths);
+    Table table = empty_table(
+        kind.ridges ? samples_of_ridges : Counts{6, 9, 12, kind.narrowed ? 7 : 12, kind.azimuths},
+        depths);
+    const FunctionOfPoint function = kind.ridges ? ridge : shape;
     if (kind.layers.empty()) table.phase_function = parse_phase_function(kind.phase);
     table.lower_boundary = kind.below;
     table.tolerance = 1e-3;
@@ -52,13 +56,13 @@ inline Table table_of(const Kind& kind) {
     }
     table.reflection_multiple = tabulate(table, [&](const Point& p) {
         return over ? 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p)
-                    : small_table_scale(Side::reflection, p) * shape(p);
+                    : small_table_scale(Side::reflection, p) * function(p);
     });
     if (!over && !kind.one_side)
-        table.transmission_multiple = tabulate(table, [](const Point& p) {
+        table.transmission_multiple = tabulate(table, [&](const Point& p) {
             return std::isinf(p.optical_depth)
                        ? 0
-                       : small_table_scale(Side::transmission, p) * shape(p);
+                       : small_table_scale(Side::transmission, p) * function(p);
         });
     table.path_law = PathOrders::of(table.phase_function);
     prepare(table);
@@ -77,7 +81,8 @@ inline const std::vector<Kind>& kinds() {
         {"narrowed", "rayleigh", true, 7, {}, true},
         {"one_side", "rayleigh", true, 9, {}, false, true},
         {"over_ocean", "rayleigh", false, 9,
-         LowerBoundary::ground(read_ground_law("ocean:wind=10"))}};
+         LowerBoundary::ground(read_ground_law("ocean:wind=10"))},
+        {"ridges", "rayleigh", true, 9, {}, false, false, {}, true}};
     return all;
 }
 

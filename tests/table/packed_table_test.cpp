@@ -3,6 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/table/kernels/packed.h>
 
 #include "refusal.h"
 #include "row_name.h"
@@ -33,11 +34,12 @@ double reflected_over(const Point& p) {
     return 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p);
 }
 
-Table packable(const Counts& counts, const Depths& depths, const char* phase = "rayleigh") {
+Table packable(const Counts& counts, const Depths& depths, const char* phase = "rayleigh",
+               const FunctionOfPoint& function = shape) {
     Table table = empty_table(counts, depths);
     table.phase_function = parse_phase_function(phase);
     table.tolerance = small_table_tolerance;
-    fill(table, shape);
+    fill(table, function);
     return table;
 }
 
@@ -87,33 +89,37 @@ struct Shape {
     Counts counts;
     Depths depths;
     const char* phase;
+    FunctionOfPoint function = shape;
 };
 
 class PackedTableShapes : public testing::TestWithParam<Shape> {};
 
 TEST_P(PackedTableShapes, AgreeWithLookups) {
     const Shape& of = GetParam();
-    const Table table = packable(of.counts, of.depths, of.phase);
+    const Table table = packable(of.counts, of.depths, of.phase, of.function);
     expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 400, 0.01, 20));
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, PackedTableShapes,
-    testing::ValuesIn<Shape>({{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
-                              {"to_infinity", usual, to_infinity, "rayleigh"},
-                              {"two_lobes", usual, to_eight,
-                               "0.6*henyey_greenstein:g=-0.5 + 0.4*henyey_greenstein:g=0.5"},
-                              {"sampled", usual, to_eight, "lambert_sphere"},
-                              {"without_azimuth", {9, 12, 16, 16, 1}, to_eight, "isotropic"},
-                              {"two_azimuths", {9, 12, 16, 16, 2}, to_eight, "isotropic"},
-                              {"one_albedo", {1, 12, 16, 16, 9}, to_infinity, "rayleigh"},
-                              {"two_albedos", {2, 12, 16, 16, 9}, to_eight, "rayleigh"},
-                              {"three_depths", {9, 3, 16, 16, 9}, to_infinity, "rayleigh"},
-                              {"one_depth", {9, 1, 16, 16, 9}, to_eight, "rayleigh"},
-                              {"infinite_depth_alone", {9, 0, 16, 16, 9}, to_infinity, "rayleigh"},
-                              {"cosines_that_differ", {9, 12, 16, 15, 9}, to_eight, "rayleigh"},
-                              {"two_cosines", {9, 12, 2, 2, 9}, to_eight, "rayleigh"},
-                              {"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}}),
+    testing::ValuesIn<Shape>(
+        {{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
+         {"to_infinity", usual, to_infinity, "rayleigh"},
+         {"two_lobes", usual, to_eight,
+          "0.6*henyey_greenstein:g=-0.5 + 0.4*henyey_greenstein:g=0.5"},
+         {"sampled", usual, to_eight, "lambert_sphere"},
+         {"without_azimuth", {9, 12, 16, 16, 1}, to_eight, "isotropic"},
+         {"two_azimuths", {9, 12, 16, 16, 2}, to_eight, "isotropic"},
+         {"one_albedo", {1, 12, 16, 16, 9}, to_infinity, "rayleigh"},
+         {"two_albedos", {2, 12, 16, 16, 9}, to_eight, "rayleigh"},
+         {"three_depths", {9, 3, 16, 16, 9}, to_infinity, "rayleigh"},
+         {"one_depth", {9, 1, 16, 16, 9}, to_eight, "rayleigh"},
+         {"infinite_depth_alone", {9, 0, 16, 16, 9}, to_infinity, "rayleigh"},
+         {"cosines_that_differ", {9, 12, 16, 15, 9}, to_eight, "rayleigh"},
+         {"two_cosines", {9, 12, 2, 2, 9}, to_eight, "rayleigh"},
+         {"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"},
+         {"ridges", samples_of_ridges, to_infinity, "rayleigh", ridge},
+         {"ridges_without_azimuth", {13, 20, 16, 16, 1}, to_infinity, "isotropic", ridge}}),
     row_name);
 
 /// A table whose azimuths lie evenly in their square root, and albedos in the fourth of 1 - w.
@@ -146,6 +152,17 @@ TEST_P(PackedTableInstructionSets, AgreeWithLookups) {
     expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 200, 0.05, 8));
 }
 
+Table table_of_ridges() {
+    return packable(samples_of_ridges, to_infinity, "henyey_greenstein:g=0.5", ridge);
+}
+
+TEST_P(PackedTableInstructionSets, AgreeWithLookupsOfManyFunctions) {
+    const Table table = table_of_ridges();
+    const PackedTable packed(pack(table));
+    for (const Side side : both_sides) EXPECT_EQ(packed.side(side).functions, most_functions);
+    expect_lookups(packed, table.view(), random_lookups(table, 200, 0.05, 20));
+}
+
 TEST_P(PackedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
     const Table table = forward_filled();
     const PackedTable packed(pack(table));
@@ -156,8 +173,7 @@ TEST_P(PackedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
     expect_lookups(packed, table.view(), at);
 }
 
-TEST_P(PackedTableInstructionSets, AgreeBetweenOneManyAndThree) {
-    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
+void expect_alike_one_many_and_three(const Table& table) {
     const PackedTable packed(pack(table));
     const std::vector<Point> at =
         random_lookups(table, 1003, 0.01, 40);  // no multiple of any width
@@ -185,6 +201,11 @@ TEST_P(PackedTableInstructionSets, AgreeBetweenOneManyAndThree) {
     }
 }
 
+TEST_P(PackedTableInstructionSets, AgreeBetweenOneManyAndThree) {
+    expect_alike_one_many_and_three(packable(usual, to_infinity, "henyey_greenstein:g=0.5"));
+    expect_alike_one_many_and_three(table_of_ridges());
+}
+
 /// What slices are bound from, times the shares intercepted.
 void expect_layer(const Table& table, double albedo, double optical_depth) {
     const PackedTable packed(pack(table));
@@ -204,7 +225,10 @@ void expect_layer(const Table& table, double albedo, double optical_depth) {
 
 TEST_P(PackedTableInstructionSets, GiveALayerAtTheSamplesAsLookupsDo) {
     const Table table = packable(usual, to_infinity);
-    for (const double depth : {0.03, 1.7, 20.0, infinity}) expect_layer(table, 0.8, depth);
+    for (const double depth : {0.03, 1.7, 20.0, infinity}) {
+        expect_layer(table, 0.8, depth);
+        expect_layer(table_of_ridges(), 0.8, depth);
+    }
     expect_layer(packable({9, 12, 3, 3, 3}, to_eight), 0.8, 1.7);  // axes that are sampled again
     expect_layer(packable({9, 12, 1, 16, 1}, to_eight), 0.8, 1.7);
 }

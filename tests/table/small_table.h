@@ -155,6 +155,17 @@ inline void fill(Table& table, const FunctionOfPoint& shape) {
     prepare(table);
 }
 
+/// A ridge over the cosines that moves with the layer: layers have so many functions that packing takes
+/// rows of the most (table/kernels/packed.h).
+inline double ridge(const Point& p) {
+    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1,
+                 across = (p.mu_in + p.mu_out) / 2 - 0.2 - 0.6 * depth - 0.2 * p.albedo;
+    return 1 + std::exp(-1000 * across * across) * (2 + std::cos(p.azimuth)) / 3;
+}
+
+/// Samples that such layers take.
+constexpr Counts samples_of_ridges{13, 20, 20, 20, 9};
+
 /// A table that is all that lookups divide by, and 1 in between.
 inline Table plain_table(const Counts& counts, const Depths& depths) {
     Table table = empty_table(counts, depths);

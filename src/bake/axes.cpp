@@ -130,10 +130,34 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     return make_axis(AxisScale::logarithmic, min, max, intervals + 1, ends_at_infinity);
 }
 
+namespace {
+
+/// Exponents of darker layers follow the parabola that goes on from here, as steeply as diffusion just below, to
+/// a number at albedo 0. Diffusion bends to 1 there, for peaked phase functions within less than samples of the
+/// albedo are apart, while T of layers thin enough to be seen goes on evenly: dark ones would miss by up to ten
+/// times as much.
+constexpr double darkest_of_diffusion = 0.4, exponent_at_black = 0.96;
+
+double exponent_at_darker(double albedo, const PhaseFunction& phase_function) {
+    constexpr double step = 0.1;
+    const std::vector<double> known = compute_diffusion_exponents(
+        phase_function, {darkest_of_diffusion - step, darkest_of_diffusion}, {});
+    const double slope = (known[1] - known[0]) / step,
+                 chord = (known[1] - exponent_at_black) / darkest_of_diffusion,
+                 below = albedo - darkest_of_diffusion;
+    return known[1] + below * (slope + below * (slope - chord) / darkest_of_diffusion);
+}
+
+}  // namespace
+
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos) {
     if (!recipe.layers.empty()) return std::vector<double>(albedos.size(), 0.0);
     if (recipe.orders > 0) return std::vector<double>(albedos.size(), 1.0);
-    return compute_diffusion_exponents(recipe.phase_function, albedos, {});
+    std::vector<double> exponents = compute_diffusion_exponents(recipe.phase_function, albedos, {});
+    for (std::size_t k = 0; k < albedos.size(); ++k)
+        if (albedos[k] < darkest_of_diffusion)
+            exponents[k] = exponent_at_darker(albedos[k], recipe.phase_function);
+    return exponents;
 }
 
 double extrapolation_length(const PhaseFunction& phase_function, const LowerBoundary& boundary) {

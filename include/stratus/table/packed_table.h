@@ -7,10 +7,10 @@
 //
 // Samples divided by albedo, shares intercepted and diffusion scales, as lookup.h interpolates them,
 // hardly differ in shape from one layer to the next. Within a block of neighbouring albedos and
-// optical depths sixteen functions of the directions suffice for all layers: a basis chosen
+// optical depths 16 or 32 functions of the directions suffice for all layers: a basis chosen
 // greedily from the layers themselves, as in reduced-basis methods, until the largest error is
-// small enough. A lookup is the product of sixteen coefficients, cubic in albedo and optical depth,
-// with sixteen functions, cubic in both cosines and azimuth at the table's own samples.
+// small enough. A lookup is the product of as many coefficients, cubic in albedo and optical depth,
+// with these functions, cubic in both cosines and azimuth at the table's own samples.
 //
 // Slices and BSDFs bind its view, and lookups of a view read it, too. Numbers are single precision,
 // functions halves where these suffice, with what rounding leaves of the first of them; limits and

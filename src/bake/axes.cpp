@@ -2,6 +2,7 @@
 
 #include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
+#include <stratus/phase/path_law.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>
@@ -132,21 +133,37 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
 
 namespace {
 
-/// Exponents of darker layers follow the parabola that goes on from here, as steeply as diffusion just below, to
-/// a number at albedo 0. Diffusion bends to 1 there, for peaked phase functions within less than samples of the
-/// albedo are apart, while T of layers thin enough to be seen goes on evenly: dark ones would miss by up to ten
-/// times as much.
-constexpr double darkest_of_diffusion = 0.4, exponent_at_black = 0.96;
+/// Exponents of dark layers: a polynomial through diffusion's at some albedos, below one of them. Diffusion
+/// bends to 1 near albedo 0, for peaked phase functions within less than samples of the albedo are apart, while T
+/// of layers thin enough to be seen goes on evenly: it would miss by up to ten times as much. What a path law
+/// leaves of T grows the least: there a lower value at albedo 0 was found to serve best.
+class DarkExponents {
+  public:
+    explicit DarkExponents(const PhaseFunction& phase_function) {
+        const bool has_path_law = has_narrow_peak(phase_function);
+        albedo_ = has_path_law ? std::vector{0.4, 0.3} : std::vector{0.2, 0.3, 0.4, 0.5};
+        exponent_ = compute_diffusion_exponents(phase_function, albedo_, {});
+        if (!has_path_law) return;
+        albedo_.push_back(0);
+        exponent_.push_back(0.96);
+    }
 
-double exponent_at_darker(double albedo, const PhaseFunction& phase_function) {
-    constexpr double step = 0.1;
-    const std::vector<double> known = compute_diffusion_exponents(
-        phase_function, {darkest_of_diffusion - step, darkest_of_diffusion}, {});
-    const double slope = (known[1] - known[0]) / step,
-                 chord = (known[1] - exponent_at_black) / darkest_of_diffusion,
-                 below = albedo - darkest_of_diffusion;
-    return known[1] + below * (slope + below * (slope - chord) / darkest_of_diffusion);
-}
+    bool serves(double albedo) const { return albedo < albedo_[0]; }
+
+    double operator()(double albedo) const {
+        double sum = 0;
+        for (std::size_t k = 0; k < albedo_.size(); ++k) {
+            double weight = 1;  // Lagrange
+            for (std::size_t other = 0; other < albedo_.size(); ++other)
+                if (other != k) weight *= (albedo - albedo_[other]) / (albedo_[k] - albedo_[other]);
+            sum += weight * exponent_[k];
+        }
+        return sum;
+    }
+
+  private:
+    std::vector<double> albedo_, exponent_;
+};
 
 }  // namespace
 
@@ -154,9 +171,9 @@ std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<doub
     if (!recipe.layers.empty()) return std::vector<double>(albedos.size(), 0.0);
     if (recipe.orders > 0) return std::vector<double>(albedos.size(), 1.0);
     std::vector<double> exponents = compute_diffusion_exponents(recipe.phase_function, albedos, {});
+    const DarkExponents dark(recipe.phase_function);
     for (std::size_t k = 0; k < albedos.size(); ++k)
-        if (albedos[k] < darkest_of_diffusion)
-            exponents[k] = exponent_at_darker(albedos[k], recipe.phase_function);
+        if (dark.serves(albedos[k])) exponents[k] = dark(albedos[k]);
     return exponents;
 }
 

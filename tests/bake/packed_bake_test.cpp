@@ -50,6 +50,24 @@ TEST(PackedBake, MeetsItsToleranceBeyondItsDeepestFiniteSample) {
     EXPECT_TRUE(baked.meets()) << baked.verification.samples.back().error;
 }
 
+TEST(PackedBake, InterpolatesDeepLayersDownToAlbedo0) {
+    expect_met(
+        "phase_function = 'henyey_greenstein:g=0.75'\n"
+        "tolerance = 2e-3\n"
+        "optical_depth = { min = 12, max = 16 }\n"
+        "albedo = { min = 0.0, max = 0.41 }\n"
+        "sides = ['transmission']\n"
+        "[discretisation]\n"
+        "nodes = 24\n"
+        "modes = 30\n"
+        "mu_samples = 36\n"
+        "azimuth_samples = 33\n"
+        "azimuth_scale = 'square_root'\n"
+        "optical_depth_samples_per_octave = 6\n"
+        "albedo_samples = 8\n"
+        "albedo_scale = 'fourth_root_of_complement'\n");
+}
+
 TEST(PackedBake, HoldsTheFaintLightOfAStackUnderABlackLayer) {
     expect_met(
         "tolerance = 1e-2\n"

@@ -1,5 +1,4 @@
 #include "slice_parts.h"
-
 #include "table/lookup_arguments.h"
 
 #include <algorithm>
@@ -43,7 +42,7 @@ void look_up_angles(Side which, const BatchSide<channels>& side, std::size_t cou
                 *value++ = dark_at(mu_in[i], mu_out[i], azimuth[i]);
         return;
     }
-    const Kernels& all = kernels();
+    const Kernels& all = chosen_functions<Kernels>();
     in_blocks(count, [&](std::size_t first, std::size_t here) {
         Block in, out, around;
         LightPaths paths;
@@ -66,7 +65,7 @@ void look_up_vectors(const BatchSide<channels>& reflection, const BatchSide<chan
     constexpr std::size_t room = channels * path_room;
     for (std::size_t i = 0; i < count; ++i)
         check_vectors({wi[0][i], wi[1][i], wi[2][i]}, {wo[0][i], wo[1][i], wo[2][i]});
-    const Kernels& all = kernels();
+    const Kernels& all = chosen_functions<Kernels>();
     in_blocks(count, [&](std::size_t first, std::size_t here) {
         Block blocks[6];
         const float *in[3], *out[3];

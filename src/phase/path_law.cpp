@@ -353,8 +353,8 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
         for (std::size_t angle = 0; 2 * angle < columns; ++angle)
             twice[n * columns + 2 * angle] = twice[n * columns + 2 * angle + 1] =
                 law.of_angle(static_cast<int>(angle))[n];
-    path_sums().sums({twice.data(), columns, orders}, weight.data(), used.data(), rows,
-                     samples_.data());
+    chosen_functions<PathSums>().sums({twice.data(), columns, orders}, weight.data(), used.data(),
+                                      rows, samples_.data());
     for (std::size_t row = 0; row < held_rows; ++row) {
         const auto depths = static_cast<std::size_t>(depths_);
         if (depth(static_cast<int>(row % depths)) >= deep) continue;

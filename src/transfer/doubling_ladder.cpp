@@ -216,7 +216,7 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
                                        const std::vector<DoublingTask>& tasks,
                                        bool between_requested, bool completed)
     : directions_(directions),
-      steps_(doubling_steps<Number>()),
+      steps_(chosen_functions<DoublingSteps<Number>>()),
       tasks_(static_cast<int>(tasks.size())) {
     PhaseSeries<Number> phase{};
     phase.completed = completed;

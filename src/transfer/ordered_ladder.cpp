@@ -126,7 +126,7 @@ OrderedLadder::OrderedLadder(const Directions& directions, const std::vector<dou
                              double truncated, const std::vector<int>& modes, int highest_order,
                              double thin_depth)
     : directions_(directions),
-      steps_(doubling_steps<Pack>()),
+      steps_(chosen_functions<DoublingSteps<Pack>>()),
       truncated_(truncated),
       highest_order_(static_cast<std::size_t>(highest_order)),
       optical_depth_(thin_depth),

@@ -12,7 +12,7 @@
 #include <stratus/base/constants.h>
 
 #include "formats.h"
-#include "reflection_field.h"
+#include "solved_stack.h"
 
 #include <algorithm>
 #include <array>
@@ -281,7 +281,7 @@ std::vector<float> spread(const std::vector<float>& values, std::size_t colours,
 }
 
 /// Fields of a file, and their encoding.
-class TensorFile {
+class TensorBsdfFile {
   public:
     void add(const std::string& name, const std::vector<std::uint64_t>& shape,
              const std::vector<float>& values) {
@@ -344,7 +344,7 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
     const Grids grids = make_grids(material, theta, mu, options);
     const std::size_t colours = material.colours.size();
 
-    TensorFile tensor;
+    TensorBsdfFile tensor;
     const std::string text = describe(material);
     tensor.add("description", std::vector<std::uint8_t>(text.begin(), text.end()));
     tensor.add("jacobian", {std::uint8_t{1}});

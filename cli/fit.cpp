@@ -3,13 +3,12 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/plots.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"

@@ -7,7 +7,6 @@
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"

@@ -1,5 +1,3 @@
-#include "bake.h"
-
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
@@ -11,9 +9,9 @@
 #include <stratus/io/checkpoint.h>
 #include <stratus/table/packed_table.h>
 
+#include "bake.h"
 #include "progress.h"
 #include "query.h"
-#include "signals.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,8 +1,7 @@
 // `stratus verify`: compares lookups at random points with fresh solutions.
 #include <stratus/bake/accuracy.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 

@@ -1,6 +1,5 @@
 #include <stratus/bake/axes.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 

@@ -7,7 +7,6 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "cosine_series.h"
 #include "formats.h"
 #include "solved_stack.h"
 

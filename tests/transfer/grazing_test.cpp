@@ -1,5 +1,5 @@
 // Narrow peaks between grazing directions, where the path law does not hold.
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 

@@ -1,3 +1,5 @@
+#include <stratus/base/size.h>
+
 #include "slice_parts.h"
 #include "table/lookup_arguments.h"
 
@@ -54,7 +56,7 @@ void look_up_angles(Side which, const BatchSide<channels>& side, std::size_t cou
         side.many(side.view, paths, some, found);
         for (int c = 0; c < channels; ++c)
             std::copy(found + c * path_room, found + c * path_room + here,
-                      value + static_cast<std::size_t>(c) * count + first);
+                      value + size(c) * count + first);
     });
 }
 
@@ -85,7 +87,7 @@ void look_up_vectors(const BatchSide<channels>& reflection, const BatchSide<chan
         }
         for (int c = 0; c < channels; ++c)
             all.joined(paths, found[0] + c * path_room, found[1] + c * path_room,
-                       static_cast<int>(here), value + static_cast<std::size_t>(c) * count + first);
+                       static_cast<int>(here), value + size(c) * count + first);
     });
 }
 

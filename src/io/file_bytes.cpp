@@ -1,6 +1,7 @@
 #include <stratus/io/file_bytes.h>
 
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -46,7 +47,7 @@ void Descriptor::read_at(std::uint64_t offset, std::span<char> bytes) const {
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) throw last_error();
         if (got == 0) throw std::runtime_error("was truncated while being read");
-        bytes = bytes.subspan(static_cast<std::size_t>(got));
+        bytes = bytes.subspan(size(got));
         offset += static_cast<std::uint64_t>(got);
     }
 }
@@ -57,7 +58,7 @@ void Descriptor::write_at(std::uint64_t offset, std::span<const char> bytes) con
                                      static_cast<off_t>(offset));
         if (put < 0 && errno == EINTR) continue;
         if (put < 0) throw last_error();
-        bytes = bytes.subspan(static_cast<std::size_t>(put));
+        bytes = bytes.subspan(size(put));
         offset += static_cast<std::uint64_t>(put);
     }
 }

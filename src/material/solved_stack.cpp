@@ -2,6 +2,7 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include <algorithm>
 #include <array>
@@ -165,7 +166,7 @@ Stencil stencil_at(double place, int lowest, int highest) {
         double weight = 1;
         for (int j = 0; j < points; ++j)
             if (j != i) weight *= (t - j) / (i - j);
-        stencil.weight[static_cast<std::size_t>(i)] = weight;
+        stencil.weight[size(i)] = weight;
     }
     return stencil;
 }
@@ -204,7 +205,7 @@ ReflectionField::ReflectionField(const Stack& stack, const SolvedStack& solved,
     parallel_for(static_cast<int>(count), threads, [&](int out) {
         for (int in = out; in < static_cast<int>(count); ++in) {
             const std::vector<SolvedValue> values = solved.reflection(in, out, azimuths);
-            const auto i = static_cast<std::size_t>(in), o = static_cast<std::size_t>(out);
+            const auto i = size(in), o = size(out);
             for (std::size_t a = 0; a < row; ++a)
                 rest_[(o * count + i) * row + a] = rest_[(i * count + o) * row + a] =
                     values[a].multiple;
@@ -228,13 +229,12 @@ double ReflectionField::operator()(double mu_in, int out, double azimuth) const 
         for (int a = 0; a < points; ++a) {
             const int folded = std::abs(over_azimuth.first + a);
             const int at = folded > azimuth_intervals ? 2 * azimuth_intervals - folded : folded;
-            sum += over_azimuth.weight[static_cast<std::size_t>(a)] * samples[at];
+            sum += over_azimuth.weight[size(a)] * samples[at];
         }
-        rest += over_mu.weight[static_cast<std::size_t>(i)] * sum;
+        rest += over_mu.weight[size(i)] * sum;
     }
     // Polynomials swing below 0 beside the peaks of grazing directions.
-    return std::max(0.0, rest) +
-           single_reflection(stack_, {mu, mu_[static_cast<std::size_t>(out)], azimuth});
+    return std::max(0.0, rest) + single_reflection(stack_, {mu, mu_[size(out)], azimuth});
 }
 
 }  // namespace stratus

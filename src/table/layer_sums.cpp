@@ -1,6 +1,6 @@
 #include "layer_sums.h"
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "kernels/vectors.h"
 
 #include <algorithm>

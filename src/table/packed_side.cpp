@@ -4,7 +4,7 @@
 #include <stratus/layer/diffusion.h>
 #include <stratus/table/packed_block.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "layer_blend.h"
 
 #include <algorithm>

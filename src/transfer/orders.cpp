@@ -1,5 +1,6 @@
 #include "orders.h"
 
+#include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
 #include "climb.h"
@@ -151,7 +152,7 @@ class OrderedStackRun {
         blank.boundary_truncation = boundary_truncation_;
         blank.mu = solved_cosines(directions_);
         blank.truncations = truncations_;
-        orders_.resize(static_cast<std::size_t>(options.orders) + 1, blank);
+        orders_.resize(size(options.orders) + 1, blank);
         const auto count = blank.mu.size();
         const SingleFactors nothing{MatrixXd::Zero(count, count), MatrixXd::Zero(count, count)};
         for (std::size_t n = 0; n < orders_.size(); ++n) {
@@ -187,16 +188,13 @@ class OrderedStackRun {
         return all;
     }
 
-    Series nothing() const {
-        return {{}, std::vector<MatrixXd>(static_cast<std::size_t>(options_.orders) + 1)};
-    }
+    Series nothing() const { return {{}, std::vector<MatrixXd>(size(options_.orders) + 1)}; }
 
     /// Modes `first` to before `end` of a layer of one of any depth.
     std::vector<OrderedMode> layer_modes(const StackLayer& layer,
                                          const std::vector<double>& moments, int first,
                                          int end) const {
-        std::vector<OrderedMode> all(static_cast<std::size_t>(end - first),
-                                     {nothing(), nothing(), nothing()});
+        std::vector<OrderedMode> all(size(end - first), {nothing(), nothing(), nothing()});
         if (std::isfinite(layer.optical_depth))
             for (OrderedMode& mode : all)
                 mode.transmission.d = beam_along(directions_, layer.optical_depth);
@@ -218,7 +216,7 @@ class OrderedStackRun {
             [&](int mode, std::size_t order, int depth, ModeMatrices solved, const PhaseKernels&) {
                 if (depth + 1 < ladder.octaves) return false;
                 solved = reach(target, mode, 0, directions_, std::move(solved));
-                OrderedMode& to = all[static_cast<std::size_t>(mode - first)];
+                OrderedMode& to = all[size(mode - first)];
                 to.reflection.K[order + 1] = solved.reflection;
                 to.reflection_below.K[order + 1] = std::move(solved.reflection);
                 if (!to.is_opaque()) to.transmission.K[order + 1] = std::move(solved.transmission);
@@ -233,11 +231,9 @@ class OrderedStackRun {
         if (boundary.kind == LowerBoundary::Kind::layer)
             return layer_modes({boundary.phase_function, boundary.albedo, infinity},
                                boundary_truncation_.moments, first, end);
-        std::vector<OrderedMode> all(static_cast<std::size_t>(end - first),
-                                     {nothing(), nothing(), nothing()});
+        std::vector<OrderedMode> all(size(end - first), {nothing(), nothing(), nothing()});
         for (int m = first; m < std::min(end, boundary_modes_.count()); ++m)
-            all[static_cast<std::size_t>(m - first)].reflection.K[1] =
-                boundary_modes_.layer(m).reflection;
+            all[size(m - first)].reflection.K[1] = boundary_modes_.layer(m).reflection;
         return all;
     }
 

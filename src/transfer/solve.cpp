@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
 
 #include "backward_path.h"
@@ -101,8 +102,7 @@ class LadderRun {
         solve_groups(
             static_cast<int>(modes.size()), group, options.modes == 0,
             [&](int first, int end) {
-                solve_modes(std::span(modes).subspan(static_cast<std::size_t>(first),
-                                                     static_cast<std::size_t>(end - first)));
+                solve_modes(std::span(modes).subspan(size(first), size(end - first)));
             },
             [this](int count) { return is_negligible(count); });
         if (options.grazing)
@@ -183,7 +183,7 @@ class LadderRun {
         if (options.grazing)
             return thinned_modes(count,
                                  options.tolerance > 0 ? options.tolerance : usual_tolerance);
-        std::vector<int> all(static_cast<std::size_t>(count));
+        std::vector<int> all(size(count));
         std::iota(all.begin(), all.end(), 0);
         return all;
     }
@@ -215,7 +215,7 @@ class LadderRun {
             if (mode == 0) half_transmittance_ = uniform_mean(directions_, layer.transmission);
             return false;
         }
-        const auto at = static_cast<std::size_t>(place);
+        const auto at = size(place);
         const DepthTarget& target = problem_.targets[at];
         const bool is_limit = reaches_limit(mode, a, at, layer.transmission);
         layer = reach(target, mode, half_transmittance_, directions_, std::move(layer));
@@ -374,7 +374,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const LowerBoundary& boundary) {
     check(albedos, options, boundary);
     require(ladder.octaves >= 0, "solve", "octaves", ">= 0", ladder.octaves);
-    const auto count = static_cast<std::size_t>(ladder.count());
+    const auto count = size(ladder.count());
     require(ladder.asked.empty() || ladder.asked.size() == count, "solve", "depths of a ladder",
             "all of them asked for or not, " + std::to_string(count), ladder.asked.size());
     require(ladder.place(ladder.count()) > 0, "solve", "depths of a ladder", "at least one",
@@ -416,7 +416,7 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                         const SolverOptions& options) {
     require(options.orders >= 1, "solve_orders", "orders", "in [1, 200]", options.orders);
     require(optical_depth >= 0, "solve_orders", "optical_depth", "in [0, inf]", optical_depth);
-    const std::vector<double> albedos(static_cast<std::size_t>(options.orders), albedo);
+    const std::vector<double> albedos(size(options.orders), albedo);
     const LowerBoundary none;
     check(albedos, options, none);
     const DepthTarget target = choose_target(optical_depth, false, phase_function.asymmetry());

@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include "photon_path.h"
 
@@ -120,7 +121,7 @@ class PhotonRun {
         Flight flight;
         set_out(flight, beam_direction(mu_in, 0, -1));
         // recent[k]: sum of 1/phi over the last k collisions
-        std::vector<double> recent(static_cast<std::size_t>(backward_collisions_) + 1, 0.0);
+        std::vector<double> recent(size(backward_collisions_) + 1, 0.0);
         tally_flight(flight, 0, recent, exits, photon);
         for (int order = 1; order <= max_collisions; ++order) {
             if (!collide(flight, order, random)) return;
@@ -322,12 +323,12 @@ std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<In
         std::clamp(options.photons / min_batch, std::uint64_t{1}, max_batches);
     std::vector<Tallies<Tally>> slots(beams.size() * batches);
     const auto work = [&](int at) {
-        const IncidentBeam& beam = beams[static_cast<std::size_t>(at) / batches];
-        const std::uint64_t batch = static_cast<std::size_t>(at) % batches;
+        const IncidentBeam& beam = beams[size(at) / batches];
+        const std::uint64_t batch = size(at) % batches;
         Random random(options.seed, std::bit_cast<std::uint64_t>(beam.mu_in), batch);
         const std::uint64_t photons =
             options.photons / batches + (batch < options.photons % batches ? 1 : 0);
-        slots[static_cast<std::size_t>(at)] = run.run(beam, photons, random);
+        slots[size(at)] = run.run(beam, photons, random);
     };
     const auto count = static_cast<int>(slots.size());
     if (options.parallel_for)

@@ -1,16 +1,14 @@
 // `stratus convert`: all samples in the other file format, lossless both ways; those of a packed table as its
 // lookups give them. `stratus pack`: a table in the small file that lookups map into memory. `stratus seal`: a table
 // that was changed on purpose, with checksums of what it holds.
-#include <stratus/io/table_file.h>
-
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
+#include <stratus/io/table_file.h>
 #include <stratus/table/packed_table.h>
 
-#include "commands.h"
 #include "options.h"
+#include "progress.h"
 #include "query.h"
-#include "signals.h"
 
 #include <iostream>
 #include <memory>

@@ -4,7 +4,6 @@
 #include <stratus/base/number_text.h>
 #include <stratus/picture/plots.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"

@@ -12,7 +12,6 @@
 #include <stratus/table/packed_table.h>
 #include <stratus/table/table.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"

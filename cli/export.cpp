@@ -7,11 +7,9 @@
 #include <stratus/table/ground.h>
 #include <stratus/table/table.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,13 +3,13 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/plots.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"
@@ -137,7 +137,7 @@ void check_counts(const std::vector<Bin>& bins, const CsvTable& rows, const std:
 /// Name of a parameter in `--fix` and `--free`.
 std::string option_name(const LayerModel& model, int parameter) {
     if (parameter == fit_optical_depth) return "tau";
-    return fit_parameter_names(model)[static_cast<std::size_t>(parameter)];
+    return fit_parameter_names(model)[size(parameter)];
 }
 
 /// A parameter's value; of lengths um or nm may follow. Not-a-number where it is none.
@@ -172,7 +172,7 @@ FitOptions make_options(const FitCommand& command, const LayerModel& model) {
             parse_value(equals == std::string::npos ? "" : text.substr(equals + 1), name);
         if (std::isnan(value))
             throw std::invalid_argument("fit: --fix must be NAME=VALUE, got " + text);
-        std::optional<double>& held = options.*held_fields[static_cast<std::size_t>(p)];
+        std::optional<double>& held = options.*held_fields[size(p)];
         if (held)
             throw std::invalid_argument("fit: --fix must name " + option_name(model, p) +
                                         " once, got " + text);
@@ -180,7 +180,7 @@ FitOptions make_options(const FitCommand& command, const LayerModel& model) {
     }
     for (const std::string& name : command.free) {
         const int p = require_parameter("--free", "a name", model, name, name);
-        if (options.*held_fields[static_cast<std::size_t>(p)])
+        if (options.*held_fields[size(p)])
             throw std::invalid_argument("fit: --free must not name what --fix holds, got " + name);
         if (p == fit_g1) options.free_g1 = true;
         if (p == fit_g2) options.free_g2 = true;
@@ -238,9 +238,9 @@ Columns fit_columns(const LayerModel& model, const std::array<bool, fit_paramete
     Columns columns;
     columns.place = place;
     for (const int p : model_parameters(model)) {
-        if (p >= fit_g1 && !free[static_cast<std::size_t>(p)]) continue;
+        if (p >= fit_g1 && !free[size(p)]) continue;
         columns.parameters.push_back(p);
-        columns.names.push_back(fit_parameter_names(model)[static_cast<std::size_t>(p)]);
+        columns.names.push_back(fit_parameter_names(model)[size(p)]);
     }
     return columns;
 }
@@ -370,7 +370,7 @@ void run_fit(const FitCommand& command) {
     check_counts(bins, rows, place_column, free_parameter_count(model, first, options));
     std::vector<Fit> fits(bins.size());
     parallel_for(static_cast<int>(bins.size()), command.threads, [&](int b) {
-        const auto at = static_cast<std::size_t>(b);
+        const auto at = size(b);
         fits[at] = fit_layer(model, bins[at].observations, options);
     });
     const Columns columns =

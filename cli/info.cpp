@@ -5,9 +5,8 @@
 #include <stratus/scene/table_portrait.h>
 #include <stratus/table/table.h>
 
-#include "commands.h"
-#include "query.h"
 #include "options.h"
+#include "query.h"
 
 #include <algorithm>
 #include <cstdio>

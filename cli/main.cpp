@@ -6,9 +6,8 @@
 // are one line on stderr.
 #include <stratus/base/argument.h>
 
-#include "commands.h"
+#include "options.h"
 #include "progress.h"
-#include "signals.h"
 
 #include <CLI/CLI.hpp>
 

@@ -103,28 +103,27 @@ std::vector<std::string> error_columns(int orders = 0) {
 // ---- the solver --------------------------------------------------------------------------------
 
 /// Textbook doubling, whose thin layer errs where more nodes do not help.
-Method by_classic(const LayerQuestion& question) {
+Method by_classic(const SolveRequest& request) {
     SolverOptions options;
-    if (question.nodes) options.nodes = question.nodes;
+    if (request.nodes) options.nodes = request.nodes;
     options.scheme = Scheme::classic;
-    if (question.start == "single") options.start = ClassicStart::single;
-    options.start_depth = question.start_depth;
+    if (request.start == "single") options.start = ClassicStart::single;
+    options.start_depth = request.start_depth;
     const auto solve = [=](const std::vector<double>& mu, const SolverOptions& with) {
-        return solve_layer(question.phase_function, question.albedo, question.optical_depth, mu,
-                           with);
+        return solve_layer(request.phase_function, request.albedo, request.optical_depth, mu, with);
     };
     Method method;
     method.rows = rows_by(
         [=](const std::vector<double>& mu) { return solve(mu, options); },
         [](const LayerSolution& solution, const Geometry& at, int in, int out) -> MethodRow {
-            return {solution.reflection(in, out, at.azimuth),
-                    solution.transmission(in, out, at.azimuth),
+            return {{solution.reflection(in, out, at.azimuth),
+                     solution.transmission(in, out, at.azimuth)},
                     {}};
         });
     method.fluxes = [=](const std::vector<double>& mu) {
         const LayerSolution solution = solve(mu, flux_only(options));
-        return list_fluxes(solution, mu, question.optical_depth,
-                           question.albedo == 1 ? 0 : lost_light(solution));
+        return list_fluxes(solution, mu, request.optical_depth,
+                           request.albedo == 1 ? 0 : lost_light(solution));
     };
     return method;
 }
@@ -164,11 +163,10 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
     };
     std::vector<MethodRow> rows;
     for (const SolvedGeometry& at : solved.at)
-        rows.push_back({at.reflection,
-                        at.transmission,
+        rows.push_back({{at.reflection, at.transmission},
                         {at.reflection_error, at.transmission_error},
-                        misses(at.reflection, at.reflection_error),
-                        misses(at.transmission, at.transmission_error)});
+                        {misses(at.reflection, at.reflection_error),
+                         misses(at.transmission, at.transmission_error)}});
     if (options.orders == 0) return rows;
     SolverOptions with = options;
     with.nodes = solved.nodes;
@@ -188,80 +186,80 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
 
 // ---- the reference solvers ---------------------------------------------------------------------
 
-Method by_h_function(const LayerQuestion& question) {
-    require(question.phase_function.is_isotropic(), "solve", "--phase",
-            "isotropic for the scheme h-function", question.phase_function.text());
+Method by_h_function(const SolveRequest& request) {
+    require(request.phase_function.is_isotropic(), "solve", "--phase",
+            "isotropic for the scheme h-function", request.phase_function.text());
     const auto solve = [=](const std::vector<double>& mu) {
         const std::vector<double> cosines = mu.empty() ? std::vector<double>{1} : mu;
-        return question.nodes ? solve_isotropic(question.albedo, question.optical_depth, cosines,
-                                                question.nodes)
-                              : solve_isotropic(question.albedo, question.optical_depth, cosines);
+        return request.nodes
+                   ? solve_isotropic(request.albedo, request.optical_depth, cosines, request.nodes)
+                   : solve_isotropic(request.albedo, request.optical_depth, cosines);
     };
     Method method;
     const auto row = [=](const IsotropicSolution& solution, const Geometry& at, int in,
                          int out) -> MethodRow {
         const auto part = [&](Side side, double all) {
-            const double once = single_scattering(side, 1, question.albedo, question.optical_depth,
+            const double once = single_scattering(side, 1, request.albedo, request.optical_depth,
                                                   at.mu_in, at.mu_out);
             return SolvedValue{all, once, all - once};
         };
-        return {part(Side::reflection, solution.reflection(in, out)),
-                part(Side::transmission, solution.transmission(in, out)),
+        return {{part(Side::reflection, solution.reflection(in, out)),
+                 part(Side::transmission, solution.transmission(in, out))},
                 {}};
     };
     method.rows = rows_by(solve, row);
     method.fluxes = [=](const std::vector<double>& mu) {
         const IsotropicSolution solution = solve(mu);
-        return list_fluxes(solution, mu, question.optical_depth,
-                           question.albedo == 1 ? 0 : lost_light(solution));
+        return list_fluxes(solution, mu, request.optical_depth,
+                           request.albedo == 1 ? 0 : lost_light(solution));
     };
     return method;
 }
 
-Method by_markov(const LayerQuestion& question) {
+Method by_markov(const SolveRequest& request) {
     MarkovOptions options;
-    if (question.nodes) options.nodes = question.nodes;
-    if (question.sublayers) options.sublayers = question.sublayers;
-    options.orders = question.orders;
+    if (request.nodes) options.nodes = request.nodes;
+    if (request.sublayers) options.sublayers = request.sublayers;
+    options.orders = request.orders;
     const auto solve = [=](const std::vector<double>& mu, const MarkovOptions& with) {
-        return solve_markov(question.phase_function, question.albedo, question.optical_depth, mu,
+        return solve_markov(request.phase_function, request.albedo, request.optical_depth, mu,
                             with);
     };
     Method method;
-    method.more_columns = error_columns(question.orders);
+    method.more_columns = error_columns(request.orders);
     const auto row = [=](const MarkovSolution& solution, const Geometry& at, int in, int out) {
         const MarkovValue R = solution.reflection(in, out, at.azimuth);
         const MarkovValue T = solution.transmission(in, out, at.azimuth);
-        MethodRow row{R.value, T.value, {R.error, T.error}};
-        for (int n = 1; n <= question.orders; ++n)
+        MethodRow row{{R.value, T.value}, {R.error, T.error}};
+        for (int n = 1; n <= request.orders; ++n)
             row.more.push_back(solution.reflection_of_order(n, in, out, at.azimuth));
-        for (int n = 1; n <= question.orders; ++n)
+        for (int n = 1; n <= request.orders; ++n)
             row.more.push_back(solution.transmission_of_order(n, in, out, at.azimuth));
         return row;
     };
     method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); }, row);
     method.fluxes = [=](const std::vector<double>& mu) {
         const MarkovSolution solution = solve(mu, flux_only(options));
-        MethodFluxes fluxes = list_fluxes(solution.layer, mu, question.optical_depth,
-                                          lost_light(solution.layer), question.orders);
+        MethodFluxes fluxes = list_fluxes(solution.layer, mu, request.optical_depth,
+                                          lost_light(solution.layer), request.orders);
         fluxes.uniform.emplace_back("error", solution.flux_error);
         return fluxes;
     };
     return method;
 }
 
-Method by_photons(const LayerQuestion& question) {
+Method by_photons(const SolveRequest& request) {
     PhotonOptions options;
-    if (question.photons) options.photons = question.photons;
-    options.seed = question.seed;
-    options.highest_order = question.orders;
-    options.backward_collisions = question.backward_collisions;
-    options.parallel_for = [threads = question.threads](int count,
-                                                        const std::function<void(int)>& body) {
+    if (request.photons) options.photons = request.photons;
+    options.seed = request.seed;
+    options.highest_order = request.orders;
+    options.backward_collisions = request.backward_collisions;
+    options.parallel_for = [threads = request.threads](int count,
+                                                       const std::function<void(int)>& body) {
         parallel_for(count, threads, body);
     };
     const auto solve = [=](const std::vector<Geometry>& geometries) {
-        return solve_photons(question.phase_function, question.albedo, question.optical_depth,
+        return solve_photons(request.phase_function, request.albedo, request.optical_depth,
                              geometries, options);
     };
     Method method;
@@ -270,8 +268,7 @@ Method by_photons(const LayerQuestion& question) {
     method.rows = [=](const std::vector<Geometry>& geometries) {
         std::vector<MethodRow> rows;
         for (const PhotonGeometry& at : solve(geometries).geometries)
-            rows.push_back({at.reflection.value,
-                            at.transmission.value,
+            rows.push_back({{at.reflection.value, at.transmission.value},
                             {at.reflection.standard_error, at.transmission.standard_error}});
         return rows;
     };
@@ -289,26 +286,24 @@ Method by_photons(const LayerQuestion& question) {
             {"total_transmittance_error", all.transmittance.standard_error},
             {"absorptance_error", all.absorptance.standard_error}};
         if (mu.empty()) return fluxes;
-        std::vector<double> cosines, albedo, diffuse, direct, albedo_error, diffuse_error;
-        for (std::size_t i = 0; i < solution.plane.size(); ++i) {
-            const PhotonFluxes& at = solution.plane[i];
-            cosines.push_back(solution.mu_in[i]);
-            albedo.push_back(at.albedo.value);
-            diffuse.push_back(at.transmittance.value);
-            direct.push_back(at.direct_transmittance);
-            albedo_error.push_back(at.albedo.standard_error);
-            diffuse_error.push_back(at.transmittance.standard_error);
-        }
-        fluxes.lists = {{"mu_in", cosines},
-                        {"plane_albedo", albedo},
-                        {"diffuse_transmittance", diffuse},
-                        {"direct_transmittance", direct},
-                        {"plane_albedo_error", albedo_error},
-                        {"diffuse_transmittance_error", diffuse_error}};
+        const auto column = [&](Estimate PhotonFluxes::*flux, double Estimate::*number) {
+            std::vector<double> values;
+            for (const PhotonFluxes& at : solution.plane) values.push_back(at.*flux.*number);
+            return values;
+        };
+        fluxes.lists = {
+            {"mu_in", solution.mu_in},
+            {"plane_albedo", column(&PhotonFluxes::albedo, &Estimate::value)},
+            {"diffuse_transmittance", column(&PhotonFluxes::transmittance, &Estimate::value)},
+            {"direct_transmittance", beams(request.optical_depth, solution.mu_in)},
+            {"plane_albedo_error", column(&PhotonFluxes::albedo, &Estimate::standard_error)},
+            {"diffuse_transmittance_error",
+             column(&PhotonFluxes::transmittance, &Estimate::standard_error)}};
         return fluxes;
     };
     return method;
 }
+
 std::vector<Geometry> make_geometries(const Query& query) {
     std::vector<Geometry> geometries;
     for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
@@ -331,31 +326,31 @@ double worst_error(const SolvedGeometries& solved, const Query& query) {
 
 }  // namespace
 
-Method make_method(const LayerQuestion& question) {
-    if (question.scheme == "h-function") return by_h_function(question);
-    if (question.scheme == "markov") return by_markov(question);
-    if (question.scheme == "photons") return by_photons(question);
-    if (question.scheme == "classic") return by_classic(question);
-    return make_method(
-        Stack{{{question.phase_function, question.albedo, question.optical_depth}}, {}}, question);
+Method make_method(const SolveRequest& request) {
+    if (request.scheme == "h-function") return by_h_function(request);
+    if (request.scheme == "markov") return by_markov(request);
+    if (request.scheme == "photons") return by_photons(request);
+    if (request.scheme == "classic") return by_classic(request);
+    return make_method(Stack{{{request.phase_function, request.albedo, request.optical_depth}}, {}},
+                       request);
 }
 
-SolverOptions make_options(const LayerQuestion& question) {
+SolverOptions make_options(const SolveRequest& request) {
     SolverOptions options;
-    if (question.nodes)
-        options.nodes = question.nodes;
+    if (request.nodes)
+        options.nodes = request.nodes;
     else
-        options.tolerance = question.tolerance;
+        options.tolerance = request.tolerance;
     return options;
 }
 
-Method make_method(const Stack& stack, const LayerQuestion& question) {
-    SolverOptions options = make_options(question);
-    options.orders = question.orders;
+Method make_method(const Stack& stack, const SolveRequest& request) {
+    SolverOptions options = make_options(request);
+    options.orders = request.orders;
     Method method;
     // With orders, these are solved at all cosines that are given at once.
-    if (question.orders == 0) method.max_cosines = std::numeric_limits<std::size_t>::max();
-    method.more_columns = error_columns(question.orders);
+    if (request.orders == 0) method.max_cosines = std::numeric_limits<std::size_t>::max();
+    method.more_columns = error_columns(request.orders);
     method.rows = [=](const std::vector<Geometry>& geometries) {
         return solved_rows(stack, options, geometries);
     };

@@ -16,7 +16,7 @@
 namespace stratus {
 
 /// One layer and how to solve it; 0 or "" stands for what suits the scheme.
-struct LayerQuestion {
+struct SolveRequest {
     PhaseFunction phase_function;
     double albedo = 0, optical_depth = 0;
     std::string scheme = "harmonic";
@@ -33,9 +33,9 @@ struct LayerQuestion {
 
 /// R and T at one geometry, and the values of the method's own columns.
 struct MethodRow {
-    SolvedValue reflection, transmission;
+    PerSide<SolvedValue> value;
     std::vector<double> more;
-    bool reflection_misses = false, transmission_misses = false;  // the tolerance
+    PerSide<bool> misses{};  // the tolerance
 };
 
 /// Fluxes by name, in output order: under uniform illumination, and lists of
@@ -54,11 +54,11 @@ struct Method {
 };
 
 /// Options of the solver, harmonic, without orders.
-SolverOptions make_options(const LayerQuestion& question);
+SolverOptions make_options(const SolveRequest& request);
 
 /// Errors   std::invalid_argument for what a scheme cannot solve.
-Method make_method(const LayerQuestion& question);
-Method make_method(const Stack& stack, const LayerQuestion& how);  // by the solver
+Method make_method(const SolveRequest& request);
+Method make_method(const Stack& stack, const SolveRequest& how);  // by the solver
 
 struct LevelsCommand {
     Stack stack;

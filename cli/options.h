@@ -1,5 +1,5 @@
-// Options that several commands have, the tables and caches that they name, and validators, which refuse in the house form: option, allowed
-// range, value met.
+// The subcommands; options that several of them have, the tables and caches that these name, and validators, which
+// refuse in the house form: option, allowed range, value met.
 //
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
@@ -10,8 +10,8 @@
 #include <stratus/phase/phase_family.h>
 #include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
-#include <stratus/table/packed_table.h>
 #include <stratus/table/ground.h>
+#include <stratus/table/packed_table.h>
 
 #include <CLI/CLI.hpp>
 
@@ -24,6 +24,13 @@
 #include <vector>
 
 namespace stratus {
+
+// The subcommands, a file each but for convert, pack and seal, and for shader and view. Each function registers a command with its options and callback.
+
+using AddCommand = void(CLI::App& app);
+
+AddCommand add_solve, add_bake, add_eval, add_info, add_verify, add_convert, add_pack, add_seal,
+    add_export, add_shader, add_fit, add_cost, add_phase, add_plan, add_render, add_view;
 
 /// A number for which `holds` is true; never nan. `allowed` names its range: "in [0, 1]".
 CLI::Validator number(const std::string& allowed, bool (*holds)(double value));

@@ -1,11 +1,10 @@
 // `stratus phase`: phase functions as numbers and as a figure.
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/plots.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"

@@ -1,21 +1,19 @@
 // `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe of
 // its table.
-#include <stratus/base/number_text.h>
-#include <stratus/picture/png.h>
-#include <stratus/scene/plan.h>
-
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/io/atomic_file.h>
+#include <stratus/picture/png.h>
 #include <stratus/scene/contents.h>
+#include <stratus/scene/plan.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"
-#include "signals.h"
 
 #include <algorithm>
 #include <array>
@@ -93,7 +91,7 @@ void draw_scene(const PlanReport& report, const std::string& title, double white
     const int height = panel_height(picture);
     const std::vector<const EffectShare*> shown = shown_effects(report);
     for (int k = 0; k <= static_cast<int>(shown.size()); ++k) {
-        const EffectShare* const share = k == 0 ? nullptr : shown[static_cast<std::size_t>(k) - 1];
+        const EffectShare* const share = k == 0 ? nullptr : shown[size(k) - 1];
         const int left = k % panels_a_row * panel_width,
                   above = top + k / panels_a_row * (height + title_height);
         page.labels.push_back(
@@ -104,8 +102,7 @@ void draw_scene(const PlanReport& report, const std::string& title, double white
                       down = std::min(picture.height - 1, y * picture.height / height);
             const float* const pixel = picture.pixel(across, down);
             if (share)
-                return false_colour(double{
-                    share->changes[static_cast<std::size_t>(down * picture.width + across)]});
+                return false_colour(double{share->changes[size(down * picture.width + across)]});
             const auto scale = static_cast<float>(1 / white);
             return std::array<float, 3>{scale * pixel[0], scale * pixel[1], scale * pixel[2]};
         });

@@ -1,6 +1,7 @@
 #include "progress.h"
 
 #include <stratus/base/argument.h>
+#include <stratus/base/size.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -51,9 +52,8 @@ void Progress::show(double done, const std::string& stage) {
     }
     const int filled = std::clamp(static_cast<int>(done * bar_width), 0, bar_width);
     std::fprintf(stderr, "\r\033[K%-9s [%s%s] %3.0f %%  %.1f %%/s  %.0f s left", stage.c_str(),
-                 std::string(static_cast<std::size_t>(filled), '#').c_str(),
-                 std::string(static_cast<std::size_t>(bar_width - filled), '.').c_str(), 100 * done,
-                 rate, left);
+                 std::string(size(filled), '#').c_str(),
+                 std::string(size(bar_width - filled), '.').c_str(), 100 * done, rate, left);
     std::fflush(stderr);
     drawn_ = true;
     if (last) clear();

@@ -1,8 +1,11 @@
-// Lines on stderr: refusals, notes and warnings, and the progress of long work, which is a bar with rate and
-// time left on a terminal, plain lines otherwise, and nothing when quiet.
+// Long work as a terminal sees it. Lines on stderr: refusals, notes and warnings, and its progress, which is a bar
+// with rate and time left on a terminal, plain lines otherwise, and nothing when quiet. Signals, which stop it.
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <csignal>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -41,6 +44,75 @@ class Progress {
     std::string stage_;
     double done_ = 0;
     Clock::time_point started_, shown_;
+};
+
+// Ctrl-C stops long work in order, whose pieces in progress are finished and kept, and leaves no partial files.
+
+/// Records SIGINT, SIGTERM and SIGHUP during its scope instead of ending the program; a second
+/// signal does end it. Ignored signals stay ignored.
+///
+/// Threads  one object at a time in a program.
+class StopOnSignal {
+  public:
+    StopOnSignal() {
+        received() = 0;
+        struct sigaction stop = {};
+        stop.sa_handler = [](int signal) { received() = signal; };
+        stop.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+        for (int n = 0; n < count; ++n) {
+            sigaction(signals[n], nullptr, &before_[n]);
+            if (before_[n].sa_handler != SIG_IGN) sigaction(signals[n], &stop, nullptr);
+        }
+    }
+    ~StopOnSignal() {
+        for (int n = 0; n < count; ++n) sigaction(signals[n], &before_[n], nullptr);
+    }
+    StopOnSignal(const StopOnSignal&) = delete;
+    StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+    /// The signal received; 0: none.
+    static int signal() { return received(); }
+
+  private:
+    static constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    static constexpr int count = 3;
+
+    static std::atomic<int>& received() {
+        static std::atomic<int> signal{0};
+        static_assert(std::atomic<int>::is_always_lock_free);
+        return signal;
+    }
+
+    struct sigaction before_[count];
+};
+
+/// Blocks SIGINT, SIGTERM and SIGHUP during its scope, which must be short; one received meanwhile
+/// ends the program at the end of the scope.
+///
+/// Threads  constructed while no other thread runs; threads started in its scope inherit it.
+class SignalsHeld {
+  public:
+    SignalsHeld() {
+        sigset_t blocked;
+        sigemptyset(&blocked);
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&blocked, signal);
+        pthread_sigmask(SIG_BLOCK, &blocked, &before_);
+    }
+    ~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+    SignalsHeld(const SignalsHeld&) = delete;
+    SignalsHeld& operator=(const SignalsHeld&) = delete;
+
+  private:
+    sigset_t before_;
+};
+
+/// Ends the program with the exit code of a signal, 128 + signal.
+class EndedBySignal : public std::runtime_error {
+  public:
+    EndedBySignal(int signal, const std::string& message)
+        : std::runtime_error(message), exit_code(128 + signal) {}
+
+    const int exit_code;
 };
 
 }  // namespace stratus

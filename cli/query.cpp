@@ -1,11 +1,11 @@
 #include "query.h"
 
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 
-#include "signals.h"
+#include "progress.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -4,10 +4,10 @@
 #include <stratus/bake/clock.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"
@@ -63,7 +63,7 @@ std::string name_of_frame(const std::string& pattern, int frame) {
     std::size_t end = begin == pattern.npos ? begin : begin + 1;
     std::size_t digits = 0;
     if (end < pattern.size() && pattern[end] == '0') {
-        digits = end + 1 < pattern.size() ? static_cast<std::size_t>(pattern[end + 1] - '0') : 0;
+        digits = end + 1 < pattern.size() ? size(pattern[end + 1] - '0') : 0;
         end += 2;
     }
     require(end < pattern.size() && pattern[end] == 'd' && digits < 10 &&
@@ -198,7 +198,7 @@ void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
     const double baked = seconds_since(started);
     const int count = frames.last - frames.first + 1;
     for (int k = frames.first; k <= frames.last; ++k) {
-        const SceneFile& file = film[static_cast<std::size_t>(k)];
+        const SceneFile& file = film[size(k)];
         RenderOptions options;
         options.threads = command.threads;
         options.progress = [&](double done, const std::string& stage) {

@@ -1,13 +1,12 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes, of one layer
 // or of a stack.
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/table/ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include "commands.h"
 #include "methods.h"
 #include "options.h"
 #include "progress.h"
@@ -28,7 +27,7 @@ namespace {
 
 struct SolveCommand {
     std::string phase, albedo, over, layers, query, output;
-    LayerQuestion question;
+    SolveRequest request;
     std::vector<double> mu_in, levels;
     bool asked = false;  // a query was given
     bool accept = false;
@@ -36,7 +35,7 @@ struct SolveCommand {
 };
 
 std::vector<double> row_values(const MethodRow& answer) {
-    const SolvedValue &R = answer.reflection, &T = answer.transmission;
+    const auto& [R, T] = answer.value;
     std::vector<double> values{R.total, T.total, R.single, T.single, R.multiple, T.multiple};
     values.insert(values.end(), answer.more.begin(), answer.more.end());
     return values;
@@ -53,15 +52,16 @@ struct Findings {
     void look_at(const RowDirection& at, const MethodRow& row) {
         constexpr double rounding = 1e-15;
         bool misses = false;
-        for (const bool reflected : {true, false}) {
-            if (at.side && (at.side == Side::reflection) != reflected) continue;
-            const double value = (reflected ? row.reflection : row.transmission).total;
+        for (const Side side : both_sides) {
+            if (at.side && at.side != side) continue;
+            const double value = row.value[side].total;
             if (value < -rounding) {
                 ++negative;
                 lowest = std::min(lowest, value);
             }
-            if (!(reflected ? row.reflection_misses : row.transmission_misses)) continue;
+            if (!row.misses[side]) continue;
             misses = true;
+            const bool reflected = side == Side::reflection;
             const double error = relative_error(value, row.more[reflected ? 0 : 1]);
             if (error <= worst_error) continue;
             worst_error = error;
@@ -162,10 +162,10 @@ double read_albedo(const std::string& text, const PhaseFunction& phase_function)
 /// The stack of a file, or the one layer that options describe.
 Stack make_stack(SolveCommand& command, std::vector<std::string>& notes) {
     if (!command.layers.empty()) return read_stack(command.layers, &notes);
-    LayerQuestion& question = command.question;
-    question.phase_function = read_phase_function(command.phase, "", &notes);
-    question.albedo = read_albedo(command.albedo, question.phase_function);
-    return {{{question.phase_function, question.albedo, question.optical_depth}},
+    SolveRequest& request = command.request;
+    request.phase_function = read_phase_function(command.phase, "", &notes);
+    request.albedo = read_albedo(command.albedo, request.phase_function);
+    return {{{request.phase_function, request.albedo, request.optical_depth}},
             command.over.empty() ? LowerBoundary() : read_over("solve", command.over)};
 }
 
@@ -173,8 +173,8 @@ Stack make_stack(SolveCommand& command, std::vector<std::string>& notes) {
 std::vector<std::pair<std::string, double>> describe_medium(const SolveCommand& command,
                                                             const Stack& stack) {
     if (command.layers.empty())
-        return {{"albedo", command.question.albedo},
-                {"optical_depth", command.question.optical_depth}};
+        return {{"albedo", command.request.albedo},
+                {"optical_depth", command.request.optical_depth}};
     return {{"optical_depth", stack.optical_depth()}};
 }
 
@@ -184,7 +184,7 @@ std::string answer_levels(const SolveCommand& command, const Stack& stack) {
                                command.mu_in.empty() ? std::vector<double>{1} : command.mu_in,
                                command.query,
                                command.output,
-                               make_options(command.question)};
+                               make_options(command.request)};
     return command.asked ? answer_query_inside(inside) : answer_fluxes_inside(inside);
 }
 
@@ -193,18 +193,18 @@ void run_solve(SolveCommand command) {
     const auto note = [&](const std::string& text) {
         if (!command.quiet) say("note: " + text);
     };
-    const LayerQuestion& question = command.question;
+    const SolveRequest& request = command.request;
     const Stack stack = make_stack(command, notes);
     for (const std::string& text : notes) note(text);
     const auto refuse_unless_accepted = [&](const std::string& missing) {
         if (missing.empty() || command.accept) return;
-        throw std::runtime_error("solve: the tolerance of " + shortest_text(question.tolerance) +
+        throw std::runtime_error("solve: the tolerance of " + shortest_text(request.tolerance) +
                                  " is missed, and 512 nodes would not reach it: " + missing +
                                  " (--accept: exit code 0)");
     };
     if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
     const bool is_layer = command.layers.empty() && command.over.empty();
-    const Method method = is_layer ? make_method(question) : make_method(stack, question);
+    const Method method = is_layer ? make_method(request) : make_method(stack, request);
     if (!command.asked) {
         const bool misses = answer_fluxes(command, method, describe_medium(command, stack));
         return refuse_unless_accepted(misses ? "see error" : "");
@@ -213,7 +213,7 @@ void run_solve(SolveCommand command) {
     if (findings.negative > 0)
         note(std::to_string(findings.negative) + " values are negative, down to " +
              shortest_text(findings.lowest) +
-             (question.scheme == "photons"
+             (request.scheme == "photons"
                   ? ": chance, see their errors"
                   : ": the phase function's series is, as far as these --nodes reach"));
     if (findings.missing > 0)
@@ -260,7 +260,7 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
             return text == "phase_function" ? std::string() : albedo(text);
         });
     solve
-        .add_option("--optical-depth", command.question.optical_depth,
+        .add_option("--optical-depth", command.request.optical_depth,
                     "Vertical optical depth, [0, inf]")
         ->check(number_in_0_inf());
     solve
@@ -268,10 +268,10 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
                     "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +
                         ground_help())
         ->type_name("GROUND");
-    add_accuracy(solve, command.question.nodes, command.question.tolerance, command.accept,
+    add_accuracy(solve, command.request.nodes, command.request.tolerance, command.accept,
                  ". Default of other schemes: classic 32, h-function 64, markov 16");
     solve
-        .add_option("--scheme", command.question.scheme,
+        .add_option("--scheme", command.request.scheme,
                     "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "
                     "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
                     "isotropic only), markov (Markov chain), photons (Monte Carlo)")
@@ -282,42 +282,42 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
 /// Options that some schemes know.
 void add_scheme_options(CLI::App& solve, SolveCommand& command) {
     solve
-        .add_option("--orders", command.question.orders,
+        .add_option("--orders", command.request.orders,
                     "Light scattered at most this often, [1, 200]; harmonic and markov tell "
                     "every order")
         ->check(whole_number(1, 200));
     solve
-        .add_option("--start", command.question.start,
+        .add_option("--start", command.request.start,
                     "classic: diamond (default) or single, the thin layer's start")
         ->check(CLI::IsMember({"single", "diamond"}));
     solve
-        .add_option("--start-depth", command.question.start_depth,
+        .add_option("--start-depth", command.request.start_depth,
                     "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
                     "1e-3 of the smallest cosine")
         ->check(number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
     solve
-        .add_option("--sublayers", command.question.sublayers,
+        .add_option("--sublayers", command.request.sublayers,
                     "markov: sublayers, even, [4, 1024]. Default: 32")
         ->check(whole_number(4, 1024));
     solve
-        .add_option("--photons", command.question.photons,
+        .add_option("--photons", command.request.photons,
                     "photons: how many for each mu_in, [2, 1e12]. Default: 1000000")
         ->check(whole_number(2, 1'000'000'000'000));
-    solve.add_option("--seed", command.question.seed, "photons: another draw. Default: 1")
+    solve.add_option("--seed", command.request.seed, "photons: another draw. Default: 1")
         ->check(whole_number(0, 1'000'000'000'000'000'000));
     solve
-        .add_option("--backward-collisions", command.question.backward_collisions,
+        .add_option("--backward-collisions", command.request.backward_collisions,
                     "photons: of paths also followed back from the exits, [0, 100]; 8 for narrow "
                     "peaks. Default: 0")
         ->check(whole_number(0, 100));
     solve
-        .add_option("--threads", command.question.threads,
+        .add_option("--threads", command.request.threads,
                     "photons: threads; 0: one for each processor. The answer is the same")
         ->check(whole_number(0, 1024));
 }
 
 /// Stacks, and what is asked.
-void add_question_options(CLI::App& solve, SolveCommand& command) {
+void add_request_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--layers", command.layers,
                     "TOML file of a stack: tables [[layers]], top first, with phase_function, "
@@ -361,7 +361,7 @@ void add_solve(CLI::App& app) {
         app.add_subcommand("solve", "Solve a layer or a stack exactly, without a table");
     add_layer_options(*solve, *command);
     add_scheme_options(*solve, *command);
-    add_question_options(*solve, *command);
+    add_request_options(*solve, *command);
     solve->footer(
         observed_angles_help +
         "Answers of the side that a row of such angles does not see are nan.\n"
@@ -384,7 +384,7 @@ void add_solve(CLI::App& app) {
         "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5 --levels "
         "0,0.1,0.2");
     solve->callback([=] {
-        check_given(*solve, command->question.scheme);
+        check_given(*solve, command->request.scheme);
         command->asked = solve->get_option("--query")->count() > 0;
         run_solve(*command);
     });

@@ -1,5 +1,3 @@
-#include "bake.h"
-
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
@@ -7,13 +5,14 @@
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/table/packed_table.h>
 
+#include "bake.h"
 #include "progress.h"
 #include "query.h"
-#include "signals.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -205,9 +204,8 @@ RankedStage row_stage(const std::vector<SweepRow>& rows, const Alike& alike, int
     stage.count = static_cast<int>(alike.size());
     stage.solve = [&, threads](int piece, std::span<const char>) {
         std::vector<char> packed;
-        const Outcome outcome = try_to_finish([&] {
-            return bake_row(rows[alike[static_cast<std::size_t>(piece)].front()], threads, packed);
-        });
+        const Outcome outcome = try_to_finish(
+            [&] { return bake_row(rows[alike[size(piece)].front()], threads, packed); });
         return to_message(outcome, packed);
     };
     return stage;
@@ -228,7 +226,7 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
         progress.show(static_cast<double>(finished) / static_cast<double>(rows.size()), "tables");
     };
     const auto finish_alike = [&](int n, const auto& finish) {
-        const std::vector<std::size_t>& same = alike[static_cast<std::size_t>(n)];
+        const std::vector<std::size_t>& same = alike[size(n)];
         const std::size_t first = same.front();
         outcomes[first] = try_to_finish([&] { return finish(rows[first]); });
         told(first);
@@ -252,7 +250,7 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
     }
     RankedStage stage = row_stage(rows, alike, command.threads);
     stage.is_done = [&](int piece) {
-        const auto there = folder.found(rows[alike[static_cast<std::size_t>(piece)].front()]);
+        const auto there = folder.found(rows[alike[size(piece)].front()]);
         if (there) finish_alike(piece, [&](const SweepRow&) { return *there; });
         return there.has_value();
     };

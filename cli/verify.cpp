@@ -1,8 +1,8 @@
 // `stratus verify`: compares lookups at random points with fresh solutions.
 #include <stratus/bake/accuracy.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
-#include "commands.h"
 #include "options.h"
 #include "progress.h"
 
@@ -131,10 +131,10 @@ void run_verify(const VerifyCommand& command) {
         "got %.3f %% and %.2f times",
         table.tolerance, share, worst / table.tolerance);
     if (peaked && !verification.judges_grazing)
-        std::snprintf(missed + length, sizeof missed - static_cast<std::size_t>(length),
+        std::snprintf(missed + length, sizeof missed - size(length),
                       "; 99 %% within 10 degrees of forward, got %.2f %%", forward);
     else if (peaked)
-        std::snprintf(missed + length, sizeof missed - static_cast<std::size_t>(length),
+        std::snprintf(missed + length, sizeof missed - size(length),
                       "; 99 %% within 10 degrees of forward and at cosines below 0.15, got %.2f %% "
                       "and %.2f %%",
                       forward, grazing);

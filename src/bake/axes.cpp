@@ -1,6 +1,5 @@
 #include <stratus/bake/axes.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/transfer/solve.h>

@@ -3,7 +3,7 @@
 #include <stratus/bake/axes.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
 
 #include "piece_of_work.h"

@@ -1,6 +1,5 @@
 // Random points of a range, solved: some albedos, each at a ladder of depths.
 #include <stratus/bake/accuracy.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 
 #include "piece_of_work.h"

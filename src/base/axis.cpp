@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include <algorithm>
 #include <cmath>
@@ -148,7 +149,7 @@ AxisView Axis::view() const noexcept {
     view.count = static_cast<int>(values.size()) - (view.ends_at_infinity ? 1 : 0);
     if (view.count == 0) return view;
     view.lowest = values.front();
-    view.highest = values[static_cast<std::size_t>(view.count - 1)];
+    view.highest = values[size(view.count - 1)];
     view.first = law(scale).coordinate(view.lowest);
     if (view.count > 1)
         view.inverse_step = (view.count - 1) / (law(scale).coordinate(view.highest) - view.first);
@@ -161,7 +162,7 @@ Axis make_axis(AxisScale scale, double lowest, double highest, int count, bool a
     require(count >= (and_infinity ? 0 : 1), "make_axis", "count",
             and_infinity ? "at least 0" : "at least 1", count);
     Axis axis{scale, {}};
-    axis.values.reserve(static_cast<std::size_t>(count) + 1);
+    axis.values.reserve(size(count) + 1);
     if (count > 0) {
         require_in_domain(scale, "make_axis", "lowest", lowest);
         require_in_domain(scale, "make_axis", "highest", highest);
@@ -188,7 +189,7 @@ void check_axis(const Axis& axis, const char* name) {
             "finite unless logarithmic", infinity);
     double before = -infinity;
     for (int i = 0; i < view.count; ++i) {
-        const double value = axis.values[static_cast<std::size_t>(i)];
+        const double value = axis.values[size(i)];
         require_in_domain(axis.scale, "check_axis", name, value);
         require(value > before, "check_axis", name, "ascending", value);
         before = value;
@@ -196,7 +197,7 @@ void check_axis(const Axis& axis, const char* name) {
     constexpr double of_a_step = 1e-9;
     constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
     for (int i = 1; i + 1 < view.count; ++i) {
-        const double value = axis.values[static_cast<std::size_t>(i)];
+        const double value = axis.values[size(i)];
         const double uniform = law(axis.scale).value(view.first + i / view.inverse_step);
         const double off = law(axis.scale).coordinate(value) - view.first - i / view.inverse_step;
         require(std::abs(off) * view.inverse_step <= of_a_step ||

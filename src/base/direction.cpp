@@ -1,7 +1,7 @@
 #include <stratus/base/direction.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
 #include <algorithm>

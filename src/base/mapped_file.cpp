@@ -1,5 +1,7 @@
 #include "mapped_file.h"
 
+#include <stratus/base/size.h>
+
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
@@ -50,7 +52,7 @@ MappedFile::MappedFile(const std::string& path) {
     if (S_ISDIR(status.st_mode)) refuse(path, "is a directory");
     if (!S_ISREG(status.st_mode)) refuse(path, "is not a regular file");
     if (status.st_size == 0) refuse(path, "is empty");
-    bytes_ = static_cast<std::size_t>(status.st_size);
+    bytes_ = size(status.st_size);
     void* const start = ::mmap(nullptr, bytes_, PROT_READ, MAP_PRIVATE, file.number, 0);
     if (start == MAP_FAILED) refuse_as_system(path);
     data_ = start;
@@ -79,7 +81,7 @@ MappedFile::MappedFile(const std::string& path) {
     const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : 0;
     if (!file || size < 0) refuse_as_system(path);
     if (size == 0) refuse(path, "is empty");
-    bytes_ = static_cast<std::size_t>(size);
+    bytes_ = size(size);
     data_ = ::operator new(bytes_, alignment);
     file.seekg(0);
     if (!file.read(static_cast<char*>(data_), static_cast<std::streamsize>(size))) {

@@ -1,6 +1,7 @@
 #include "tensor_header.h"
 
 #include <stratus/base/argument.h>
+#include <stratus/base/size.h>
 
 #include <cstring>
 #include <limits>
@@ -98,7 +99,7 @@ std::size_t TensorHeaderReader::read_integer() {
     if (!is_digit()) refuse_tensor_file(place(start), "a digit", met());
     std::size_t number = 0;
     for (int digits = 0; is_digit(); ++digits, ++next_) {
-        const auto digit = static_cast<std::size_t>(*next_ - '0');
+        const auto digit = size(*next_ - '0');
         if (digits > 0 && number == 0)
             refuse_tensor_file("the number from " + place(start), "without leading zeros",
                                quoted({'0', *next_}));
@@ -191,7 +192,7 @@ std::uint32_t TensorHeaderReader::read_hex() {
 }
 
 std::string TensorHeaderReader::place(const char* at) const {
-    const auto offset = static_cast<std::size_t>(at - begin_);
+    const auto offset = size(at - begin_);
     return "byte " + std::to_string(tensor_header_start + offset) + " of the file";
 }
 

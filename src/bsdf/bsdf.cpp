@@ -4,7 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "direction_coordinates.h"
 #include "table/lookup_arguments.h"
 

@@ -1,6 +1,7 @@
 #include <stratus/bsdf/direction_density.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
+
 #include "direction_coordinates.h"
 
 #include <algorithm>
@@ -86,13 +87,13 @@ struct DirectionDensity::SamplePlace {
         const auto split = [](float at, int count, std::size_t& whole, float& rest) {
             const float from = within(0, at, as_float(count - 1) * (1 - 1e-7f));
             const auto n = truncated(from);
-            whole = static_cast<std::size_t>(n);
+            whole = size(n);
             rest = from - as_float(n);
         };
         split(at_row, Grid::rows, row, past_row);
         split(at_line, Grid::quarter_lines, line, past_line);
         split(at_azimuth, Grid::azimuths, azimuth, past_azimuth);
-        line += static_cast<std::size_t>(Grid::quarter_lines * quarter.number);
+        line += size(Grid::quarter_lines * quarter.number);
     }
 };
 
@@ -387,7 +388,7 @@ template <class Grid, Side side>
     const OutgoingCosine out =
         Grid::outgoing_cosine(quarter, peaks, given.in, at_line * (1.0f / (quarter_lines - 1)));
 
-    const std::size_t line = given.row * Grid::lines + static_cast<std::size_t>(given.line.number);
+    const std::size_t line = given.row * Grid::lines + size(given.line.number);
     const float around = inside_unit(given.u2) * 2 - 1;
     const Event event_along = event<azimuths>(along_azimuth_.data() + line * (azimuths + 1),
                                               inside_unit(std::abs(around)));
@@ -410,7 +411,7 @@ template <class Grid>
     const Cosine in = to_cosine(from);
     const float at_row = Grid::incident_place(in) * (rows - 1);
     const auto low_row = truncated(within(0, at_row, rows - 2));
-    const auto row = static_cast<std::size_t>(low_row + (u3 < at_row - as_float(low_row) ? 1 : 0));
+    const auto row = size(low_row + (u3 < at_row - as_float(low_row) ? 1 : 0));
     const float* const over_lines = over_lines_.data() + row * (lines + 1);
     if (!(over_lines[lines] > 0)) return {Side::reflection, 1, 0, 1, 0, 0};
     const DrawnLine given{in, at_row, row, event<lines>(over_lines, inside_unit(u1)), u2};

@@ -1,6 +1,5 @@
 #include <stratus/bsdf/slice.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
@@ -22,9 +21,9 @@ constexpr const char* bind_caller = "bind";
 template <int channels>
 const SideKernel<channels>& find_kernel(Side which, PhaseForm form, Orders orders) {
     if constexpr (channels == 1)
-        return kernels().grey[which].of(form, orders);
+        return chosen_functions<Kernels>().grey[which].of(form, orders);
     else
-        return kernels().rgb[which].of(form, orders);
+        return chosen_functions<Kernels>().rgb[which].of(form, orders);
 }
 
 /// Particles of a stack's layers may differ in all that these effects ask about.

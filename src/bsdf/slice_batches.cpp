@@ -1,5 +1,6 @@
-#include "slice_parts.h"
+#include <stratus/base/size.h>
 
+#include "slice_parts.h"
 #include "table/lookup_arguments.h"
 
 #include <algorithm>
@@ -43,7 +44,7 @@ void look_up_angles(Side which, const BatchSide<channels>& side, std::size_t cou
                 *value++ = dark_at(mu_in[i], mu_out[i], azimuth[i]);
         return;
     }
-    const Kernels& all = kernels();
+    const Kernels& all = chosen_functions<Kernels>();
     in_blocks(count, [&](std::size_t first, std::size_t here) {
         Block in, out, around;
         LightPaths paths;
@@ -55,7 +56,7 @@ void look_up_angles(Side which, const BatchSide<channels>& side, std::size_t cou
         side.many(side.view, paths, some, found);
         for (int c = 0; c < channels; ++c)
             std::copy(found + c * path_room, found + c * path_room + here,
-                      value + static_cast<std::size_t>(c) * count + first);
+                      value + size(c) * count + first);
     });
 }
 
@@ -66,7 +67,7 @@ void look_up_vectors(const BatchSide<channels>& reflection, const BatchSide<chan
     constexpr std::size_t room = channels * path_room;
     for (std::size_t i = 0; i < count; ++i)
         check_vectors({wi[0][i], wi[1][i], wi[2][i]}, {wo[0][i], wo[1][i], wo[2][i]});
-    const Kernels& all = kernels();
+    const Kernels& all = chosen_functions<Kernels>();
     in_blocks(count, [&](std::size_t first, std::size_t here) {
         Block blocks[6];
         const float *in[3], *out[3];
@@ -86,7 +87,7 @@ void look_up_vectors(const BatchSide<channels>& reflection, const BatchSide<chan
         }
         for (int c = 0; c < channels; ++c)
             all.joined(paths, found[0] + c * path_room, found[1] + c * path_room,
-                       static_cast<int>(here), value + static_cast<std::size_t>(c) * count + first);
+                       static_cast<int>(here), value + size(c) * count + first);
     });
 }
 

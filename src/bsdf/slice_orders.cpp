@@ -1,10 +1,10 @@
-#include "slice_parts.h"
-
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/packed_table.h>
 
+#include "slice_parts.h"
 #include "table/layer_coverage.h"
 
 #include <algorithm>
@@ -40,10 +40,8 @@ ChannelOrders packed_orders(const TableView& table, Side which, double albedo,
     ChannelOrders orders;
     orders.blend.optical_depth = follows ? optical_depth : depth;
     if (is_scattered_once(table, albedo, optical_depth)) {
-        orders.sheet.assign(static_cast<std::size_t>(table.mu_in.count) *
-                                static_cast<std::size_t>(table.mu_out.count) *
-                                static_cast<std::size_t>(table.azimuth.count),
-                            0.0f);
+        orders.sheet.assign(
+            size(table.mu_in.count) * size(table.mu_out.count) * size(table.azimuth.count), 0.0f);
         return orders;
     }
     orders.sheet = table.packed->layer(which, albedo, depth, table.members);
@@ -101,12 +99,12 @@ double SliceBackground::order_1(double albedo, double optical_depth, double mu) 
 
 std::vector<float> SliceBackground::curve(double albedo, double optical_depth) const {
     if (albedo == 0 || optical_depth == 0 || optical_depth == infinity) return {};
-    std::vector<double> diffuse(static_cast<std::size_t>(cosines_.count));
+    std::vector<double> diffuse(size(cosines_.count));
     if (table_) diffuse = diffuse_transmittance(*table_, albedo, optical_depth);
     std::vector<float> shares;
     for (int i = 0; i < cosines_.count; ++i) {
         const double mu = cosines_.value(i);
-        double value = diffuse[static_cast<std::size_t>(i)];
+        double value = diffuse[size(i)];
         if (!order_1_.empty()) value += (table_ ? -1 : 1) * order_1(albedo, optical_depth, mu);
         shares.push_back(static_cast<float>(value / intercepted_share(optical_depth, mu)));
     }
@@ -120,7 +118,7 @@ float background_share(const AxisView& cosines, const std::vector<float>& curve,
         const Stencil stencil = cosines.stencil(mu);
         float ratio = 0;
         for (int i = 0; i < std::min(stencil_size, cosines.count); ++i)
-            ratio += stencil.weight[i] * curve[static_cast<std::size_t>(stencil.first + i)];
+            ratio += stencil.weight[i] * curve[size(stencil.first + i)];
         share += intercepted_share(optical_depth, mu) * double{std::max(ratio, 0.0f)};
     }
     return static_cast<float>(std::min(share, 1.0));

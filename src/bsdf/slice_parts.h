@@ -4,7 +4,7 @@
 // kernels take them (slice_batches.cpp).
 #pragma once
 
-#include <stratus/layer/diffuse_transmittance.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/table/table.h>
 

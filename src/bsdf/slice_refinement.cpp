@@ -3,7 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "table/layer_coverage.h"
 
 #include <algorithm>

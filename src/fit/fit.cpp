@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 
 #include "least_squares.h"
 
@@ -157,14 +158,14 @@ std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
 std::size_t free_parameter_count(const LayerModel& model,
                                  const std::vector<Observation>& observations,
                                  const FitOptions& options) {
-    return static_cast<std::size_t>(ParameterSpace(model, observations, options).size());
+    return size(ParameterSpace(model, observations, options).size());
 }
 
 Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observations,
               const FitOptions& options) {
     check(model, observations, options);
     const ParameterSpace space(model, observations, options);
-    const auto needed = static_cast<std::size_t>(std::max(space.size(), 1));
+    const auto needed = size(std::max(space.size(), 1));
     require(observations.size() >= needed, fit_caller, "observations",
             "at least " + std::to_string(needed) + ", one for each free parameter",
             observations.size());

@@ -1,5 +1,7 @@
 #include "least_squares.h"
 
+#include <stratus/base/size.h>
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -89,9 +91,8 @@ Eigen::VectorXd Problem::residuals(const Point& at) const {
         model_.brightness(space_.layer(at), observations_, options_.density, options_.opposition);
     Eigen::VectorXd residuals(static_cast<Eigen::Index>(observations_.size()));
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
-        const Observation& observed = observations_[static_cast<std::size_t>(i)];
-        residuals[i] =
-            (brightness[static_cast<std::size_t>(i)] - observed.brightness) / observed.sigma;
+        const Observation& observed = observations_[size(i)];
+        residuals[i] = (brightness[size(i)] - observed.brightness) / observed.sigma;
     }
     return residuals;
 }

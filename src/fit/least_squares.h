@@ -1,15 +1,90 @@
-// Weighted least squares within a unit cube, by Levenberg-Marquardt, and what a minimum is worth: the probability
-// of its chi-square, and remarks on what its geometries leave open and what contradicts the model.
+// Weighted least squares by Levenberg-Marquardt within a unit cube, whose coordinates are the free parameters of
+// a fit within the model's range, and what a minimum is worth: the probability of its chi-square, and remarks on
+// what its geometries leave open and what contradicts the model.
 #pragma once
 
-#include "parameter_space.h"
+#include <stratus/fit/fit.h>
 
 #include <Eigen/Core>
 
+#include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace stratus {
+
+constexpr const char* fit_caller = "fit_layer";  // in refusals
+
+/// The parameters in the order of FitParameter, and two more: both albedos free are varied as w1 + w2
+/// and w1 / (w1 + w2), which tables are made of. The depth, radii, wavelengths and variances are
+/// varied by their log2.
+enum class Coordinate { depth, w1, w2, g1, g2, radius, wavelength, variance, albedo, mixture };
+
+/// The coordinates of phase functions.
+inline constexpr std::array of_phase_functions{Coordinate::g1, Coordinate::g2, Coordinate::radius,
+                                               Coordinate::wavelength, Coordinate::variance};
+
+class ParameterSpace {
+  public:
+    using Point = Eigen::VectorXd;  // each coordinate in [0, 1]
+
+    /// Errors   std::invalid_argument for values held outside the model's range, and for parameters
+    ///          that are neither held nor known of the observations though the model does not vary
+    ///          them.
+    ParameterSpace(const LayerModel& model, const std::vector<Observation>& observations,
+                   const FitOptions& options);
+
+    int size() const { return static_cast<int>(ranges_.size()); }
+    Coordinate coordinate(int of) const { return ranges_[static_cast<std::size_t>(of)].of; }
+
+    /// Place of a coordinate; -1: not free.
+    int place(Coordinate wanted) const;
+
+    LayerParameters layer(const Point& at) const;
+
+    /// Derivatives of the parameters with respect to the point: of the logarithms of some.
+    Eigen::MatrixXd derivatives(const Point& at) const;
+
+    /// True where it is that of the logarithm; not of a parameter that is held.
+    bool is_logarithm(FitParameter parameter) const;
+
+    /// From one end of a parameter's range to the other, or of its logarithm; 0: not varied itself.
+    double extent(FitParameter parameter) const;
+
+    /// A coordinate's value with its name: "w1 + w2", 0.9.
+    std::string name(int of) const;
+    double value(int of, double at) const;
+
+    /// The middle, at the asymmetries that phase functions have.
+    Point start() const;
+
+  private:
+    struct Range {
+        Coordinate of;
+        double low, high;  // of log2 where that is varied
+
+        bool is_logarithm() const {
+            return of == Coordinate::depth ||
+                   (of >= Coordinate::radius && of <= Coordinate::variance);
+        }
+        double extent() const;
+    };
+
+    void add(Coordinate of, Interval range);
+    void add_albedos(const LayerModel& model, const FitOptions& options);
+    void add_asymmetry(const LayerModel& model, int kind, const std::optional<double>& held,
+                       bool is_free);
+    void add_family(const LayerModel& model, const std::vector<Observation>& observations,
+                    const FitOptions& options);
+
+    const std::array<const char*, fit_parameters> names_;
+    LayerParameters held_;
+    double albedo_ = 0, mixture_ = 1;  // where both albedos are free, of a range of one value
+    bool mixes_ = false;               // both albedos free
+    bool one_kind_ = false;
+    std::vector<Range> ranges_;
+};
 
 class Problem {
   public:

@@ -1,8 +1,8 @@
-#include "parameter_space.h"
-
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+
+#include "least_squares.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/text_file.h>
+#include <stratus/io/file_bytes.h>
 
 #include <csv.h>
 
@@ -59,7 +59,7 @@ std::vector<std::string> read_header(const std::vector<std::string>& fields,
 }
 
 // The library's own numbers would not do: they are not correctly rounded, and know no infinity.
-std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTable& table,
+std::vector<double> read_row(const CsvTable& table, const std::vector<std::string>& fields,
                              const std::vector<CsvWords>& words, int line) {
     std::vector<double> row(fields.size());
     for (std::size_t c = 0; c < fields.size(); ++c) {
@@ -82,10 +82,12 @@ std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTa
     return row;
 }
 
-/// Reads all lines into a table, its rows by read(fields, line). Together they have at most
-/// `max_bytes`.
-template <class Table, class Read>
-void read_lines(std::istream& stream, Table& table, std::uint64_t max_bytes, const Read& read) {
+/// Reads all lines, rows by read(table so far, fields, line). Together they have at most `max_bytes`.
+template <class Field, class Read>
+CsvRows<Field> read_lines(std::istream& stream, const std::string& name, std::uint64_t max_bytes,
+                          const Read& read) {
+    CsvRows<Field> table;
+    table.name = name;
     std::string text;
     std::uint64_t bytes = 0;
     for (int line = 1; read_line(stream, text); ++line) {
@@ -109,13 +111,14 @@ void read_lines(std::istream& stream, Table& table, std::uint64_t max_bytes, con
             refuse(table.name, line,
                    "a row must have " + std::to_string(table.columns.size()) + " values, got " +
                        std::to_string(fields.size()));
-        table.rows.push_back(read(fields, line));
+        table.rows.push_back(read(table, fields, line));
         table.lines.push_back(line);
     }
     if (stream.bad()) throw std::runtime_error(table.name + ": cannot be read");
     if (table.columns.empty())
         throw std::invalid_argument(table.name +
                                     ": a header naming the columns must come first, got nothing");
+    return table;
 }
 
 std::ifstream open(const std::string& path) {
@@ -132,26 +135,28 @@ std::uint64_t byte_limit(const std::string& path) {
 
 CsvTable read_numbers(std::istream& stream, const std::string& name,
                       const std::vector<CsvWords>& words, std::uint64_t max_bytes) {
-    CsvTable table;
-    table.name = name;
-    read_lines(stream, table, max_bytes, [&](const std::vector<std::string>& fields, int line) {
-        return read_row(fields, table, words, line);
-    });
-    return table;
+    return read_lines<double>(stream, name, max_bytes,
+                              [&](const CsvTable& table, const std::vector<std::string>& fields,
+                                  int line) { return read_row(table, fields, words, line); });
 }
 
 }  // namespace
 
-bool CsvTable::has_column(const std::string& wanted) const {
+template <class Field>
+bool CsvRows<Field>::has_column(const std::string& wanted) const {
     return std::find(columns.begin(), columns.end(), wanted) != columns.end();
 }
 
-int CsvTable::column(const std::string& wanted) const {
+template <class Field>
+int CsvRows<Field>::column(const std::string& wanted) const {
     const auto found = std::find(columns.begin(), columns.end(), wanted);
     if (found != columns.end()) return static_cast<int>(found - columns.begin());
     throw std::invalid_argument(name + ": column '" + wanted + "' must be there, got " +
                                 shown(joined(columns)));
 }
+
+template struct CsvRows<double>;
+template struct CsvRows<std::string>;
 
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words) {
@@ -165,11 +170,9 @@ CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words) {
 
 CsvTexts read_csv_texts(const std::string& path) {
     std::ifstream stream = open(path);
-    CsvTexts table;
-    table.name = path;
-    read_lines(stream, table, byte_limit(path),
-               [](const std::vector<std::string>& fields, int) { return fields; });
-    return table;
+    return read_lines<std::string>(
+        stream, path, byte_limit(path),
+        [](const CsvTexts&, const std::vector<std::string>& fields, int) { return fields; });
 }
 
 }  // namespace stratus

@@ -1,3 +1,4 @@
+#include <stratus/base/size.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 
@@ -24,8 +25,7 @@ constexpr int max_side = 1 << 14;
 
 Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
     return Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c, origin, image.width, image.height,
-                            3 * sizeof(float),
-                            3 * sizeof(float) * static_cast<std::size_t>(image.width));
+                            3 * sizeof(float), 3 * sizeof(float) * size(image.width));
 }
 
 void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer,
@@ -55,7 +55,7 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
     std::vector<float> ones;
     if (alpha == Alpha::opaque) {
         header.channels().insert("A", Imf::Channel(Imf::FLOAT));
-        ones.assign(static_cast<std::size_t>(image.width), 1);  // one row for all
+        ones.assign(size(image.width), 1);  // one row for all
         buffer.insert(
             "A", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(ones.data()), sizeof(float), 0));
     }
@@ -74,7 +74,7 @@ void write_exr_texels(const char* texels, int width, int height, bool halves,
     for (const char* const name : {"R", "G", "B", "A"}) {
         header.channels().insert(name, Imf::Channel(type));
         buffer.insert(name, Imf::Slice::Make(type, number, {0, 0}, width, height, 4 * bytes,
-                                             4 * bytes * static_cast<std::size_t>(width)));
+                                             4 * bytes * size(width)));
         number += bytes;
     }
     write_file(header, buffer, path);

@@ -20,6 +20,8 @@
 //
 // The metadata's checksum covers `stratus:` and `dataset:`. Headers are checked before OpenEXR
 // reads them, because it allocates memory for any size that they give.
+#include <stratus/base/size.h>
+
 #include "memory_stream.h"
 #include "table_content.h"
 
@@ -190,8 +192,7 @@ void check_window(std::string_view value, std::size_t file_size, MemoryLimit& li
     std::memcpy(corner.data(), value.data(), sizeof corner);
     if (corner[0] != 0 || corner[1] != 0 || corner[2] < 0 || corner[3] < 0)
         throw std::runtime_error("a data window must begin at 0, 0");
-    const std::array<std::size_t, 2> sides{static_cast<std::size_t>(corner[2]) + 1,
-                                           static_cast<std::size_t>(corner[3]) + 1};
+    const std::array<std::size_t, 2> sides{size(corner[2]) + 1, size(corner[3]) + 1};
     if (std::max(sides[0], sides[1]) > max_side)
         throw std::runtime_error("a data window must not be larger than " +
                                  std::to_string(max_side) + " on a side");

@@ -9,6 +9,9 @@
 // Checksums are of numbers and texts as they are read, not of the file's bytes: a program that
 // rewrites the file in its own way, copying datasets and attributes, keeps them valid. The structures
 // are those of HDF5 1.10, whose own checksums the library compares.
+#include <stratus/base/argument.h>
+#include <stratus/io/netcdf.h>
+
 #include "hdf5_parts.h"
 #include "table_content.h"
 
@@ -31,7 +34,7 @@ using namespace hdf5;
 /// Far more samples than any axis has, and few enough to be harmless.
 constexpr std::size_t max_axis_samples = 1 << 20;
 
-// --- Writing ---
+// --- Writing: tables, and grids that others read (netcdf.h) ---
 
 /// The two element types of the format.
 template <class Number>
@@ -47,6 +50,17 @@ struct Element<double> {
     static hid_t memory() { return H5T_NATIVE_DOUBLE; }
 };
 
+/// Writes a dataset whole.
+template <class Number>
+Handle write_values(hid_t file, const std::string& name, std::span<const std::size_t> extents,
+                    std::span<const Number> values) {
+    Handle dataset = new_dataset(file, name, Element<Number>::stored(), extents);
+    checked(
+        H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        "write dataset " + name);
+    return dataset;
+}
+
 /// Only datasets over all axes are large enough to be worth chunks.
 bool is_chunked(std::span<const std::size_t> extents) {
     return extents.size() >= axis_fields.size();
@@ -57,14 +71,11 @@ template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
                      std::span<const Number> values, const WriteOptions& options = {}) {
-    Handle dataset =
-        new_dataset(file, name, Element<Number>::stored(), extents, is_chunked(extents));
+    const bool in_chunks = is_chunked(extents);
+    Handle dataset = in_chunks ? new_dataset(file, name, Element<Number>::stored(), extents, true)
+                               : write_values(file, name, extents, values);
     if constexpr (std::is_same_v<Number, float>)
-        if (is_chunked(extents)) write_chunks(dataset, name, extents, values, options);
-    if (!is_chunked(extents))
-        checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                         values.data()),
-                "write dataset " + name);
+        if (in_chunks) write_chunks(dataset, name, extents, values, options);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
     if constexpr (std::is_same_v<Number, float>)
@@ -91,6 +102,24 @@ void attach_axes(hid_t file, hid_t dataset, std::span<const AxisField> axes) {
         const Handle axis(H5Dopen2(file, axes[d].name, H5P_DEFAULT), H5Dclose, task);
         checked(H5DSattach_scale(dataset, axis, static_cast<unsigned>(d)), task);
     }
+}
+
+void write_grid(hid_t file, const NetcdfGrid& grid, std::span<const std::size_t> extents) {
+    std::vector<Handle> axes;
+    for (const NetcdfDimension& axis : grid.dimensions) {
+        const std::size_t size = axis.values.size();
+        axes.push_back(write_values(file, axis.name, {&size, 1}, std::span(axis.values)));
+        checked(H5DSset_scale(axes.back(), axis.name.c_str()), "make a scale of " + axis.name);
+        write_text(axes.back(), "units", axis.units);
+        write_text(axes.back(), "long_name", axis.long_name);
+    }
+    const Handle variable = write_values(file, grid.name, extents, std::span(grid.values));
+    write_text(variable, "units", grid.units);
+    write_text(variable, "long_name", grid.long_name);
+    for (std::size_t d = 0; d < axes.size(); ++d)
+        checked(H5DSattach_scale(variable, axes[d], static_cast<unsigned>(d)),
+                "attach axis " + grid.dimensions[d].name);
+    for (const auto& [name, text] : grid.attributes) write_text(file, name, text);
 }
 
 // --- Reading ---
@@ -213,3 +242,20 @@ Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
 }
 
 }  // namespace stratus::io
+
+namespace stratus {
+
+void write_netcdf(const NetcdfGrid& grid, const std::filesystem::path& path) {
+    std::vector<std::size_t> extents;
+    std::size_t count = 1;
+    for (const NetcdfDimension& axis : grid.dimensions) {
+        extents.push_back(axis.values.size());
+        count *= axis.values.size();
+    }
+    require(count == grid.values.size(), "write_netcdf", "values", std::to_string(count),
+            grid.values.size());
+    const io::hdf5::QuietErrors quiet;
+    io::hdf5::write_file(path, [&](hid_t file) { io::write_grid(file, grid, extents); });
+}
+
+}  // namespace stratus

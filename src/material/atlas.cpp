@@ -3,10 +3,11 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/io/image.h>
 
-#include "solved_stack.h"
 #include "formats.h"
+#include "solved_stack.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,10 +27,10 @@ Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack
     const int row_count = static_cast<int>(rows.size());
     Image image(atlas_cosines * atlas_azimuths, row_count * atlas_cosines);
     parallel_for(row_count * atlas_cosines, threads, [&](int y) {
-        const LitSide& row = rows[static_cast<std::size_t>(y / atlas_cosines)];
+        const LitSide& row = rows[size(y / atlas_cosines)];
         const int out = y % atlas_cosines;
         for (int in = 0; in < atlas_cosines; ++in) {
-            const double sum = mu[static_cast<std::size_t>(in)] + mu[static_cast<std::size_t>(out)];
+            const double sum = mu[size(in)] + mu[size(out)];
             for (std::size_t c = 0; c < 3; ++c) {
                 const SolvedStack& colour = colours[colours.size() == 1 ? 0 : c];
                 if (colours.size() == 1 && c > 0) {
@@ -42,7 +43,7 @@ Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack
                 const std::vector<SolvedValue> values = (colour.*row.values)(in, out, azimuths);
                 for (int a = 0; a < atlas_azimuths; ++a)
                     image.pixel(in * atlas_azimuths + a, y)[c] =
-                        static_cast<float>(sum * values[static_cast<std::size_t>(a)].total);
+                        static_cast<float>(sum * values[size(a)].total);
             }
         }
     });
@@ -102,14 +103,13 @@ std::string atlas_json(const Material& material, const std::vector<LitSide>& row
          << ",\n  \"mu_in\": " << list_json(mu_in) << ",\n  \"plane_albedo\": "
          << lists_json(colours, [](const SolvedStack& of) { return of.solution().plane_albedo; })
          << ",\n  \"diffuse_transmittance\": "
-         << lists_json(
-                colours,
-                [](const SolvedStack& of) {
-                    const auto& shares = of.solution().diffuse_transmittance;
-                    return of.is_transparent()
-                               ? std::vector<double>(shares.begin(), shares.end())
-                               : std::vector<double>(static_cast<std::size_t>(shares.size()));
-                })
+         << lists_json(colours,
+                       [](const SolvedStack& of) {
+                           const auto& shares = of.solution().diffuse_transmittance;
+                           return of.is_transparent()
+                                      ? std::vector<double>(shares.begin(), shares.end())
+                                      : std::vector<double>(size(shares.size()));
+                       })
          << "\n}\n";
     return json.str();
 }

@@ -6,8 +6,8 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 
-#include "cosine_series.h"
 #include "formats.h"
 #include "solved_stack.h"
 
@@ -93,7 +93,7 @@ SideSeries make_series(const std::vector<SolvedStack>& colours, Values values, s
                 }
                 return to_channels(std::move(of_colours));
             };
-            const auto i = static_cast<std::size_t>(in), o = static_cast<std::size_t>(out);
+            const auto i = size(in), o = size(out);
             all.at(i, o) = cosine_series(bsdf, series_tolerance);
             if (symmetric) all.at(o, i) = all.at(i, o);
         }
@@ -123,7 +123,7 @@ std::vector<float> spline_integrals(const std::vector<float>& x, const std::vect
 constexpr std::array tried_after{20, 26, 32, 38, 44, 50, 56, 61};
 
 double midway(const std::vector<double>& mu, int place) {
-    const auto k = static_cast<std::size_t>(place);
+    const auto k = size(place);
     return (mu[k] + mu[k + 1]) / 2;
 }
 
@@ -148,18 +148,17 @@ double spline_error(const SolvedStack& colour, Values values, const std::vector<
     std::array<double, tried> worst{};
     const int first_tried = static_cast<int>(mu.size());
     parallel_for(tried, threads, [&](int i) {
-        const auto row = static_cast<std::size_t>(i);
+        const auto row = size(i);
         const int in = tried_after[row];
         const std::array<double, 4> in_shares = midway_shares(mu, in);
         for (int o = 0; o < tried; ++o) {
-            const int out = tried_after[static_cast<std::size_t>(o)];
+            const int out = tried_after[size(o)];
             const std::array<double, 4> out_shares = midway_shares(mu, out);
             std::vector<double> spline(azimuths.size());
             for (int a = 0; a < 4; ++a)
                 for (int b = 0; b < 4; ++b) {
-                    const auto from = static_cast<std::size_t>(a), to = static_cast<std::size_t>(b);
-                    const double share =
-                        in_shares[from] * out_shares[to] * mu[static_cast<std::size_t>(in - 1 + a)];
+                    const auto from = size(a), to = size(b);
+                    const double share = in_shares[from] * out_shares[to] * mu[size(in - 1 + a)];
                     const auto samples = (colour.*values)(in - 1 + a, out - 1 + b, azimuths);
                     for (std::size_t k = 0; k < samples.size(); ++k)
                         spline[k] += share * samples[k].total;

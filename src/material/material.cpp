@@ -3,8 +3,8 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/io/atomic_file.h>
-
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "formats.h"
@@ -61,7 +61,7 @@ std::vector<SolvedStack> solve_colours(const Material& material, const std::vect
     parallel_for(
         count, options.threads,
         [&](int c) {
-            const auto at = static_cast<std::size_t>(c);
+            const auto at = size(c);
             solved[at] = SolvedStack(material.colours[at], mu, options.nodes);
         },
         finished);
@@ -113,7 +113,7 @@ ChosenNodes choose_nodes(const Material& material, const MaterialOptions& option
         solver.tolerance = options.tolerance;
     std::vector<ChosenNodes> chosen(material.colours.size());
     parallel_for(static_cast<int>(chosen.size()), options.threads, [&](int c) {
-        const auto at = static_cast<std::size_t>(c);
+        const auto at = size(c);
         const Stack& stack = material.colours[at];
         chosen[at] = stratus::choose_nodes(stack.layers, stack.lower_boundary, solver);
     });

@@ -5,6 +5,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/io/netcdf.h>
 
 #include "formats.h"
@@ -40,7 +41,7 @@ MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& opt
         azimuths.push_back(std::abs(pi - phi.back()));
     }
     const SolvedStack solved = std::move(solve_colours(material, mu, options)[0]);
-    const auto count = static_cast<std::size_t>(mqdiffuse_cosines);
+    const auto count = size(mqdiffuse_cosines);
     std::vector<float> brdf(count * mqdiffuse_azimuths * count);
     parallel_for(mqdiffuse_cosines, options.threads, [&](int out) {
         for (int in = out; in < mqdiffuse_cosines; ++in) {
@@ -48,7 +49,7 @@ MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& opt
             const std::vector<SolvedValue> values = solved.reflection(
                 at_corner ? mqdiffuse_cosines : in, at_corner ? mqdiffuse_cosines : out, azimuths);
             for (std::size_t a = 0; a < mqdiffuse_azimuths; ++a) {
-                const auto i = static_cast<std::size_t>(in), o = static_cast<std::size_t>(out);
+                const auto i = size(in), o = size(out);
                 brdf[(o * mqdiffuse_azimuths + a) * count + i] =
                     brdf[(i * mqdiffuse_azimuths + a) * count + o] =
                         static_cast<float>(values[a].total / pi);

@@ -2,11 +2,12 @@
 // lookups by straight lines, in any language.
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
 #include <stratus/io/atomic_file.h>
 
-#include "solved_stack.h"
 #include "formats.h"
+#include "solved_stack.h"
 
 #include <cstddef>
 #include <string>
@@ -17,8 +18,7 @@ namespace stratus {
 namespace {
 
 constexpr int slice_cosines = 64, slice_azimuths = 65;
-constexpr auto cosines = static_cast<std::size_t>(slice_cosines),
-               azimuths = static_cast<std::size_t>(slice_azimuths);
+constexpr auto cosines = size(slice_cosines), azimuths = size(slice_azimuths);
 
 /// Samples of one side over (colour, mu_in, mu_out, azimuth), times mu_in + mu_out.
 struct Samples {
@@ -32,10 +32,10 @@ Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
     Samples samples{std::vector<float>(count), std::vector<float>(count)};
     parallel_for(static_cast<int>(colours.size()) * slice_cosines, threads, [&](int row) {
         const int in = row % slice_cosines;
-        const SolvedStack& colour = colours[static_cast<std::size_t>(row / slice_cosines)];
-        std::size_t at = static_cast<std::size_t>(row) * cosines * azimuths;
+        const SolvedStack& colour = colours[size(row / slice_cosines)];
+        std::size_t at = size(row) * cosines * azimuths;
         for (int out = 0; out < slice_cosines; ++out) {
-            const double sum = mu[static_cast<std::size_t>(in)] + mu[static_cast<std::size_t>(out)];
+            const double sum = mu[size(in)] + mu[size(out)];
             for (const SolvedValue& value : (colour.*side.values)(in, out, around)) {
                 samples.all_orders[at] = static_cast<float>(sum * value.total);
                 samples.multiple[at++] = static_cast<float>(sum * value.multiple);

@@ -1,9 +1,15 @@
 #include "solved_stack.h"
 
+#include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <stdexcept>
 
 namespace stratus {
 
@@ -69,6 +75,166 @@ std::vector<double> beam_depths(const Material& material) {
     for (const Stack& stack : material.colours)
         depths.push_back(is_transparent(stack) ? stack.optical_depth() : infinity);
     return depths;
+}
+
+namespace {
+
+constexpr int fewest_intervals = 32, most_intervals = 8192;
+
+/// A function at azimuths j pi / intervals, and its series as far as it was worked out.
+class Series {
+  public:
+    explicit Series(std::vector<double> values) : values_(std::move(values)), rest_(values_) {}
+
+    /// Adds the next term.
+    void extend(const std::vector<double>& cosine) {
+        const std::size_t intervals = values_.size() - 1, k = terms_.size();
+        const auto cosine_at = [&](std::size_t j) { return cosine[k * j % (2 * intervals)]; };
+        double sum = (values_.front() + values_.back() * cosine_at(intervals)) / 2;
+        for (std::size_t j = 1; j < intervals; ++j) sum += values_[j] * cosine_at(j);
+        const double term = sum * (k == 0 ? 1 : 2) / static_cast<double>(intervals);
+        for (std::size_t j = 0; j <= intervals; ++j) rest_[j] -= term * cosine_at(j);
+        terms_.push_back(term);
+    }
+
+    bool is_within(double tolerance) const {
+        const double floor = 1e-3 * std::abs(terms_[0]);
+        for (std::size_t j = 0; j < values_.size(); ++j)
+            if (std::abs(rest_[j]) > tolerance * std::max(values_[j], floor)) return false;
+        return true;
+    }
+
+    const std::vector<double>& terms() const { return terms_; }
+
+  private:
+    std::vector<double> values_, rest_, terms_;
+};
+
+/// All series within the tolerance, of as many terms as half the intervals at most; empty where
+/// more are needed.
+std::vector<std::vector<double>> try_series(const AzimuthValues& values, int intervals,
+                                            double tolerance) {
+    std::vector<double> azimuths, cosine;
+    for (int j = 0; j <= intervals; ++j) azimuths.push_back(j * pi / intervals);
+    for (int j = 0; j < 2 * intervals; ++j) cosine.push_back(std::cos(j * pi / intervals));
+    std::vector<Series> all;
+    for (std::vector<double>& of : values(azimuths)) all.emplace_back(std::move(of));
+    for (int count = 1; count <= intervals / 2; ++count) {
+        bool within = true;
+        for (Series& series : all) {
+            series.extend(cosine);
+            within = within && series.is_within(tolerance);
+        }
+        if (!within) continue;
+        std::vector<std::vector<double>> terms;
+        for (const Series& series : all) terms.push_back(series.terms());
+        return terms;
+    }
+    return {};
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> cosine_series(const AzimuthValues& values, double tolerance) {
+    for (int intervals = fewest_intervals; intervals <= most_intervals; intervals *= 2) {
+        std::vector<std::vector<double>> found = try_series(values, intervals, tolerance);
+        if (found.empty()) continue;
+        const bool dark = std::all_of(found.begin(), found.end(),
+                                      [](const auto& terms) { return !(terms[0] > 0); });
+        return dark ? std::vector<std::vector<double>>() : found;
+    }
+    throw std::runtime_error(
+        "export: the phase function is too narrow for cosine series of 4096 terms");
+}
+
+namespace {
+
+constexpr int points = 6;
+
+/// Lagrange's polynomial through the six samples around a place among evenly spaced ones.
+struct Stencil {
+    int first;
+    std::array<double, points> weight;
+};
+
+Stencil stencil_at(double place, int lowest, int highest) {
+    Stencil stencil{std::clamp(static_cast<int>(std::floor(place)) - (points / 2 - 1), lowest,
+                               highest - points + 1),
+                    {}};
+    const double t = place - stencil.first;
+    for (int i = 0; i < points; ++i) {
+        double weight = 1;
+        for (int j = 0; j < points; ++j)
+            if (j != i) weight *= (t - j) / (i - j);
+        stencil.weight[size(i)] = weight;
+    }
+    return stencil;
+}
+
+double spread(double mu) { return std::pow(2 / pi * std::asin(std::min(1.0, mu)), 2.0 / 3); }
+
+}  // namespace
+
+double single_reflection(const Stack& stack, const Geometry& geometry) {
+    const double cosine = cos_scattering_angle_reflected(geometry);
+    double sum = 0, above = 0;
+    for (const StackLayer& layer : stack.layers) {
+        sum += direct_transmittance(above, geometry.mu_in) *
+               direct_transmittance(above, geometry.mu_out) *
+               single_reflection(layer.phase_function(cosine), layer.albedo, layer.optical_depth,
+                                 geometry.mu_in, geometry.mu_out);
+        above += layer.optical_depth;
+    }
+    return sum + single_reflection_of_boundary(stack.lower_boundary, above, geometry);
+}
+
+std::vector<double> ReflectionField::cosines(int count) {
+    std::vector<double> mu{grazing};
+    for (int k = 1; k < count; ++k)
+        mu.push_back(std::min(1.0, std::sin(pi / 2 * std::pow(k / (count - 1.0), 1.5))));
+    return mu;
+}
+
+ReflectionField::ReflectionField(const Stack& stack, const SolvedStack& solved,
+                                 const std::vector<double>& mu, int threads)
+    : stack_(stack), mu_(mu) {
+    std::vector<double> azimuths;
+    for (int a = 0; a <= azimuth_intervals; ++a) azimuths.push_back(a * pi / azimuth_intervals);
+    const std::size_t count = mu.size(), row = azimuths.size();
+    rest_.resize(count * count * row);
+    parallel_for(static_cast<int>(count), threads, [&](int out) {
+        for (int in = out; in < static_cast<int>(count); ++in) {
+            const std::vector<SolvedValue> values = solved.reflection(in, out, azimuths);
+            const auto i = size(in), o = size(out);
+            for (std::size_t a = 0; a < row; ++a)
+                rest_[(o * count + i) * row + a] = rest_[(i * count + o) * row + a] =
+                    values[a].multiple;
+        }
+    });
+}
+
+double ReflectionField::operator()(double mu_in, int out, double azimuth) const {
+    const int last = static_cast<int>(mu_.size()) - 1;
+    const double mu = std::max(mu_in, grazing);
+    const Stencil over_mu = stencil_at(spread(mu) * last, 0, last);
+    // even in azimuth about 0 and pi: samples beyond are those within
+    const Stencil over_azimuth =
+        stencil_at(azimuth / pi * azimuth_intervals, -points, azimuth_intervals + points);
+    double rest = 0;
+    for (int i = 0; i < points; ++i) {
+        const double* const samples =
+            rest_.data() + (static_cast<std::ptrdiff_t>(out) * (last + 1) + over_mu.first + i) *
+                               (azimuth_intervals + 1);
+        double sum = 0;
+        for (int a = 0; a < points; ++a) {
+            const int folded = std::abs(over_azimuth.first + a);
+            const int at = folded > azimuth_intervals ? 2 * azimuth_intervals - folded : folded;
+            sum += over_azimuth.weight[size(a)] * samples[at];
+        }
+        rest += over_mu.weight[size(i)] * sum;
+    }
+    // Polynomials swing below 0 beside the peaks of grazing directions.
+    return std::max(0.0, rest) + single_reflection(stack_, {mu, mu_[size(out)], azimuth});
 }
 
 }  // namespace stratus

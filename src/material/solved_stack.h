@@ -1,10 +1,12 @@
-// R and T of one colour of a material between all pairs of a list of cosines, lit from either side.
+// R and T of one colour of a material between all pairs of a list of cosines, lit from either side; R at any
+// geometry from these; functions of azimuth as cosine series.
 #pragma once
 
 #include <stratus/bake/stack_file.h>
 #include <stratus/material/material.h>
 #include <stratus/transfer/stack.h>
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -64,5 +66,44 @@ std::vector<LitSide> lit_sides(const Material& material, const std::vector<Solve
 
 /// Optical depth that the beam passes, for each colour; infinity where nothing does.
 std::vector<double> beam_depths(const Material& material);
+
+// Even functions of azimuth as cosine series, as short as a relative error allows.
+
+/// Values of several functions at azimuths: over (function, azimuth).
+using AzimuthValues =
+    std::function<std::vector<std::vector<double>>(const std::vector<double>& azimuths)>;
+
+/// f = sum_k a_k cos(k azimuth) of each function, all equally long: within `tolerance` of every
+/// value, or of a thousandth of the mean where that is more. Empty where no mean is above 0.
+///
+/// Errors   std::runtime_error where 4,096 terms do not suffice.
+std::vector<std::vector<double>> cosine_series(const AzimuthValues& values, double tolerance);
+
+// R of one colour at any geometry, from a solution at cosines that are dense everywhere: single
+// scattering in closed form, the rest by polynomials through six samples of cosine and azimuth.
+
+/// Single scattering of a stack lit from above, its ground included.
+double single_reflection(const Stack& stack, const Geometry& geometry);
+
+class ReflectionField {
+  public:
+    /// Cosines even in s = (2/pi asin(mu))^(2/3), of [0, 1], `count` of them: for solutions that
+    /// this is made of. The first stands for the limit 0.
+    static std::vector<double> cosines(int count);
+
+    /// Takes a solution at `cosines(count)`.
+    ReflectionField(const Stack& stack, const SolvedStack& solved, const std::vector<double>& mu,
+                    int threads);
+
+    /// R with mu_out the cosine of place `out`, any mu_in of [0, 1], azimuth of [0, pi].
+    double operator()(double mu_in, int out, double azimuth) const;
+
+  private:
+    static constexpr int azimuth_intervals = 128;
+
+    const Stack& stack_;
+    const std::vector<double>& mu_;
+    std::vector<double> rest_;  // orders n >= 2 over (out, in, azimuth)
+};
 
 }  // namespace stratus

@@ -10,9 +10,10 @@
 // grazes is met, too, and nothing above the horizon is negative.
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include "formats.h"
-#include "reflection_field.h"
+#include "solved_stack.h"
 
 #include <algorithm>
 #include <array>
@@ -63,7 +64,7 @@ struct Grids {
     std::vector<float> values, luminance;
 };
 
-constexpr std::size_t grid_size = static_cast<std::size_t>(side) * side;
+constexpr std::size_t grid_size = size(side) * side;
 
 /// Returns the first sample of a theta and colour.
 float* grid_start(std::vector<float>& values, std::size_t colours, std::size_t theta,
@@ -118,11 +119,11 @@ std::vector<Place> horizon(double mu_out) {
 /// The grids of one theta.
 void fill(Grids& grids, const std::vector<ReflectionField>& colours, double mu_out, int t) {
     const std::size_t count = colours.size();
-    float* const values = grid_start(grids.values, count, static_cast<std::size_t>(t), 0);
-    float* const luminance = grids.luminance.data() + static_cast<std::size_t>(t) * grid_size;
+    float* const values = grid_start(grids.values, count, size(t), 0);
+    float* const luminance = grids.luminance.data() + size(t) * grid_size;
     for (int y = 0; y < side; ++y)
         for (int x = 0; x < side; ++x) {
-            const std::size_t at = static_cast<std::size_t>(y * side + x);
+            const std::size_t at = size(y * side + x);
             const HalfVector half = half_vector(mu_out, x / (side - 1.0), y / (side - 1.0));
             const int place = angle_count - 1 - t;  // cosines ascend, angles do
             double sum = 0;
@@ -185,8 +186,7 @@ void meet_horizon(float* values, const ReflectionField& field, double mu_out, in
         };
         for (int k = 0; k < 4; ++k) {
             const auto [x, y] = place_in(k % 2, k / 2);
-            free[cell + static_cast<std::size_t>(k % 2 + k / 2 * side)] =
-                half_vector(mu_out, x, y).mu_in <= 0;
+            free[cell + size(k % 2 + k / 2 * side)] = half_vector(mu_out, x, y).mu_in <= 0;
         }
         for (int k = 0; k < parts * parts; ++k) {
             const auto [x, y] = place_in((k % parts + 0.5) / parts, (k / parts + 0.5) / parts);
@@ -255,13 +255,13 @@ Grids make_grids(const Material& material, const std::vector<float>& theta,
         colours.emplace_back(material.colours[c], solved[c], mu, options.threads);
     Grids grids{std::vector<float>(angle_count * colours.size() * grid_size),
                 std::vector<float>(angle_count * grid_size)};
-    const auto mu_at = [&](int t) { return mu[static_cast<std::size_t>(angle_count - 1 - t)]; };
+    const auto mu_at = [&](int t) { return mu[size(angle_count - 1 - t)]; };
     parallel_for(angle_count, options.threads, [&](int t) { fill(grids, colours, mu_at(t), t); });
     balance(grids.values, colours.size(), theta);
     parallel_for(angle_count, options.threads, [&](int t) {
         for (std::size_t c = 0; c < colours.size(); ++c)
-            meet_horizon(grid_start(grids.values, colours.size(), static_cast<std::size_t>(t), c),
-                         colours[c], mu_at(t), angle_count - 1 - t);
+            meet_horizon(grid_start(grids.values, colours.size(), size(t), c), colours[c], mu_at(t),
+                         angle_count - 1 - t);
     });
     lift(grids.values, colours.size(), theta);
     return grids;
@@ -281,7 +281,7 @@ std::vector<float> spread(const std::vector<float>& values, std::size_t colours,
 }
 
 /// Fields of a file, and their encoding.
-class TensorFile {
+class TensorBsdfFile {
   public:
     void add(const std::string& name, const std::vector<std::uint64_t>& shape,
              const std::vector<float>& values) {
@@ -344,7 +344,7 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
     const Grids grids = make_grids(material, theta, mu, options);
     const std::size_t colours = material.colours.size();
 
-    TensorFile tensor;
+    TensorBsdfFile tensor;
     const std::string text = describe(material);
     tensor.add("description", std::vector<std::uint8_t>(text.begin(), text.end()));
     tensor.add("jacobian", {std::uint8_t{1}});

@@ -12,7 +12,7 @@ using Distribution = Droplets::Distribution;
 
 /// Logarithm of the gamma function: Stirling's series, argument raised to 16 at least, 1e-14. The
 /// library's own writes a global sign.
-double log_gamma(double z) {
+double log_gamma_by_series(double z) {
     double product = 1;
     for (; z < 16; ++z) product *= z;
     const double square = 1 / (z * z);
@@ -25,7 +25,7 @@ double log_gamma(double z) {
 /// to Gamma((alpha + p + 1) / gamma) b^(-(p + 1) / gamma).
 EffectiveSize size_of_modified_gamma(const Droplets& droplets) {
     const double alpha = droplets.alpha, gamma = droplets.gamma;
-    const auto log_moment = [&](int p) { return log_gamma((alpha + p + 1) / gamma); };
+    const auto log_moment = [&](int p) { return log_gamma_by_series((alpha + p + 1) / gamma); };
     const double second = log_moment(2), third = log_moment(3), fourth = log_moment(4);
     const double radius =
         droplets.mode_radius * std::exp(third - second - std::log(alpha / gamma) / gamma);

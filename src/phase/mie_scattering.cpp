@@ -48,7 +48,8 @@ std::vector<CoefficientLanes> sphere_coefficients(const SphereSize* spheres, std
     length.ratio = start_of_recurrence(largest, length.count);
     std::vector<double> scratch(3 * (length.count + 1) * mie_lanes);
     std::vector<CoefficientLanes> series(length.count);
-    sphere_sums().coefficients(all, m.real(), m.imag(), length, scratch.data(), series.data());
+    chosen_functions<SphereSums>().coefficients(all, m.real(), m.imag(), length, scratch.data(),
+                                                series.data());
     return series;
 }
 
@@ -168,9 +169,9 @@ void add_intensities(const SphereRows& spheres, AtNodes& nodes) {
                      for (std::size_t g = 0; g < groups; ++g)
                          for (std::size_t i = 0; i < spheres.count; ++i) {
                              double S[4][mie_lanes];
-                             sphere_sums().amplitudes(spheres.sum.data(), spheres.difference.data(),
-                                                      2 * i, spheres.rows, spheres.size,
-                                                      angle + g * spheres.size, S);
+                             chosen_functions<SphereSums>().amplitudes(
+                                 spheres.sum.data(), spheres.difference.data(), 2 * i, spheres.rows,
+                                 spheres.size, angle + g * spheres.size, S);
                              for (const auto& part : S)
                                  for (std::size_t k = 0; k < mie_lanes; ++k)
                                      value[g][k] += part[k] * part[k];
@@ -186,9 +187,10 @@ class ProductSums {
 
     void add(const SphereRows& spheres, std::size_t most_terms) {
         const std::size_t used = padded(most_terms);
-        sphere_sums().add_products(spheres.sum.data(), spheres.rows, used, size_, sum_.data());
-        sphere_sums().add_products(spheres.difference.data(), spheres.rows, used, size_,
-                                   difference_.data());
+        chosen_functions<SphereSums>().add_products(spheres.sum.data(), spheres.rows, used, size_,
+                                                    sum_.data());
+        chosen_functions<SphereSums>().add_products(spheres.difference.data(), spheres.rows, used,
+                                                    size_, difference_.data());
     }
 
     /// Once all spheres have been added.
@@ -201,9 +203,10 @@ class ProductSums {
             }
         at_all_nodes(nodes, size_,
                      [&](const AngleLanes* angle, std::size_t groups, double(*value)[mie_lanes]) {
-                         sphere_sums().add_sum_form(sum_.data(), size_, angle, groups, value);
-                         sphere_sums().add_difference_form(difference_.data(), size_, angle, groups,
-                                                           value);
+                         chosen_functions<SphereSums>().add_sum_form(sum_.data(), size_, angle,
+                                                                     groups, value);
+                         chosen_functions<SphereSums>().add_difference_form(
+                             difference_.data(), size_, angle, groups, value);
                      });
     }
 
@@ -234,45 +237,26 @@ std::vector<double> moments_at(const AtNodes& nodes, std::size_t count) {
     return chi;
 }
 
-/// One sphere in the first lane.
-std::vector<CoefficientLanes> to_lanes(const MieCoefficients& sphere) {
-    std::vector<CoefficientLanes> series(sphere.a.size(), CoefficientLanes{});
-    for (std::size_t i = 0; i < series.size(); ++i) {
-        series[i].a_re[0] = sphere.a[i].real();
-        series[i].a_im[0] = sphere.a[i].imag();
-        series[i].b_re[0] = sphere.b[i].real();
-        series[i].b_im[0] = sphere.b[i].imag();
-    }
-    return series;
-}
-
 }  // namespace
 
-MieCoefficients mie_coefficients(double x, Complex m) {
-    const SphereSize size{x, 1};
-    MieCoefficients sphere;
-    for (const CoefficientLanes& at : sphere_coefficients(&size, 1, m)) {
-        sphere.a.emplace_back(at.a_re[0], at.a_im[0]);
-        sphere.b.emplace_back(at.b_re[0], at.b_im[0]);
-    }
-    return sphere;
-}
-
-MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta) {
-    SphereRows row(sphere.a.size(), 1);
-    row.add(to_lanes(sphere), 0, 1);
+MieAmplitudes mie_amplitudes(double x, Complex m, double cos_theta) {
+    const SphereSize sphere{x, 1};
+    const std::vector<CoefficientLanes> series = sphere_coefficients(&sphere, 1, m);
+    SphereRows row(series.size(), 1);
+    row.add(series, 0, sphere.number);
     std::vector<AngleLanes> angle(row.size);
     const double cosine[mie_lanes] = {cos_theta};
     fill_angle_terms(cosine, angle.size(), angle.data());
     double S[4][mie_lanes];
-    sphere_sums().amplitudes(row.sum.data(), row.difference.data(), 0, row.rows, row.size,
-                             angle.data(), S);
+    chosen_functions<SphereSums>().amplitudes(row.sum.data(), row.difference.data(), 0, row.rows,
+                                              row.size, angle.data(), S);
     const Complex sum(S[0][0], S[1][0]), difference(S[2][0], S[3][0]);
     return {(sum + difference) / 2.0, (sum - difference) / 2.0};
 }
 
-CrossSections cross_sections(double x, const MieCoefficients& sphere) {
-    return sum_series(to_lanes(sphere)).of(0, x);
+CrossSections cross_sections(double x, Complex m) {
+    const SphereSize sphere{x, 1};
+    return sum_series(sphere_coefficients(&sphere, 1, m)).of(0, x);
 }
 
 SphereScattering sphere_scattering(const std::vector<SphereSize>& spheres, Complex m) {

@@ -17,20 +17,15 @@ namespace stratus {
 
 constexpr double max_size_parameter = 10'000;
 
-/// a_n and b_n of one sphere, n = 1 .. a.size(). [BH83] 4.88
-struct MieCoefficients {
-    std::vector<std::complex<double>> a, b;
-};
-
-/// Range  x in [1e-4, max_size_parameter].
-MieCoefficients mie_coefficients(double x, std::complex<double> m);
-
 /// The amplitudes S1 (across the plane of scattering) and S2 (in it). [BH83] 4.74
 struct MieAmplitudes {
     std::complex<double> S1, S2;
 };
 
-MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta);
+/// Returns those of one sphere.
+///
+/// Range  x in [1e-4, max_size_parameter].
+MieAmplitudes mie_amplitudes(double x, std::complex<double> m, double cos_theta);
 
 /// Cross-sections of one sphere, or their sums over many.
 struct CrossSections {
@@ -42,7 +37,8 @@ struct CrossSections {
     double asymmetry() const { return forward / scattering; }
 };
 
-CrossSections cross_sections(double x, const MieCoefficients& sphere);
+/// Returns those of one sphere; x as above.
+CrossSections cross_sections(double x, std::complex<double> m);
 
 /// Spheres of one size among many.
 struct SphereSize {

@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include "kernels/sums.h"
 
@@ -208,8 +209,7 @@ PathOrders::PathOrders(const PathLaw& law)
         std::exp2(std::floor(std::log2(0.1 / std::pow(static_cast<double>(last + 1), 2)))));
     angles_ = octave_index(offset_, angle_bits, 1 + offset_) + 2;
 
-    const auto orders = static_cast<std::size_t>(order_count_ - 2),
-               stride = static_cast<std::size_t>(angles_);
+    const auto orders = size(order_count_ - 2), stride = size(angles_);
     std::vector<double> sums[2];  // of even and of odd moments, the latter odd in x, too
     for (std::vector<double>& sum : sums) sum.resize(orders * stride);
     std::vector<double> x(stride), before(stride, 0.0), here(stride, 1.0);  // P_l-1 and P_l
@@ -247,9 +247,9 @@ PathOrders::PathOrders(float offset, double deepest, int order_count, std::vecto
     require(order_count > 2 && order_count <= max_count, "path law", "orders",
             "in [3, " + std::to_string(max_count) + "]", order_count);
     angles_ = octave_index(offset_, angle_bits, 1 + offset_) + 2;
-    const auto angles = 2 * static_cast<std::size_t>(angles_);
-    require(samples_.size() == angles * static_cast<std::size_t>(order_count - 2), "path law",
-            "samples", "those of " + std::to_string(angles) + " angles", samples_.size());
+    const auto angles = 2 * size(angles_);
+    require(samples_.size() == angles * size(order_count - 2), "path law", "samples",
+            "those of " + std::to_string(angles) + " angles", samples_.size());
 }
 
 std::shared_ptr<const PathOrders> PathOrders::of(const PhaseFunction& phase_function) {
@@ -313,10 +313,9 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
     const int octaves =
         static_cast<int>(std::ceil(std::log2(1 + law.deepest() / double{depth_offset})));
     depths_ = (octaves << depth_bits) + 1;
-    const auto orders = static_cast<std::size_t>(std::max(0, count - 2)),
-               held_rows = static_cast<std::size_t>(channels * depths_),
-               rows = held_rows + static_cast<std::size_t>(channels),  // and the limits of H
-        columns = 4 * static_cast<std::size_t>(angles_);
+    const auto orders = size(std::max(0, count - 2)), held_rows = size(channels * depths_),
+               rows = held_rows + size(channels),  // and the limits of H
+        columns = 4 * size(angles_);
     samples_.resize(held_rows * columns);
     if (orders == 0) return;
     samples_.resize(rows * columns);
@@ -332,8 +331,7 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
         const bool is_limit = d == depths_, is_deep = !is_limit && depth(d) >= deep;
         const Meetings at(count, is_limit ? infinity : depth(d));
         for (int c = 0; c < channels; ++c) {
-            const auto row = is_limit ? held_rows + static_cast<std::size_t>(c)
-                                      : static_cast<std::size_t>(c * depths_ + d);
+            const auto row = is_limit ? held_rows + size(c) : size(c * depths_ + d);
             float* to = &weight[row * orders * 2];
             double power = std::pow(albedo[c], 1 - divided);
             for (int n = 2; n < count; ++n) {
@@ -353,10 +351,10 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
         for (std::size_t angle = 0; 2 * angle < columns; ++angle)
             twice[n * columns + 2 * angle] = twice[n * columns + 2 * angle + 1] =
                 law.of_angle(static_cast<int>(angle))[n];
-    path_sums().sums({twice.data(), columns, orders}, weight.data(), used.data(), rows,
-                     samples_.data());
+    chosen_functions<PathSums>().sums({twice.data(), columns, orders}, weight.data(), used.data(),
+                                      rows, samples_.data());
     for (std::size_t row = 0; row < held_rows; ++row) {
-        const auto depths = static_cast<std::size_t>(depths_);
+        const auto depths = size(depths_);
         if (depth(static_cast<int>(row % depths)) >= deep) continue;
         const float* const limit = &samples_[(held_rows + row / depths) * columns];
         for (std::size_t k = 0; k < columns; k += 2) samples_[row * columns + k] -= limit[k];

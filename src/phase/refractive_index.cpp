@@ -33,7 +33,7 @@ std::complex<double> index_of_ice(double wavelength) {
 
 /// The rows about an interval: `at[1]` and `at[2]` are its ends, the others the rows next to these,
 /// or none.
-struct Neighbours {
+struct NeighbourRows {
     const IndexRow* at[4];
 };
 
@@ -52,7 +52,7 @@ double monotone_slope(double width_before, double secant_before, double width_af
 /// Interpolates `row_value` of the rows by a monotone cubic in the logarithm of the wavelength, which
 /// must lie between the middle two. At the ends of the table the slope is that of the secant.
 template <class ValueOf>
-double interpolated(const Neighbours& rows, double wavelength, const ValueOf& row_value) {
+double interpolated(const NeighbourRows& rows, double wavelength, const ValueOf& row_value) {
     const auto width = [&](int i) {
         return std::log(rows.at[i + 1]->wavelength / rows.at[i]->wavelength);
     };
@@ -80,7 +80,7 @@ std::complex<double> interpolated_index(IndexRows rows, double wavelength) {
                          [](const IndexRow& row, double here) { return row.wavelength < here; });
     for (const IndexRow* row : {above - 1, above})
         if (row->wavelength == wavelength) return {row->n, row->k};
-    Neighbours about{{above - 1 == rows.first ? nullptr : above - 2, above - 1, above,
+    NeighbourRows about{{above - 1 == rows.first ? nullptr : above - 2, above - 1, above,
                       above + 1 == end ? nullptr : above + 1}};
     const double n = interpolated(about, wavelength, [](const IndexRow& row) { return row.n; });
     if (above[-1].k == 0 || above->k == 0) {

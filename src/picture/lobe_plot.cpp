@@ -1,7 +1,5 @@
-#include <stratus/picture/plots.h>
-
 #include <stratus/base/number_text.h>
-#include <stratus/picture/round_number.h>
+#include <stratus/picture/plots.h>
 
 #include "page.h"
 

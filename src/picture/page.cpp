@@ -1,8 +1,8 @@
 #include "page.h"
 
 #include <stratus/base/number_text.h>
+#include <stratus/picture/plots.h>
 #include <stratus/picture/png.h>
-#include <stratus/picture/round_number.h>
 
 #include <cairo-svg.h>
 

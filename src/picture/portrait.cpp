@@ -1,9 +1,9 @@
 #include <stratus/picture/portrait.h>
 
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/picture/plots.h>
 #include <stratus/picture/png.h>
-#include <stratus/picture/round_number.h>
 
 #include "page.h"
 

@@ -6,7 +6,6 @@
 #include <stratus/scene/render.h>
 #include <stratus/scene/scene.h>
 
-#include "long_work.h"
 #include "module.h"
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 #include <stratus/scene/contents.h>
 
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 
 #include <algorithm>
 #include <array>

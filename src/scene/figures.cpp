@@ -1,4 +1,4 @@
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>

@@ -1,6 +1,6 @@
 #include <stratus/scene/layer_light.h>
 
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/argument.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/scene/contents.h>

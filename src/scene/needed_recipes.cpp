@@ -1,7 +1,6 @@
 #include <stratus/scene/layer_tables.h>
 
 #include <stratus/bake/axes.h>
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>

@@ -1,8 +1,8 @@
 #include <stratus/scene/plan.h>
 
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/layer/diffuse_transmittance.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/contents.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>

@@ -1,6 +1,6 @@
 // Reports for people on what each effect of a scene changes and costs.
 #include <stratus/bake/accuracy.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/scene/contents.h>

@@ -1,7 +1,7 @@
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 
 #include "ring_footprint.h"
 #include "subjects.h"

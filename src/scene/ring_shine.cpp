@@ -1,7 +1,7 @@
 #include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
 #include "subjects.h"

@@ -1,6 +1,6 @@
 #include <stratus/scene/scene.h>
 
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 

@@ -1,5 +1,5 @@
 // [rings], [planet] and [slab]; [lobes] and [lambert].
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>

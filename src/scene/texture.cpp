@@ -1,7 +1,6 @@
 #include <stratus/scene/texture.h>
 
-#include <stratus/base/angle.h>
-#include <stratus/base/instruction_set.h>
+#include <stratus/base/constants.h>
 
 #include "kernels/noise.h"
 
@@ -11,24 +10,7 @@
 
 namespace stratus {
 
-namespace avx512 {
-extern const NoiseKernel noise_kernel;
-}
-namespace avx2 {
-extern const NoiseKernel noise_kernel;
-}
-namespace generic {
-extern const NoiseKernel noise_kernel;
-}
-
 namespace {
-
-#ifdef STRATUS_WIDE
-constexpr PerInstructionSet<NoiseKernel> noise_kernels{&generic::noise_kernel, &avx2::noise_kernel,
-                                                       &avx512::noise_kernel};
-#else
-constexpr PerInstructionSet<NoiseKernel> noise_kernels{&generic::noise_kernel, nullptr, nullptr};
-#endif
 
 double unit_random(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed) noexcept {
     std::uint32_t n = seed_hash(seed);
@@ -82,7 +64,7 @@ SurfacePoint plane_point(double x, double y, double extent) noexcept {
 }
 
 double noise(const Vector3& point, unsigned seed) noexcept {
-    return noise_kernels.chosen().noise(point.x, point.y, point.z, seed);
+    return chosen_functions<NoiseKernel>().noise(point.x, point.y, point.z, seed);
 }
 
 Rgb Texture::at(const SurfacePoint& point) const noexcept {

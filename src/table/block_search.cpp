@@ -2,7 +2,7 @@
 
 #include <stratus/base/constants.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "layer_coverage.h"
 
 #include <cstddef>

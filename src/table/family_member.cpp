@@ -2,7 +2,7 @@
 
 #include <stratus/base/argument.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "layer_blend.h"
 
 #include <algorithm>

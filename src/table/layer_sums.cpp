@@ -1,6 +1,6 @@
 #include "layer_sums.h"
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "kernels/vectors.h"
 
 #include <algorithm>
@@ -13,6 +13,8 @@
 #include <utility>
 
 namespace stratus {
+
+const VectorKernels& vector_kernels() noexcept { return chosen_functions<VectorKernels>(); }
 namespace {
 
 constexpr std::size_t first_directions = 300;  // of a sketch, random

@@ -6,7 +6,7 @@
 #include <stratus/table/metadata.h>
 #include <stratus/table/packed_block.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "layer_coverage.h"
 #include "layer/reflected_curve.h"
 #include "layer_sums.h"

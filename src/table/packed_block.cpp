@@ -1,6 +1,6 @@
 #include <stratus/table/packed_block.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "layer_sums.h"
 
 #include <cmath>

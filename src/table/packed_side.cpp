@@ -4,7 +4,7 @@
 #include <stratus/layer/diffusion.h>
 #include <stratus/table/packed_block.h>
 
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "layer_blend.h"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
         side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
-    const PackedSideKernels& kernels = packed_kernels()[which];
+    const PackedSideKernels& kernels = chosen_functions<PackedKernels>()[which];
     const bool azimuthal = table.azimuth.values.size() > 1;
     side.kernel = &kernels.of(side.phase.form(), azimuthal);
     side.of_multiple = &kernels.of(PhaseForm::polynomial, azimuthal);

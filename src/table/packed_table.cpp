@@ -5,7 +5,7 @@
 #include <stratus/table/packed_block.h>
 
 #include "base/mapped_file.h"
-#include "base/size.h"
+#include <stratus/base/size.h>
 #include "layer_blend.h"
 #include "lookup_arguments.h"
 #include "packed_parts.h"

@@ -1,6 +1,5 @@
 #include <stratus/table/table.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>

@@ -1,6 +1,7 @@
 #include "backward_path.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include <algorithm>
 #include <cmath>
@@ -55,12 +56,11 @@ class LinesIntegral {
             const double angle = end_ * std::cos((i + 0.5) * pi / count);
             values.push_back(lines(std::sin(angle)) * std::cos(angle));
         }
-        std::vector<double> series(static_cast<std::size_t>(count) + 2, 0.0);
+        std::vector<double> series(size(count) + 2, 0.0);
         for (int n = 0; n < count; ++n)
             for (int i = 0; i < count; ++i)
-                series[static_cast<std::size_t>(n)] += 2.0 / count *
-                                                       values[static_cast<std::size_t>(i)] *
-                                                       std::cos(n * (i + 0.5) * pi / count);
+                series[size(n)] +=
+                    2.0 / count * values[size(i)] * std::cos(n * (i + 0.5) * pi / count);
         coefficients_.resize(series.size() - 1, 0.0);
         for (std::size_t n = 1; n < coefficients_.size(); ++n)
             coefficients_[n] =

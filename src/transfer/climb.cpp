@@ -116,4 +116,127 @@ void climb_orders(const ClimbTask& task, double fraction,
     });
 }
 
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr std::size_t fitted_points = 8;  // of the polynomials that fill gaps
+
+}  // namespace
+
+std::vector<int> thinned_modes(int count, double tolerance) {
+    constexpr int dense = 48;  // modes below are all solved
+    // From pair to pair, of the mode; what polynomials miss falls as its power of their points.
+    const double step = 0.07 * std::pow(tolerance / 1e-2, 1.0 / fitted_points);
+    std::vector<int> modes;
+    for (int mode = 0; mode < std::min(count, dense); ++mode) modes.push_back(mode);
+    for (int pair = dense; pair < count;) {
+        for (const int mode : {pair, pair + 1})
+            if (mode < count && mode > modes.back()) modes.push_back(mode);
+        if (modes.back() == count - 1) break;
+        const int next = pair + 2 * std::max(1, static_cast<int>(std::lround(step / 2 * pair)));
+        pair = std::min(next, count - 2);
+    }
+    return modes;
+}
+
+namespace {
+
+/// The polynomial through the values at `x` (Lagrange): its weights at `at`.
+std::vector<double> lagrange_weights(std::span<const int> x, int at) {
+    std::vector<double> weights(x.size(), 1.0);
+    for (std::size_t i = 0; i < x.size(); ++i)
+        for (std::size_t k = 0; k < x.size(); ++k)
+            if (k != i) weights[i] *= static_cast<double>(at - x[k]) / (x[i] - x[k]);
+    return weights;
+}
+
+}  // namespace
+
+void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
+    std::vector<int> of_parity[2];
+    std::vector<const MatrixXd*> values[2];
+    for (std::size_t k = 0; k < modes.size(); ++k) {
+        of_parity[solved[k] % 2].push_back(solved[k]);
+        values[solved[k] % 2].push_back(&modes[k]);
+    }
+    std::vector<MatrixXd> all;
+    for (int mode = 0; mode <= solved[modes.size() - 1]; ++mode) {
+        const std::vector<int>& x = of_parity[mode % 2];
+        const auto next = static_cast<std::size_t>(std::ranges::lower_bound(x, mode) - x.begin());
+        if (next < x.size() && x[next] == mode) {
+            all.push_back(*values[mode % 2][next]);
+            continue;
+        }
+        const std::size_t count = std::min(fitted_points, x.size());
+        const std::size_t first =
+            std::min(next > count / 2 ? next - count / 2 : 0, x.size() - count);
+        const std::vector<double> weights =
+            lagrange_weights(std::span(x).subspan(first, count), mode);
+        MatrixXd sum = MatrixXd::Zero(modes[0].rows(), modes[0].cols());
+        for (std::size_t k = 0; k < count; ++k) sum += weights[k] * *values[mode % 2][first + k];
+        all.push_back(std::move(sum));
+    }
+    modes = std::move(all);
+}
+
+namespace {
+
+constexpr double point_weight = 1e-10;  // of requested directions, where nodes sum to 1
+
+/// Gauss nodes that mode m and higher ones reach.
+int nodes_reached(const Directions& directions, int mode) {
+    const double least = std::log(1e-3);
+    int count = 0;
+    while (count < directions.nodes &&
+           mode * 0.5 * std::log1p(-directions.mu(count) * directions.mu(count)) >= least)
+        ++count;
+    return count;
+}
+
+/// The first `kept` nodes, then all requested directions twice, as nodes.
+Directions nodes_and_points(const Directions& from, int kept) {
+    const int points = from.size() - from.nodes, size = kept + 2 * points;
+    Directions to{size, VectorXd(size), VectorXd(size), VectorXd(size)};
+    const VectorXd mu = from.mu.tail(points);
+    to.mu << from.mu.head(kept), mu, mu;
+    to.weight << from.weight.head(kept), VectorXd::Constant(2 * points, point_weight);
+    to.s = (2 * to.mu.array() * to.weight.array()).sqrt();
+    return to;
+}
+
+/// A matrix over nodes_and_points as one over all `directions`; `unscale`: s of a requested direction
+/// there over that here.
+MatrixXd over_all(const Directions& directions, int kept, const MatrixXd& from, double unscale) {
+    const int N = directions.nodes, points = directions.size() - N;
+    MatrixXd to = MatrixXd::Zero(directions.size(), directions.size());
+    to.topLeftCorner(kept, kept) = from.topLeftCorner(kept, kept);
+    to.block(0, N, kept, points) = unscale * from.block(0, kept, kept, points);
+    to.block(N, 0, points, kept) = to.block(0, N, kept, points).transpose();
+    to.bottomRightCorner(points, points) =
+        unscale * unscale * from.block(kept, kept + points, points, points);
+    return to;
+}
+
+}  // namespace
+
+void climb_grazing(const ClimbTask& task, std::span<const int> modes, const RecordMode& record) {
+    const int kept = nodes_reached(task.directions, modes.front());
+    const Directions nodes = nodes_and_points(task.directions, kept);
+    const ClimbTask completed{nodes, task.moments, task.ladder, task.albedos, false, true};
+    const auto all = [&](const MatrixXd& matrix, double unscale) {
+        return over_all(task.directions, kept, matrix, unscale);
+    };
+    const double unscale = 1 / std::sqrt(point_weight);
+    climb_harmonic(completed, modes,
+                   [&](int mode, std::size_t albedo, int depth, ModeMatrices layer,
+                       const PhaseKernels& kernels) {
+                       return record(
+                           mode, albedo, depth,
+                           {all(layer.reflection, unscale), all(layer.transmission, unscale)},
+                           {all(kernels.same, 1), all(kernels.other, 1)});
+                   });
+}
+
 }  // namespace stratus

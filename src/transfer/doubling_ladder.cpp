@@ -1,5 +1,7 @@
 #include "doubling_ladder.h"
 
+#include <stratus/base/size.h>
+
 #include "depth_regime.h"
 #include "options.h"
 
@@ -57,8 +59,7 @@ class Handout {
 template <class Number>
 double* allocated(long count) {
     const long packs = (count * static_cast<long>(sizeof(Number)) + 63) / 64;
-    void* memory =
-        std::aligned_alloc(pack_alignment, static_cast<std::size_t>(packs) * sizeof(Pack));
+    void* memory = std::aligned_alloc(pack_alignment, size(packs) * sizeof(Pack));
     if (!memory) throw std::bad_alloc();
     return static_cast<double*>(memory);
 }
@@ -104,7 +105,7 @@ double scattering_strength(const std::vector<DoublingTask>& tasks,
                            const std::vector<double>& moments) {
     double strength = 0;
     for (const DoublingTask& task : tasks)
-        for (auto l = static_cast<std::size_t>(task.mode); l < moments.size(); ++l)
+        for (auto l = size(task.mode); l < moments.size(); ++l)
             strength = std::max(strength, task.albedo * std::abs(moments[l]));
     return strength;
 }
@@ -216,7 +217,7 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
                                        const std::vector<DoublingTask>& tasks,
                                        bool between_requested, bool completed)
     : directions_(directions),
-      steps_(doubling_steps<Number>()),
+      steps_(chosen_functions<DoublingSteps<Number>>()),
       tasks_(static_cast<int>(tasks.size())) {
     PhaseSeries<Number> phase{};
     phase.completed = completed;
@@ -224,7 +225,7 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
     Number first_depth{};
     double deepest = 0;
     for (int lane = 0; lane < lanes_per<Number>; ++lane) {  // idle lanes repeat the last task
-        const DoublingTask& task = tasks[static_cast<std::size_t>(std::min(lane, tasks_ - 1))];
+        const DoublingTask& task = tasks[size(std::min(lane, tasks_ - 1))];
         phase.mode[lane] = task.mode;
         set_lane(layer_.albedo, lane, task.albedo);
         set_lane(first_depth, lane, task.first_depth);
@@ -316,11 +317,11 @@ namespace {
 /// `end`: rows in turn, so that the cache holds one for all its lanes.
 template <class Value>
 std::vector<Eigen::MatrixXd> lane_matrices(int first, int end, int lanes, Value value) {
-    std::vector<Eigen::MatrixXd> matrices(static_cast<std::size_t>(lanes));
+    std::vector<Eigen::MatrixXd> matrices(size(lanes));
     for (Eigen::MatrixXd& matrix : matrices) matrix.resize(end - first, end - first);
     for (int i = first; i < end; ++i)
         for (int lane = 0; lane < lanes; ++lane) {
-            double* row = matrices[static_cast<std::size_t>(lane)].col(i - first).data();
+            double* row = matrices[size(lane)].col(i - first).data();
             for (int j = first; j < end; ++j) row[j - first] = value(i, j, lane);
         }
     return matrices;

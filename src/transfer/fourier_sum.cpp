@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
 
 #include "options.h"
@@ -25,8 +26,7 @@ MatrixXd tabulate_cosines(const std::vector<double>& azimuths, int modes) {
     MatrixXd cosines(static_cast<Eigen::Index>(azimuths.size()), modes);
     for (Eigen::Index k = 0; k < cosines.rows(); ++k)
         for (Eigen::Index m = 0; m < modes; ++m)
-            cosines(k, m) = (m ? 2 : 1) * std::cos(static_cast<double>(m) *
-                                                   azimuths[static_cast<std::size_t>(k)]);
+            cosines(k, m) = (m ? 2 : 1) * std::cos(static_cast<double>(m) * azimuths[size(k)]);
     return cosines;
 }
 
@@ -39,8 +39,7 @@ struct PairTable {
 VectorXd mode_terms(const LayerSolution& layer, Side side, int in, int out) {
     const std::vector<MatrixXd>& modes = layer.modes(side);
     VectorXd terms(static_cast<Eigen::Index>(modes.size()));
-    for (Eigen::Index m = 0; m < terms.size(); ++m)
-        terms(m) = modes[static_cast<std::size_t>(m)](in, out);
+    for (Eigen::Index m = 0; m < terms.size(); ++m) terms(m) = modes[size(m)](in, out);
     return terms;
 }
 
@@ -50,7 +49,7 @@ MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<cons
     const auto count = static_cast<Eigen::Index>(layer.modes(side).size());
     MatrixXd terms(count, static_cast<Eigen::Index>(out.size()));
     for (Eigen::Index j = 0; j < terms.cols(); ++j)
-        terms.col(j) = mode_terms(layer, side, in, out[static_cast<std::size_t>(j)]);
+        terms.col(j) = mode_terms(layer, side, in, out[size(j)]);
     return cosines.leftCols(count) * terms;
 }
 
@@ -121,8 +120,7 @@ void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGri
                                     all->begin() + static_cast<std::ptrdiff_t>(grid.at(i, j, 0)));
                 continue;
             }
-            const int in = grid.pairs().in[static_cast<std::size_t>(i)],
-                      out = grid.pairs().out[static_cast<std::size_t>(j)];
+            const int in = grid.pairs().in[size(i)], out = grid.pairs().out[size(j)];
             const double ground =
                 side == Side::reflection ? tabulated_boundary(solution, in, out) : 0;
             const std::vector<SolvedValue> here = solution.values(side, in, out, grid.azimuth());
@@ -188,16 +186,15 @@ GridValues evaluate_parts(const LayerSolution& solution, Side side, const Direct
     const std::size_t azimuths = grid.azimuth().size();
     const bool symmetric = grid.pairs().are_symmetric();
     for (int i = 0; i < grid.in_count(); ++i) {
-        const int in = grid.pairs().in[static_cast<std::size_t>(i)], first_out = symmetric ? i : 0;
-        const std::span<const int> outs =
-            std::span(grid.pairs().out).subspan(static_cast<std::size_t>(first_out));
+        const int in = grid.pairs().in[size(i)], first_out = symmetric ? i : 0;
+        const std::span<const int> outs = std::span(grid.pairs().out).subspan(size(first_out));
         const MatrixXd series = sum_modes(solution, side, in, outs, grid.cosines());
         std::vector<PathWeights> along_path;
         for (std::size_t j = 0; j < outs.size() && path_law != nullptr; ++j)
             along_path.push_back(solution.path_weights(side, in, outs[j]));
         const MatrixXd rest = path_law != nullptr ? solution.path->rest(along_path) : MatrixXd();
         for (int j = first_out; j < grid.out_count(); ++j) {
-            const int out = grid.pairs().out[static_cast<std::size_t>(j)];
+            const int out = grid.pairs().out[size(j)];
             const std::size_t first = grid.at(i, j, 0);
             const auto part = [&](auto& all) {
                 return all.empty() ? std::span(all) : std::span(all).subspan(first, azimuths);
@@ -206,10 +203,9 @@ GridValues evaluate_parts(const LayerSolution& solution, Side side, const Direct
             const PairTable table{part(grid.cos_scattering_angle(side)), part(grid.phase(side)),
                                   part(grid.boundary_phase())};
             if (path_law != nullptr)
-                split_multiple(
-                    along_path[static_cast<std::size_t>(j - first_out)],
-                    {rest.col(j - first_out).data(), static_cast<std::size_t>(rest.rows())}, table,
-                    *path_law, {part(values.closed_form), part(values.tabulated)});
+                split_multiple(along_path[size(j - first_out)],
+                               {rest.col(j - first_out).data(), size(rest.rows())}, table,
+                               *path_law, {part(values.closed_form), part(values.tabulated)});
             else
                 add_corrections(solution, side, in, out, table, part(values.tabulated));
             const double ground = tabulated_boundary(solution, in, out);

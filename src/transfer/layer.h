@@ -1,4 +1,4 @@
-// One azimuthal mode of a layer as matrices, and their conventions.
+// One azimuthal mode of a layer as matrices: their conventions, and two layers added to one.
 //
 // R_ij = s_i s_j R_m(mu_i, mu_j), s_i = sqrt(2 mu_i weight_i) (weight 1 for directions of weight
 // zero), and the same for T. Reciprocity is matrix symmetry, a matrix product over the Gauss nodes
@@ -34,5 +34,66 @@ Eigen::VectorXd beam_along(const Directions& directions, double optical_depth);
 /// f_m = modes[m](i, j).
 double sum_modes(const std::vector<double>& modes, double azimuth);
 double sum_modes(const std::vector<Eigen::MatrixXd>& modes, int i, int j, double azimuth);
+
+// Adding. An inhomogeneous layer differs between its two sides. Four quantities describe it: R lit
+// from above, R* lit from below, T downward (its transpose is T upward, by reciprocity), and the
+// unscattered beam. Matrices are over the Gauss nodes followed by the extra directions.
+
+/// diag(d) + K over all directions: the unscattered beam on a diagonal of its own, never mixed with
+/// the diffuse light in K. Products sum over the Gauss nodes alone.
+struct BeamMatrix {
+    Eigen::VectorXd d;
+    Eigen::MatrixXd K;
+};
+
+/// F G; the first `nodes` directions are the Gauss nodes.
+BeamMatrix product(const BeamMatrix& F, const BeamMatrix& G, int nodes);
+
+/// F^-1.
+BeamMatrix inverse(const BeamMatrix& F, int nodes);
+
+/// One azimuthal mode of a layer, homogeneous or not.
+struct LayerMode {
+    Eigen::MatrixXd reflection;        // lit from above; symmetric
+    Eigen::MatrixXd reflection_below;  // R*, lit from below; symmetric
+    Eigen::MatrixXd transmission;      // diffuse, downward: out of row, into column
+    Eigen::VectorXd beam;              // exp(-tau / mu)
+
+    /// Whether nothing is transmitted: a surface or a semi-infinite layer. It has reflection alone.
+    bool is_opaque() const { return transmission.size() == 0; }
+};
+
+/// `above` on top of `below`.
+///
+/// Source   [HT74], the adding equations.
+/// Range    `above` transmits light; both over the same n directions, the first `nodes` of them
+///          the Gauss nodes.
+/// Errors   std::invalid_argument when the sizes differ or `above` is opaque.
+/// Cost     some 10 n^3 operations.
+LayerMode add(const LayerMode& above, const LayerMode& below, int nodes);
+
+/// Diffuse light between two layers lit from above, interreflection included: going down, and up;
+/// scaled, out of row, into column.
+struct LightBetween {
+    Eigen::MatrixXd downward, upward;
+};
+
+/// The light between `above` and `below`.
+///
+/// Source   [HT74], D and U of the adding equations.
+/// Errors   as add.
+LightBetween light_between(const LayerMode& above, const LayerMode& below, int nodes);
+
+/// Diffuse light incident on `below` for light incident on `above`, one row per incident direction,
+/// summed over the hemisphere with each column of `weights`. Interreflection between the two is
+/// included, the beam is not: add beam.asDiagonal() * weights.
+///
+/// With s the scaling of the matrices, weights s give the downward flux times s in mode 0, and s - R s
+/// of `below` the net flux, which `below` absorbs where it is opaque.
+///
+/// Shapes   weights n x any.
+/// Errors   as add.
+Eigen::MatrixXd diffuse_flux_between(const LayerMode& above, const LayerMode& below,
+                                     const Eigen::MatrixXd& weights, int nodes);
 
 }  // namespace stratus

@@ -1,6 +1,7 @@
 #include "layer_modes.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include "climb.h"
 #include "options.h"
@@ -25,12 +26,12 @@ LayerModes::LayerModes(const Directions& directions, LayerTask task)
 const LayerMode& LayerModes::layer(int mode) {
     if (first_ < 0 || mode / lane_count * lane_count != first_)
         solve_pack(mode / lane_count * lane_count);
-    return layers_[static_cast<std::size_t>(mode - first_)];
+    return layers_[size(mode - first_)];
 }
 
 const PhaseKernels& LayerModes::kernels(int mode) {
     layer(mode);
-    return kernels_[static_cast<std::size_t>(mode - first_)];
+    return kernels_[size(mode - first_)];
 }
 
 void LayerModes::solve_pack(int first) {
@@ -40,7 +41,7 @@ void LayerModes::solve_pack(int first) {
     const DepthLadder ladder = ladder_to(target_);
     const double first_depth = ladder.octaves ? ladder.first : first_depth_to_infinity;
     const VectorXd beam = beam_along(directions_, task_.optical_depth);
-    std::vector<int> modes(static_cast<std::size_t>(std::min(lane_count, count_ - first)));
+    std::vector<int> modes(size(std::min(lane_count, count_ - first)));
     std::iota(modes.begin(), modes.end(), first);
     double half_transmittance = 0;
     climb_harmonic(
@@ -117,7 +118,7 @@ const MatrixXd& BoundaryModes::ground(int mode) {
                     ground_[m](i, j) = ground_[m](j, i) = modes[m];
             }
     }
-    return ground_[static_cast<std::size_t>(mode - first_)];
+    return ground_[size(mode - first_)];
 }
 
 VectorXd BoundaryModes::entering() {

@@ -6,7 +6,6 @@
 #include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/truncation.h>
 
-#include "adding.h"
 #include "depth_regime.h"
 #include "layer.h"
 
@@ -73,7 +72,7 @@ class BoundaryModes {
     /// Light scattered once, unscaled, between all directions.
     Eigen::MatrixXd once(int mode);
 
-    /// s - R s of mode 0: the weights of the net flux (diffuse_flux_between, adding.h).
+    /// s - R s of mode 0: the weights of the net flux (diffuse_flux_between, layer.h).
     Eigen::VectorXd entering();
 
   private:

@@ -4,8 +4,6 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include "adding.h"
-#include "flush_subnormals.h"
 #include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"

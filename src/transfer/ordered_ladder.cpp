@@ -1,5 +1,7 @@
 #include "ordered_ladder.h"
 
+#include <stratus/base/size.h>
+
 #include "depth_regime.h"
 
 #include <cmath>
@@ -48,8 +50,7 @@ Pack* OrderedLadder::kernel(Series& of, std::size_t order) const {
     Kernel& K = of.K[order];
     if (K) return packs(K.get());
     const SimdLayer<Pack>& layer = start_.layer();
-    const std::size_t bytes = static_cast<std::size_t>(layer.directions) *
-                              static_cast<std::size_t>(layer.stride) * sizeof(Pack);
+    const std::size_t bytes = size(layer.directions) * size(layer.stride) * sizeof(Pack);
     K.reset(static_cast<double*>(std::aligned_alloc(pack_alignment, bytes)));
     if (!K) throw std::bad_alloc();
     std::memset(K.get(), 0, bytes);
@@ -126,9 +127,9 @@ OrderedLadder::OrderedLadder(const Directions& directions, const std::vector<dou
                              double truncated, const std::vector<int>& modes, int highest_order,
                              double thin_depth)
     : directions_(directions),
-      steps_(doubling_steps<Pack>()),
+      steps_(chosen_functions<DoublingSteps<Pack>>()),
       truncated_(truncated),
-      highest_order_(static_cast<std::size_t>(highest_order)),
+      highest_order_(size(highest_order)),
       optical_depth_(thin_depth),
       start_(directions, moments, conservative_tasks(modes, thin_depth)),
       reflection_(nothing()),

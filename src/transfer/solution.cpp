@@ -1,5 +1,7 @@
 #include <stratus/transfer/solution.h>
 
+#include <stratus/base/size.h>
+
 #include "backward_path.h"
 #include "options.h"
 #include "orders.h"
@@ -25,8 +27,8 @@ PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, in
     const PathWeights weights = layer.path_weights(side, in, out);
     std::vector<double> sum = layer.path->law().legendre(weights);
     const Eigen::VectorXd rest = layer.path->rest({&weights, 1});
-    sum.resize(std::max(sum.size(), static_cast<std::size_t>(rest.size())), 0.0);
-    for (Eigen::Index l = 0; l < rest.size(); ++l) sum[static_cast<std::size_t>(l)] += rest(l);
+    sum.resize(std::max(sum.size(), size(rest.size())), 0.0);
+    for (Eigen::Index l = 0; l < rest.size(); ++l) sum[size(l)] += rest(l);
     return {0, std::move(sum)};
 }
 

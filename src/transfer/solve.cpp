@@ -2,18 +2,21 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
 
-#include "adding.h"
 #include "backward_path.h"
 #include "climb.h"
 #include "depth_regime.h"
-#include "flush_subnormals.h"
-#include "grazing_modes.h"
+#include "doubling_ladder.h"
+#include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
 #include "simd/doubling_steps.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -25,10 +28,10 @@
 
 namespace stratus {
 
-namespace {
-
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+namespace {
 
 /// Layers of one phase function: all albedos at all depths of a ladder, mode after mode.
 struct LadderProblem {
@@ -99,8 +102,7 @@ class LadderRun {
         solve_groups(
             static_cast<int>(modes.size()), group, options.modes == 0,
             [&](int first, int end) {
-                solve_modes(std::span(modes).subspan(static_cast<std::size_t>(first),
-                                                     static_cast<std::size_t>(end - first)));
+                solve_modes(std::span(modes).subspan(size(first), size(end - first)));
             },
             [this](int count) { return is_negligible(count); });
         if (options.grazing)
@@ -181,7 +183,7 @@ class LadderRun {
         if (options.grazing)
             return thinned_modes(count,
                                  options.tolerance > 0 ? options.tolerance : usual_tolerance);
-        std::vector<int> all(static_cast<std::size_t>(count));
+        std::vector<int> all(size(count));
         std::iota(all.begin(), all.end(), 0);
         return all;
     }
@@ -213,7 +215,7 @@ class LadderRun {
             if (mode == 0) half_transmittance_ = uniform_mean(directions_, layer.transmission);
             return false;
         }
-        const auto at = static_cast<std::size_t>(place);
+        const auto at = size(place);
         const DepthTarget& target = problem_.targets[at];
         const bool is_limit = reaches_limit(mode, a, at, layer.transmission);
         layer = reach(target, mode, half_transmittance_, directions_, std::move(layer));
@@ -372,7 +374,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const LowerBoundary& boundary) {
     check(albedos, options, boundary);
     require(ladder.octaves >= 0, "solve", "octaves", ">= 0", ladder.octaves);
-    const auto count = static_cast<std::size_t>(ladder.count());
+    const auto count = size(ladder.count());
     require(ladder.asked.empty() || ladder.asked.size() == count, "solve", "depths of a ladder",
             "all of them asked for or not, " + std::to_string(count), ladder.asked.size());
     require(ladder.place(ladder.count()) > 0, "solve", "depths of a ladder", "at least one",
@@ -414,7 +416,7 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                         const SolverOptions& options) {
     require(options.orders >= 1, "solve_orders", "orders", "in [1, 200]", options.orders);
     require(optical_depth >= 0, "solve_orders", "optical_depth", "in [0, inf]", optical_depth);
-    const std::vector<double> albedos(static_cast<std::size_t>(options.orders), albedo);
+    const std::vector<double> albedos(size(options.orders), albedo);
     const LowerBoundary none;
     check(albedos, options, none);
     const DepthTarget target = choose_target(optical_depth, false, phase_function.asymmetry());
@@ -435,6 +437,42 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                          none}))
         orders.push_back(std::move(of_order[0]));
     return orders;
+}
+
+std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
+                                                const std::vector<double>& albedos,
+                                                const SolverOptions& options) {
+    for (const double albedo : albedos)
+        require(albedo >= 0 && albedo <= 1, "compute_diffusion_exponents", "albedo", "in [0, 1]",
+                albedo);
+    const std::vector<double> moments = phase_function.moments(2 * options.nodes);
+    const Directions directions =
+        gauss_directions(options.nodes, choose_node_map(moments, options.nodes));
+    const PhaseKernels kernels =
+        DoublingLadder<double>(directions, moments, {{0, 1, 0, directions.mu.minCoeff()}})
+            .kernels()[0];
+    const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
+    const MatrixXd same = scale.asDiagonal() * kernels.same * scale.asDiagonal();
+    const MatrixXd other = scale.asDiagonal() * kernels.other * scale.asDiagonal();
+    const MatrixXd slant = directions.mu.cwiseInverse().asDiagonal();
+    std::vector<double> exponents;
+    for (const double albedo : albedos) {
+        if (albedo == 1) {
+            exponents.push_back(0);
+            continue;
+        }
+        const MatrixXd A = slant - albedo / 2 * (same - other);
+        const MatrixXd B = slant - albedo / 2 * (same + other);
+        // 1/k^2 is the largest eigenvalue of (B A)^-1, similar to the symmetric L^-1 B^-1 L^-T with
+        // A = L L^T.
+        const Eigen::LLT<MatrixXd> factor(A);
+        const MatrixXd half = factor.matrixL().solve(MatrixXd(B.llt().solve(
+            MatrixXd(factor.matrixL().transpose().solve(MatrixXd::Identity(A.rows(), A.cols()))))));
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen((half + half.transpose()) / 2,
+                                                            Eigen::EigenvaluesOnly);
+        exponents.push_back(1 / std::sqrt(eigen.eigenvalues().maxCoeff()));
+    }
+    return exponents;
 }
 
 }  // namespace stratus

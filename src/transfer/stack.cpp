@@ -3,9 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/transfer/solve.h>
 
-#include "adding.h"
 #include "backward_path.h"
-#include "flush_subnormals.h"
 #include "layer.h"
 #include "light_inside.h"
 #include "mode_recorder.h"

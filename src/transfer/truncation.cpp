@@ -1,5 +1,7 @@
 #include <stratus/transfer/truncation.h>
 
+#include <stratus/base/size.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -55,14 +57,14 @@ double rounded_off(double x, double width) {
 }  // namespace
 
 Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count, bool delta_m) {
-    const auto L = static_cast<std::size_t>(moment_count);
+    const auto L = size(moment_count);
     std::vector<double> moments = phase_function.moments(moment_count + 2);
     const double last = moments[L];
     const bool forward = last > 1e-15 && moments[L + 1] > 0;  // a backward peak alternates in sign
     const bool backward = std::abs(last) > smooth_share_backward && last * moments[L + 1] < 0 &&
                           has_narrow_backward_peak(phase_function);
     // A large share is chi_l somewhat below L: 0.8 to 0.9 of it do about equally well.
-    const auto knee = static_cast<std::size_t>(std::lround(0.85 * moment_count));
+    const auto knee = size(std::lround(0.85 * moment_count));
     const double f = !delta_m && last > smooth_share ? std::max(moments[knee], last) : last;
     moments.resize(L);
     if (backward)
@@ -86,7 +88,7 @@ TruncatedPath::TruncatedPath(PathLaw law, const Truncation& truncation) : law_(s
         std::max<std::size_t>(PathLaw::smooth_moments, truncation.moments.size());
     rest_.resize(static_cast<Eigen::Index>(count), law_.order_count() - 2);
     for (Eigen::Index l = 0; l < rest_.rows(); ++l) {
-        const auto at = static_cast<std::size_t>(l);
+        const auto at = size(l);
         const double smooth = law_.smooth_moment(at);
         const double c = at < truncation.moments.size() ? (1 - f) * truncation.moments[at] : 0;
         double smooth_n = smooth, kept_n = f + c, f_n = f;  // to the power of n
@@ -105,7 +107,7 @@ Eigen::MatrixXd TruncatedPath::rest(std::span<const PathWeights> weights) const 
     Eigen::MatrixXd of_order =
         Eigen::MatrixXd::Zero(rest_.cols(), static_cast<Eigen::Index>(weights.size()));
     for (Eigen::Index k = 0; k < of_order.cols(); ++k) {
-        const PathWeights& here = weights[static_cast<std::size_t>(k)];
+        const PathWeights& here = weights[size(k)];
         const Eigen::Index orders = std::max(0, here.count - 2);
         of_order.col(k).head(orders) = Eigen::Map<const Eigen::VectorXd>(here.of_order + 2, orders);
     }
@@ -115,7 +117,7 @@ Eigen::MatrixXd TruncatedPath::rest(std::span<const PathWeights> weights) const 
 Eigen::MatrixXd TruncatedPath::rest_of_orders(std::span<const double> cosines) const {
     Eigen::MatrixXd polynomial(rest_.rows(), static_cast<Eigen::Index>(cosines.size()));
     for (Eigen::Index k = 0; k < polynomial.cols(); ++k) {
-        const double x = cosines[static_cast<std::size_t>(k)];
+        const double x = cosines[size(k)];
         double before = 0, here = 1;
         for (Eigen::Index l = 0; l < polynomial.rows(); ++l) {
             polynomial(l, k) = here;

@@ -193,14 +193,13 @@ std::string view_page(const PackedTable& table) {
     for (const ShaderTexture& texture : textures)
         scripts += "<script type=\"text/plain\" id=\"" + texture.name + "\">" +
                    deflated(texture.bytes) + "</script>\n";
-    return filled(
-        page_html,
-        {{"style", page_style},
-         {"shader", shader_text(ShaderLanguage::glsl) + layer_shader + scenes_shader},
-         {"facts", facts(header, textures)},
-         {"fluxes", fluxes(header)},
-         {"textures", scripts},
-         {"script", std::string(table_script) + picture_script + lobes_script + page_script}});
+    return filled(page_html,
+                  {{"style", page_style},
+                   {"shader", shader_text(ShaderLanguage::glsl) + scenes_shader},
+                   {"facts", facts(header, textures)},
+                   {"fluxes", fluxes(header)},
+                   {"textures", scripts},
+                   {"script", std::string(table_script) + picture_script + page_script}});
 }
 
 }  // namespace stratus

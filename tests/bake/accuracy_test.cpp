@@ -1,7 +1,6 @@
 #include <stratus/bake/accuracy.h>
-
 #include <stratus/bake/bake.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

@@ -2,7 +2,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 #include <stratus/bake/forecast.h>
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
 

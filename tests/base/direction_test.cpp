@@ -1,14 +1,13 @@
 // Directions as observers give them, there and back.
+#include <stratus/base/constants.h>
 #include <stratus/base/direction.h>
 
-#include <stratus/base/angle.h>
+#include "refusal.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
-
-#include "refusal.h"
 
 namespace stratus {
 namespace {

@@ -1,7 +1,5 @@
-#include <stratus/layer/single_scattering.h>
-
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/phase/phase_function.h>
 
 #include "../reference/discrete_ordinates.h"

@@ -1,9 +1,8 @@
 #include <stratus/material/material.h>
 
-#include "cosine_series.h"
 #include "material_check.h"
-#include "reflection_field.h"
 #include "refusal.h"
+#include "solved_stack.h"
 
 #include <gtest/gtest.h>
 

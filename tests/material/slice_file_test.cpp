@@ -1,9 +1,8 @@
 // Slices, read as their layout says, beside the solver.
+#include "material_check.h"
 #include "row_name.h"
 #include "slice_reader.h"
-
-#include "material_check.h"
-#include "reflection_field.h"
+#include "solved_stack.h"
 
 #include <gtest/gtest.h>
 

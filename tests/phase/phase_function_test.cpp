@@ -1,6 +1,5 @@
+#include <stratus/base/constants.h>
 #include <stratus/phase/phase_function.h>
-
-#include <stratus/base/angle.h>
 
 #include "refusal.h"
 #include "row_name.h"

@@ -1,8 +1,6 @@
-#include <stratus/scene/figure.h>
-
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/scene/figure.h>
 
 #include <gtest/gtest.h>
 

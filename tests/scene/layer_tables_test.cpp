@@ -1,7 +1,5 @@
-#include <stratus/scene/layer_tables.h>
-
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
+#include <stratus/scene/layer_tables.h>
 #include <stratus/scene/render.h>
 
 #include "refusal.h"
@@ -10,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 

@@ -1,7 +1,5 @@
-#include <stratus/scene/plan.h>
-
-#include <stratus/base/angle.h>
 #include <stratus/base/constants.h>
+#include <stratus/scene/plan.h>
 #include <stratus/transfer/solve.h>
 
 #include "plan_scenes.h"

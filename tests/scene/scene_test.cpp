@@ -1,11 +1,9 @@
+#include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
 
-#include <stratus/base/angle.h>
-#include <stratus/base/constants.h>
-
 #include "refusal.h"
-#include "temporary_folder.h"
 #include "small_scene.h"
+#include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 

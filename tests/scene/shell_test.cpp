@@ -1,5 +1,5 @@
 // Planets whose layer is a spherical shell, against photons and limits.
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "shell_photons.h"

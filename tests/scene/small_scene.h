@@ -1,7 +1,7 @@
 // Scenes of a few pixels, for tests to change.
 #pragma once
 
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
 

@@ -1,9 +1,8 @@
 // The portrait of every kind of table is written, has the stated size, and shows something in each
 // part of it. Its looks are checked visually.
-#include <stratus/scene/table_portrait.h>
-
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/picture/png.h>
+#include <stratus/scene/table_portrait.h>
 
 #include "refusal.h"
 #include "row_name.h"

@@ -1,6 +1,6 @@
 // Identities of adding that hold for any symmetric R and R* and any T.
 
-#include "adding.h"
+#include "layer.h"
 #include "refusal.h"
 
 #include <Eigen/LU>

@@ -1,10 +1,9 @@
 // Narrow peaks between grazing directions, where the path law does not hold.
-#include "grazing_modes.h"
-
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
+#include "climb.h"
 #include "csv_rows.h"
 #include "refusal.h"
 #include "usual_layers.h"

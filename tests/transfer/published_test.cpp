@@ -1,5 +1,5 @@
 // The solver against numbers printed in the literature, to the digits printed.
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/transfer/solve.h>
 

@@ -1,7 +1,7 @@
 // Solver against discrete ordinates, shared by the fast and the slow comparison.
 #pragma once
 
-#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "../reference/discrete_ordinates.h"

@@ -39,7 +39,7 @@ struct SolverOptions {
                              // the smallest cosine
     Truncate truncate = Truncate::smooth;
     bool grazing = false;  // narrow peaks are solved as far as nodes hold them at grazing angles
-                           // (src/transfer/grazing_modes.h): for R and T of one layer over nothing,
+                           // (src/transfer/climb.h): for R and T of one layer over nothing,
                            // all orders, where one cosine or both are up to 0.2
     bool exact_fluxes = true;       // of a narrow peak: mode 0 once more, with 64 nodes or more
     double mode_tolerance = 1e-14;  // with modes = 0: negligible, relative to R and T

@@ -396,13 +396,20 @@ void joined(const PartedPaths& parted, const float* reflected, const float* tran
 }
 
 }  // namespace
-
-extern const Kernels kernels;
-constexpr Kernels kernels{
-    {all_kernels<Side::reflection, 1>(), all_kernels<Side::transmission, 1>()},
-    {all_kernels<Side::reflection, 3>(), all_kernels<Side::transmission, 3>()},
-    {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
-    paths_of_vectors,
-    joined};
-
 }  // namespace stratus::STRATUS_ISA
+
+namespace stratus {
+
+template <>
+const Kernels& functions_for<Kernels, InstructionSet::STRATUS_ISA>() noexcept {
+    using namespace STRATUS_ISA;
+    static constexpr Kernels kernels{
+        {all_kernels<Side::reflection, 1>(), all_kernels<Side::transmission, 1>()},
+        {all_kernels<Side::reflection, 3>(), all_kernels<Side::transmission, 3>()},
+        {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
+        paths_of_vectors,
+        joined};
+    return kernels;
+}
+
+}  // namespace stratus

@@ -1,11 +1,12 @@
 // Lookups of bound slices for every combination of effects, one light path at a time or many side
-// by side, compiled once for each instruction set and chosen when the program runs (dispatch.cpp).
+// by side, compiled once for each instruction set and chosen when the program runs (instruction_set.h).
 //
 // Files compiled for newer processors use no inline function of external linkage, so that none of
 // their code can end up shared with the rest of the program.
 #pragma once
 
 #include <stratus/base/direction.h>
+#include <stratus/base/instruction_set.h>
 #include <stratus/layer/opposition.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/phase/phase_curve.h>
@@ -141,8 +142,5 @@ struct Kernels {
     void (*joined)(const PartedPaths& paths, const float* reflected, const float* transmitted,
                    int count, float* value);
 };
-
-/// For chosen_instruction_set().
-const Kernels& kernels() noexcept;
 
 }  // namespace stratus

@@ -182,7 +182,7 @@ struct ReflectionDeficit {
 
 /// sinh(k q) / sinh(k (tau + q)), from attenuations at 2 k q and at k tau.
 template <class F>
-STRATUS_INLINE F transmission_scale(const Attenuation<F>& length, const Attenuation<F>& depth) {
+STRATUS_INLINE F transmission_fall(const Attenuation<F>& length, const Attenuation<F>& depth) {
     const F twice = depth.extinguished * (depth.transmitted + 1.0f);  // extinguished at 2 k tau
     return depth.transmitted * length.extinguished *
            reciprocal(length.extinguished + twice - length.extinguished * twice);

@@ -1,6 +1,5 @@
-#include "sums.h"
-
 #include "base/lanes.h"
+#include "sums.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -39,9 +38,10 @@ void sums(const OrderRows& of, const float* weight, const int* used, std::size_t
 
 }  // namespace
 
-namespace STRATUS_ISA {
-extern const PathSums path_sums;
-constexpr PathSums path_sums{sums};
-}  // namespace STRATUS_ISA
+template <>
+const PathSums& functions_for<PathSums, InstructionSet::STRATUS_ISA>() noexcept {
+    static constexpr PathSums path_sums{sums};
+    return path_sums;
+}
 
 }  // namespace stratus

@@ -1,10 +1,6 @@
 #include "sums.h"
 
 namespace stratus {
-namespace STRATUS_ISA {
-extern const SphereSums sphere_sums;
-}
-
 namespace {
 
 #if defined(__AVX512F__)
@@ -161,9 +157,12 @@ void add_form(const double* matrix, std::size_t size, const AngleLanes* angle, s
 
 }  // namespace
 
-namespace STRATUS_ISA {
-const SphereSums sphere_sums{coefficients, add_products, amplitudes, add_form<&AngleLanes::sum>,
-                             add_form<&AngleLanes::difference>};
+template <>
+const SphereSums& functions_for<SphereSums, InstructionSet::STRATUS_ISA>() noexcept {
+    static constexpr SphereSums sphere_sums{coefficients, add_products, amplitudes,
+                                            add_form<&AngleLanes::sum>,
+                                            add_form<&AngleLanes::difference>};
+    return sphere_sums;
 }
 
 }  // namespace stratus

@@ -3,6 +3,8 @@
 // machine; and orders of the path law (path_law.h), of many layers at once.
 #pragma once
 
+#include <stratus/base/instruction_set.h>
+
 #include <cstddef>
 
 namespace stratus {
@@ -61,9 +63,6 @@ struct SphereSums {
                                 std::size_t groups, double (*value)[mie_lanes]);
 };
 
-/// For this machine.
-const SphereSums& sphere_sums() noexcept;
-
 /// Rows of numbers over orders, each number twice: `columns` of them, 64 or more.
 struct OrderRows {
     const float* value;
@@ -76,8 +75,5 @@ struct PathSums {
     void (*sums)(const OrderRows&, const float* weight, const int* used, std::size_t rows,
                  float* to);
 };
-
-/// For chosen_instruction_set().
-const PathSums& path_sums() noexcept;
 
 }  // namespace stratus

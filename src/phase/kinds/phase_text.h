@@ -1,4 +1,4 @@
-// The text of a phase function, read from left to right.
+// The text of a phase function, read from left to right (parse_phase_function.cpp).
 #pragma once
 
 #include <stratus/phase/phase_function.h>

@@ -12,14 +12,13 @@ raise ValueError, files that cannot be opened OSError. Other Python threads run 
 call but the reading and writing of .h5 and .exr files.
 """
 
-from ._directions import Directions, directions
 from ._fit import Fit, fit
 from ._phase import PhaseFunction, phase_function_help
 from ._scene import EffectShare, LeftOut, Plan, ScenePlan, plan, render
 from ._slice import Bsdf, Sample, Slice
 from ._solve import (
-    Fluxes, FluxesInside, Light, LightInside, Stack, fluxes, solve, solve_stack, solve_stack_inside, stack_fluxes,
-    stack_fluxes_inside,
+    Directions, Fluxes, FluxesInside, Light, LightInside, Stack, directions, fluxes, solve, solve_stack,
+    solve_stack_inside, stack_fluxes, stack_fluxes_inside,
 )
 from ._stratus import version as __version__
 from ._table import EffectOptions, Table, bake, bind_single, load

@@ -1,10 +1,6 @@
 #include "noise.h"
 
 namespace stratus {
-namespace STRATUS_ISA {
-extern const NoiseKernel noise_kernel;
-}
-
 namespace {
 
 #define STRATUS_INLINE [[gnu::always_inline]] inline
@@ -87,8 +83,10 @@ double noise(double x, double y, double z, unsigned seed) {
 
 }  // namespace
 
-namespace STRATUS_ISA {
-const NoiseKernel noise_kernel{noise};
+template <>
+const NoiseKernel& functions_for<NoiseKernel, InstructionSet::STRATUS_ISA>() noexcept {
+    static constexpr NoiseKernel kernel{noise};
+    return kernel;
 }
 
 }  // namespace stratus

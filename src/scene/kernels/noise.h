@@ -3,6 +3,8 @@
 // every machine.
 #pragma once
 
+#include <stratus/base/instruction_set.h>
+
 #include <cstdint>
 
 namespace stratus {

@@ -327,9 +327,16 @@ constexpr PackedSideKernels all_kernels() {
 }
 
 }  // namespace
-
-extern const PackedKernels packed_kernels;
-constexpr PackedKernels packed_kernels{all_kernels<Side::reflection>(),
-                                       all_kernels<Side::transmission>()};
-
 }  // namespace stratus::STRATUS_ISA
+
+namespace stratus {
+
+template <>
+const PackedKernels& functions_for<PackedKernels, InstructionSet::STRATUS_ISA>() noexcept {
+    using namespace STRATUS_ISA;
+    static constexpr PackedKernels packed_kernels{all_kernels<Side::reflection>(),
+                                       all_kernels<Side::transmission>()};
+    return packed_kernels;
+}
+
+}  // namespace stratus

@@ -153,7 +153,7 @@ STRATUS_INLINE ClosedForm<F> closed_transmission(const PackedSide& side, F albed
     const auto& [beam, more, length, deep] = of;
     return {single_transmitted(directions, phase_value<form>(side.phase, path), depth, excess, beam,
                                more, albedo * 0.25f),
-            transmitted_shares(beam, more) * transmission_scale(length, deep) *
+            transmitted_shares(beam, more) * transmission_fall(length, deep) *
                 clamped(albedo, side.min_albedo, side.max_albedo)};
 }
 

@@ -52,8 +52,15 @@ float largest_product(const float* a, const float* b, std::size_t count) {
 }
 
 }  // namespace
-
-extern const VectorKernels vector_kernels;
-constexpr VectorKernels vector_kernels{dot, subtract, largest_product};
-
 }  // namespace stratus::STRATUS_ISA
+
+namespace stratus {
+
+template <>
+const VectorKernels& functions_for<VectorKernels, InstructionSet::STRATUS_ISA>() noexcept {
+    using namespace STRATUS_ISA;
+    static constexpr VectorKernels vector_kernels{dot, subtract, largest_product};
+    return vector_kernels;
+}
+
+}  // namespace stratus

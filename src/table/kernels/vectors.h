@@ -1,6 +1,8 @@
 // Arithmetic of long vectors, where the time of packing goes: compiled once for each instruction set.
 #pragma once
 
+#include <stratus/base/instruction_set.h>
+
 #include <cstddef>
 #include <vector>
 

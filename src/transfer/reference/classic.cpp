@@ -2,7 +2,7 @@
 
 #include <stratus/layer/single_scattering.h>
 
-#include "../adding.h"
+#include "../layer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include <stratus/transfer/reference/markov.h>
 
 #include <stratus/base/argument.h>
+#include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
 #include "../layer.h"
@@ -61,8 +62,7 @@ struct Discretisation {
         for (Eigen::Index i = 0; i < directions.size(); ++i) {
             const double mu = directions.mu(i);
             const auto slant = [&](int from, int to) {
-                return (edge[static_cast<std::size_t>(to)] - edge[static_cast<std::size_t>(from)]) /
-                       mu;
+                return (edge[size(to)] - edge[size(from)]) / mu;
             };
             for (int k = 0; k < K; ++k) {
                 const double z = slant(k, k + 1), leaving = z > 0 ? -std::expm1(-z) / z : 1;
@@ -170,7 +170,7 @@ class MarkovRun {
             mu.empty() ? directions_.mu : directions_.mu.tail(directions_.size() - options.nodes);
         const auto count = layer.mu.size();
         solution_.reflection_error = solution_.transmission_error = MatrixXd::Zero(count, count);
-        solution_.order.resize(static_cast<std::size_t>(std::max(0, options.orders - 1)));
+        solution_.order.resize(size(std::max(0, options.orders - 1)));
     }
 
     MarkovSolution run() {
@@ -186,7 +186,7 @@ class MarkovRun {
                                                   {directions_, layer.optical_depth, K},
                                                   {directions_, layer.optical_depth, 2 * K}};
         int most = 2 * options_.nodes;
-        while (most > 1 && moments_[static_cast<std::size_t>(most - 1)] == 0) --most;
+        while (most > 1 && moments_[size(most - 1)] == 0) --most;
         if (options_.modes) most = std::min(options_.modes, most);
         for (int mode = 0; mode < most; ++mode) {
             const PhaseKernels kernels = reference_phase_kernels(directions_, moments_, mode);
@@ -261,8 +261,7 @@ class MarkovRun {
 
     bool is_negligible(int mode) const {
         const auto adds = [&](const std::vector<MatrixXd>& modes) {
-            return (2 * modes[static_cast<std::size_t>(mode)].array().abs() >
-                    mode_tolerance * modes[0].array().abs())
+            return (2 * modes[size(mode)].array().abs() > mode_tolerance * modes[0].array().abs())
                 .any();
         };
         return !adds(solution_.layer.reflection_modes) && !adds(solution_.layer.transmission_modes);
@@ -286,13 +285,12 @@ MarkovValue MarkovSolution::transmission(int in, int out, double azimuth) const 
 
 double MarkovSolution::reflection_of_order(int n, int in, int out, double azimuth) const {
     if (n == 1) return layer.reflection(in, out, azimuth).single;
-    return sum_modes(order.at(static_cast<std::size_t>(n - 2)).reflection_modes, in, out, azimuth);
+    return sum_modes(order.at(size(n - 2)).reflection_modes, in, out, azimuth);
 }
 
 double MarkovSolution::transmission_of_order(int n, int in, int out, double azimuth) const {
     if (n == 1) return layer.transmission(in, out, azimuth).single;
-    return sum_modes(order.at(static_cast<std::size_t>(n - 2)).transmission_modes, in, out,
-                     azimuth);
+    return sum_modes(order.at(size(n - 2)).transmission_modes, in, out, azimuth);
 }
 
 MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,

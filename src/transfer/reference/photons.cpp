@@ -1,7 +1,8 @@
 #include <stratus/transfer/reference/photons.h>
 
-#include <stratus/base/angle.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include "photon_path.h"
 
@@ -49,7 +50,7 @@ struct Tallies {
 };
 
 /// One mu_in (0: uniform illumination) and the geometries estimated from its photons.
-struct Beam {
+struct IncidentBeam {
     double mu_in = 0;
     std::vector<Geometry> geometries;
     std::vector<std::size_t> asked_at;  // position of each geometry in the request
@@ -68,7 +69,7 @@ class PhotonRun {
           along_norm_(1 - std::log(std::min(optical_depth, 1.0))),
           angles_(phase_) {}
 
-    Tallies<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
+    Tallies<Tally> run(const IncidentBeam& beam, std::uint64_t photons, Random& random) const {
         Tallies<Tally> tallies;
         tallies.exits.resize(beam.geometries.size());
         Tallies<double> photon;
@@ -120,7 +121,7 @@ class PhotonRun {
         Flight flight;
         set_out(flight, beam_direction(mu_in, 0, -1));
         // recent[k]: sum of 1/phi over the last k collisions
-        std::vector<double> recent(static_cast<std::size_t>(backward_collisions_) + 1, 0.0);
+        std::vector<double> recent(size(backward_collisions_) + 1, 0.0);
         tally_flight(flight, 0, recent, exits, photon);
         for (int order = 1; order <= max_collisions; ++order) {
             if (!collide(flight, order, random)) return;
@@ -300,10 +301,10 @@ void check(double albedo, double optical_depth, const std::vector<Geometry>& geo
 }
 
 /// One beam for each distinct mu_in, then uniform illumination.
-std::vector<Beam> sort_by_beam(const std::vector<Geometry>& geometries) {
-    std::vector<Beam> beams;
+std::vector<IncidentBeam> sort_by_beam(const std::vector<Geometry>& geometries) {
+    std::vector<IncidentBeam> beams;
     for (std::size_t i = 0; i < geometries.size(); ++i) {
-        auto beam = std::find_if(beams.begin(), beams.end(), [&](const Beam& each) {
+        auto beam = std::find_if(beams.begin(), beams.end(), [&](const IncidentBeam& each) {
             return each.mu_in == geometries[i].mu_in;
         });
         if (beam == beams.end()) beam = beams.insert(beam, {geometries[i].mu_in, {}, {}});
@@ -315,19 +316,19 @@ std::vector<Beam> sort_by_beam(const std::vector<Geometry>& geometries) {
 }
 
 /// Tallies of every beam; its batches are summed in a fixed order, whichever finished first.
-std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<Beam>& beams,
+std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<IncidentBeam>& beams,
                                       const PhotonOptions& options) {
     constexpr std::uint64_t min_batch = 1024, max_batches = 256;
     const std::uint64_t batches =
         std::clamp(options.photons / min_batch, std::uint64_t{1}, max_batches);
     std::vector<Tallies<Tally>> slots(beams.size() * batches);
     const auto work = [&](int at) {
-        const Beam& beam = beams[static_cast<std::size_t>(at) / batches];
-        const std::uint64_t batch = static_cast<std::size_t>(at) % batches;
+        const IncidentBeam& beam = beams[size(at) / batches];
+        const std::uint64_t batch = size(at) % batches;
         Random random(options.seed, std::bit_cast<std::uint64_t>(beam.mu_in), batch);
         const std::uint64_t photons =
             options.photons / batches + (batch < options.photons % batches ? 1 : 0);
-        slots[static_cast<std::size_t>(at)] = run.run(beam, photons, random);
+        slots[size(at)] = run.run(beam, photons, random);
     };
     const auto count = static_cast<int>(slots.size());
     if (options.parallel_for)
@@ -345,7 +346,7 @@ std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<Be
 /// The unscattered light and the closed forms of order 1, to which photons add the rest.
 PhotonSolution unscattered(const PhaseFunction& phase_function, double albedo, double tau,
                            const std::vector<Geometry>& geometries,
-                           const std::vector<Beam>& beams) {
+                           const std::vector<IncidentBeam>& beams) {
     PhotonSolution solution;
     for (const Geometry& of : geometries) {
         const double R = single_reflection(phase_function(cos_scattering_angle_reflected(of)),
@@ -354,7 +355,7 @@ PhotonSolution unscattered(const PhaseFunction& phase_function, double albedo, d
                                              albedo, tau, of.mu_in, of.mu_out);
         solution.geometries.push_back({of, {{R, R, 0}, 0, {}}, {{T, T, 0}, 0, {}}});
     }
-    for (const Beam& beam : beams) {
+    for (const IncidentBeam& beam : beams) {
         PhotonFluxes fluxes;
         // Uniform illumination: 2 int exp(-tau/mu) mu dmu = 2 E_3(tau).
         fluxes.direct_transmittance = beam.mu_in > 0    ? direct_transmittance(tau, beam.mu_in)
@@ -378,7 +379,7 @@ PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
                              double optical_depth, const std::vector<Geometry>& geometries,
                              const PhotonOptions& options) {
     check(albedo, optical_depth, geometries, options);
-    const std::vector<Beam> beams = sort_by_beam(geometries);
+    const std::vector<IncidentBeam> beams = sort_by_beam(geometries);
     PhotonSolution solution = unscattered(phase_function, albedo, optical_depth, geometries, beams);
     if (optical_depth == 0 || albedo == 0) return solution;
 

@@ -2,8 +2,8 @@
 // a Pack; or a single one, of plain doubles, whose rows fill the registers.
 //
 // Every file of this folder is compiled once per instruction set, in a namespace of that name, and
-// selected at run time (dispatch.cpp). The files use raw memory and include no header with inline
-// functions: the linker could otherwise use code built for a newer processor everywhere.
+// selected at run time (instruction_set.h). The files use raw memory and call no inline functions of
+// headers: the linker could otherwise use code built for a newer processor everywhere.
 //
 // All matrices are over `directions` = `gauss` quadrature nodes followed by extra directions of
 // weight zero, and have the form diag(d) + K. Products sum over the Gauss nodes alone; the
@@ -15,6 +15,8 @@
 // for the extra directions. Reciprocity then is matrix symmetry, and a matrix product is an
 // integral over the hemisphere.
 #pragma once
+
+#include <stratus/base/instruction_set.h>
 
 namespace stratus {
 
@@ -117,9 +119,5 @@ struct DoublingSteps {
     void (*add_product)(const SimdLayer<Number>& layer, double factor,
                         const ProductFactors<Number>& of, Number* out);
 };
-
-/// For chosen_instruction_set().
-template <class Number>
-const DoublingSteps<Number>& doubling_steps();
 
 }  // namespace stratus

@@ -41,14 +41,30 @@ void add_product(const SimdLayer<Number>& layer, double factor, const ProductFac
         }
 }
 
+}  // namespace stratus::STRATUS_ISA
+
+namespace stratus {
+namespace {
+
 template <class Number>
 constexpr DoublingSteps<Number> all_steps{
-    phase_kernels<Number>, thin_layer<Number>, use_gap<Number>, double_depth<Number>,
-    extract<Number>,       decouple<Number>,   couple<Number>,  add_product<Number>};
+    STRATUS_ISA::phase_kernels<Number>, STRATUS_ISA::thin_layer<Number>,
+    STRATUS_ISA::use_gap<Number>,       STRATUS_ISA::double_depth<Number>,
+    STRATUS_ISA::extract<Number>,       STRATUS_ISA::decouple<Number>,
+    STRATUS_ISA::couple<Number>,        STRATUS_ISA::add_product<Number>};
 
-extern const DoublingSteps<Pack> steps_of_packs;
-extern const DoublingSteps<double> steps_of_one;
-const DoublingSteps<Pack> steps_of_packs = all_steps<Pack>;
-const DoublingSteps<double> steps_of_one = all_steps<double>;
+}  // namespace
 
-}  // namespace stratus::STRATUS_ISA
+template <>
+const DoublingSteps<Pack>&
+functions_for<DoublingSteps<Pack>, InstructionSet::STRATUS_ISA>() noexcept {
+    return all_steps<Pack>;
+}
+
+template <>
+const DoublingSteps<double>&
+functions_for<DoublingSteps<double>, InstructionSet::STRATUS_ISA>() noexcept {
+    return all_steps<double>;
+}
+
+}  // namespace stratus

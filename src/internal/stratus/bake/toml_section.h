@@ -5,7 +5,7 @@
 #include <stratus/bake/keys.h>
 #include <stratus/base/argument.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/io/text_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/layer/lower_boundary.h>
 
 #include <toml++/toml.h>

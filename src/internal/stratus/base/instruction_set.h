@@ -27,21 +27,22 @@ class InstructionSetLimit {
     InstructionSetLimit& operator=(const InstructionSetLimit&) = delete;
 };
 
-/// One table of functions for each instruction set; null for one that this build lacks.
-template <class Functions>
-struct PerInstructionSet {
-    const Functions* generic;
-    const Functions* avx2;
-    const Functions* avx512;
+/// Returns the functions, a struct of pointers to them, of one instruction set, which a source that is
+/// compiled for it defines.
+template <class Functions, InstructionSet instruction_set>
+const Functions& functions_for() noexcept;
 
-    const Functions& chosen() const noexcept {
-        switch (chosen_instruction_set()) {
-            case InstructionSet::avx512: return *avx512;
-            case InstructionSet::avx2: return *avx2;
-            case InstructionSet::generic: break;
-        }
-        return *generic;
+/// Returns the functions of chosen_instruction_set().
+template <class Functions>
+const Functions& chosen_functions() noexcept {
+#ifdef STRATUS_WIDE
+    switch (chosen_instruction_set()) {
+        case InstructionSet::avx512: return functions_for<Functions, InstructionSet::avx512>();
+        case InstructionSet::avx2: return functions_for<Functions, InstructionSet::avx2>();
+        case InstructionSet::generic: break;
     }
-};
+#endif
+    return functions_for<Functions, InstructionSet::generic>();
+}
 
 }  // namespace stratus

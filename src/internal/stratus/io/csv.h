@@ -10,11 +10,12 @@
 
 namespace stratus {
 
-/// A file of numbers: `rows[r][c]` belongs to `columns[c]` and stood in line `lines[r]` (from 1).
-struct CsvTable {
+/// A file: `rows[r][c]` belongs to `columns[c]` and stood in line `lines[r]` (from 1).
+template <class Field>
+struct CsvRows {
     std::string name;
     std::vector<std::string> columns;
-    std::vector<std::vector<double>> rows;
+    std::vector<std::vector<Field>> rows;
     std::vector<int> lines;
 
     /// Index of a column; std::invalid_argument naming the columns present when there is none of
@@ -23,13 +24,8 @@ struct CsvTable {
     bool has_column(const std::string& wanted) const;
 };
 
-/// A CSV file whose fields are texts, for files that hold more than numbers.
-struct CsvTexts {
-    std::string name;
-    std::vector<std::string> columns;
-    std::vector<std::vector<std::string>> rows;
-    std::vector<int> lines;
-};
+using CsvTable = CsvRows<double>;
+using CsvTexts = CsvRows<std::string>;  // for files that hold more than numbers
 
 /// A column of words rather than numbers; the value of a field is the place of its word.
 struct CsvWords {

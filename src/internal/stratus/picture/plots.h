@@ -1,6 +1,7 @@
 // Figures for print as SVG: lines, lobes, residuals, and error against cost. All but lobes are 16 cm wide.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -124,5 +125,20 @@ struct PlotPanel {
 ///          0 and finite; std::runtime_error naming the path and the reason when the file cannot be
 ///          written.
 void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem::path& svg);
+
+// Round numbers, for scales and samples that a reader sees.
+
+/// The nearest number of so many significant digits.
+inline double rounded(double value, int digits = 1) {
+    if (!(value > 0) || !std::isfinite(value)) return value;
+    const double unit = std::pow(10.0, std::floor(std::log10(value)) - (digits - 1));
+    return std::round(value / unit) * unit;
+}
+
+/// 1, 2 or 5 times a power of ten: the largest up to `value`, which is above 0.
+inline double round_below(double value) {
+    const double unit = std::pow(10.0, std::floor(std::log10(value)));
+    return unit * (value >= 5 * unit ? 5 : value >= 2 * unit ? 2 : 1);
+}
 
 }  // namespace stratus

@@ -4,7 +4,7 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/layer/diffuse_transmittance.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
 

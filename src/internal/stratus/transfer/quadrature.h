@@ -17,7 +17,7 @@ namespace stratus {
 enum class NodeMap {
     grazing,  // mu = x^3: nodes crowd towards grazing angles
     forward,  // mu = x^2 (2 - x): spacing halved near mu = 1
-    square,   // mu = x^2: for narrow peaks at grazing angles (src/transfer/grazing_modes.h)
+    square,   // mu = x^2: for narrow peaks at grazing angles (src/transfer/climb.h)
 };
 
 /// The map for a phase function: `forward` when its moments fall off so slowly that chi_N >

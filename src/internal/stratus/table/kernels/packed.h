@@ -4,6 +4,7 @@
 #pragma once
 
 #include <stratus/base/half.h>
+#include <stratus/base/instruction_set.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/phase/phase_curve.h>
 #include <stratus/table/packed_table.h>
@@ -114,8 +115,5 @@ struct PackedSideKernels {
 };
 
 using PackedKernels = PerSide<PackedSideKernels>;
-
-/// For chosen_instruction_set().
-const PackedKernels& packed_kernels() noexcept;
 
 }  // namespace stratus

@@ -7,16 +7,172 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <initializer_list>
 #include <iterator>
 #include <limits>
 #include <utility>
 
 namespace stratus {
+
+// ---- lines over axes
+
+namespace {
+
+constexpr double plot_bottom = 244, page_height = 280, line_legend_row = 14;
+constexpr Colour line_colours[] = {{0, 0, 0},          {0.10, 0.30, 0.65}, {0.05, 0.50, 0.35},
+                                   {0.85, 0.45, 0.05}, {0.70, 0.25, 0.50}, {0.45, 0.65, 0.85},
+                                   {0.40, 0.25, 0.10}, {0.60, 0.60, 0.10}};
+
+constexpr double lowest = 1e-99;  // for 0 on a logarithmic axis, which is clipped
+
+/// Ticks at the powers of ten from y_begin to y_end.
+std::vector<Tick> decades(const LinePlot& plot, const Box& box,
+                          const std::function<double(double)>& down) {
+    const int first = static_cast<int>(std::ceil(std::log10(plot.y_begin) - 1e-9));
+    const int last = static_cast<int>(std::floor(std::log10(plot.y_end) + 1e-9));
+    return decade_ticks(first, last, box.height(), 11, down);
+}
+
+}  // namespace
+
+void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg) {
+    const bool below = plot.legend_below;
+    const Box box{46, 26, plot_page_width - (below ? 14 : 110), plot_bottom};
+    const double rows = below ? static_cast<double>(plot.lines.size()) : 0;
+    const Point legend = below ? Point{box.x0, page_height + 8} : Point{box.x1 + 8, box.y0 + 10};
+    const bool logarithmic = plot.y_begin > 0;
+    const auto across = [&](double x) { return box.x0 + x / plot.x_end * box.width(); };
+    const auto down = [&](double y) {
+        const double share = logarithmic
+                                 ? std::log(y / plot.y_begin) / std::log(plot.y_end / plot.y_begin)
+                                 : y / plot.y_end;
+        return box.y1 - share * box.height();
+    };
+    draw_svg(svg, plot_page_width, page_height + line_legend_row * rows, [&](const Page& page) {
+        page.text({box.x0, 16}, plot.title, 10, black);
+        draw_x_axis(page, box, linear_ticks(0, plot.x_end, across), plot.x_title);
+        draw_y_axis(page, box,
+                    logarithmic ? decades(plot, box, down) : linear_ticks(0, plot.y_end, down),
+                    plot.y_title);
+        for (std::size_t n = 0; n < plot.lines.size(); ++n) {
+            const Line& line = plot.lines[n];
+            Pen pen{1.2, line_colours[n % std::size(line_colours)]};
+            if (line.dashed) pen.dashes = {4, 3};
+            std::vector<Point> curve;
+            for (const auto& [x, y] : line.points)
+                curve.push_back({across(x), down(logarithmic ? std::max(y, lowest) : y)});
+            page.clipped(box, [&] { page.curve(curve, pen); });
+            const double y = legend.y + line_legend_row * static_cast<double>(n);
+            pen.width = 1.4;
+            page.line({legend.x, y - 3}, {legend.x + 18, y - 3}, pen);
+            page.text({legend.x + 23, y}, line.name, plot_text_size, black);
+        }
+    });
+}
+
+// ---- observed values, a model's, and residuals
+
+namespace {
+
+constexpr double values_top = 40, values_bottom = 230, residuals_top = 252, residuals_bottom = 340;
+constexpr double residual_page_height = 376, point_radius = 2.2;
+constexpr Colour series_colours[] = {
+    {0.10, 0.30, 0.65}, {0.85, 0.45, 0.05}, {0.05, 0.50, 0.35}, {0.70, 0.25, 0.50}};
+
+Colour series_colour(std::size_t series) {
+    return series_colours[series % std::size(series_colours)];
+}
+
+/// The range of an axis, widened to round numbers.
+struct AxisRange {
+    double low = infinity, high = -infinity;
+
+    void include(std::initializer_list<double> values) {
+        low = std::min(low, std::min(values));
+        high = std::max(high, std::max(values));
+    }
+
+    void widen() {
+        if (high - low <= 1e-9 * std::max(std::abs(low), std::abs(high))) {  // one value alone
+            const double about = low == 0 ? 1 : std::abs(low) / 10;
+            low -= about;
+            high += about;
+        }
+        const double step = round_below((high - low) / 4);
+        low = step * std::floor(low / step + 1e-9);
+        high = step * std::ceil(high / step - 1e-9);
+    }
+
+    double share(double value) const { return (value - low) / (high - low); }
+};
+
+using Panel = PlotFrame<AxisRange>;
+
+void draw_axes(const Page& page, const Panel& panel, const std::string& x_title,
+               const std::string& y_title) {
+    draw_x_axis(page, panel.box,
+                linear_ticks(panel.x.low, panel.x.high, [&](double x) { return panel.across(x); }),
+                x_title);
+    draw_y_axis(page, panel.box,
+                linear_ticks(panel.y.low, panel.y.high, [&](double y) { return panel.down(y); }),
+                y_title);
+}
+
+/// A value with its bar.
+void draw_measured(const Page& page, const Panel& panel, double x, double y, double sigma,
+                   const Pen& pen) {
+    page.line(panel.at(x, y - sigma), panel.at(x, y + sigma), pen);
+    page.mark(panel.at(x, y), Marker::circle, point_radius, pen);
+}
+
+void draw_legend(const Page& page, const std::vector<ResidualSeries>& series, Point at) {
+    const auto entry = [&](Marker marker, const std::string& name, const Colour& colour) {
+        page.mark({at.x, at.y - 3}, marker, point_radius, {1, colour});
+        page.text({at.x + 6, at.y}, name, plot_text_size, colour);
+        at.x += page.text_width(name, plot_text_size) + 20;
+    };
+    for (std::size_t n = 0; n < series.size(); ++n)
+        entry(Marker::circle, series[n].name + ", observed", series_colour(n));
+    entry(Marker::cross, "model", black);
+}
+
+}  // namespace
+
+void draw_residual_plot(const ResidualPlot& plot, const std::filesystem::path& svg) {
+    Panel values{{46, values_top, plot_page_width - 14, values_bottom}, {}, {}};
+    Panel residuals{{46, residuals_top, plot_page_width - 14, residuals_bottom}, {}, {-2, 2}};
+    for (const ResidualSeries& series : plot.series)
+        for (const auto& [x, observed, sigma, model] : series.points) {
+            values.x.include({x});
+            values.y.include({0, observed - sigma, observed + sigma, model});
+            residuals.y.include({(observed - model) / sigma - 1, (observed - model) / sigma + 1});
+        }
+    for (AxisRange* const range : {&values.x, &values.y, &residuals.y}) range->widen();
+    residuals.x = values.x;
+    draw_svg(svg, plot_page_width, residual_page_height, [&](const Page& page) {
+        page.text({values.box.x0, 14}, plot.title, 10, black, Align::left, values.box.width());
+        draw_legend(page, plot.series, {values.box.x0 + 4, 30});
+        draw_axes(page, values, "", plot.y_title);
+        draw_axes(page, residuals, plot.x_title, "residual / sigma");
+        page.line(residuals.at(residuals.x.low, 0), residuals.at(residuals.x.high, 0), {0.8, grey});
+        for (std::size_t n = 0; n < plot.series.size(); ++n)
+            for (const auto& [x, observed, sigma, model] : plot.series[n].points) {
+                const Pen pen{0.9, series_colour(n)};
+                draw_measured(page, values, x, observed, sigma, pen);
+                page.mark(values.at(x, model), Marker::cross, point_radius, {1, black});
+                draw_measured(page, residuals, x, (observed - model) / sigma, 1, pen);
+            }
+    });
+}
+
+// ---- error against cost
+
 namespace {
 
 using Role = PlotSeries::Role;
 
-// ---- Sizes, in points
+// Sizes, in points
 
 constexpr double margin = 6, left = 50, right = 14;
 constexpr double title_height = 17, legend_row = 12, plot_height = 196, axis_height = 34;
@@ -38,7 +194,7 @@ constexpr Style styles[] = {
     {Marker::circle, {0.80, 0.15, 0.10}}, {Marker::square, {0.30, 0.30, 0.30}},
 };
 
-// ---- Axes
+// Axes
 
 /// Whole decades that contain all values.
 struct Decades {
@@ -76,7 +232,7 @@ void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
     page.outline(box, {0.7, black});
 }
 
-// ---- Series
+// Series
 
 /// Returns the style of a measured series, by its place among them.
 const Style& series_style(const PlotPanel& panel, const PlotSeries& series) {
@@ -132,7 +288,7 @@ void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
         }
 }
 
-// ---- Legend
+// Legend
 
 constexpr std::size_t legend_columns = 3;
 
@@ -166,7 +322,7 @@ void draw_legend(const Page& page, const PlotPanel& panel, double top) {
     }
 }
 
-// ---- The whole
+// The whole
 
 void check(const std::vector<PlotPanel>& panels) {
     require(!panels.empty(), "draw_cost_plot", "panels", "at least one", "none");

@@ -18,11 +18,6 @@
 namespace stratus::test {
 namespace {
 
-Scene with_effects(Scene scene, const SceneEffects& effects) {
-    scene.effects = effects;
-    return scene;
-}
-
 bool leaves_out(const Plan& plan, const std::string& name) {
     return std::ranges::find(plan.left_out, name, &LeftOut::name) != plan.left_out.end();
 }

@@ -97,6 +97,7 @@ class SparsePictures {
         const Scene scene = sparse(with_effects(all_, effects), pixels_);
         RenderOptions options;
         options.threads = 1;
+        options.finer = false;
         const LayerLight light(scene, tables(effects), 1, LightDetail::sketch);
         made_.push_back({effects, std::make_unique<Image>(render(scene, light, options))});
         return *made_.back().picture;

@@ -23,7 +23,7 @@ constexpr double shell_margin = 1.5;
 
 constexpr int grid_pixels = 12;             // along each side of the picture
 constexpr int grazing_pixels_per_side = 3;  // times width and height
-constexpr std::size_t quick_look = 48;      // pixels
+constexpr std::size_t quick_look = 24;      // pixels of each kind
 constexpr double quick_look_factor = 10;    // all light over that scattered once, at most
 constexpr int depth_steps = 5;              // of a map of depths, each
 constexpr double depth_step = 4;            // times as deep as the next
@@ -32,61 +32,48 @@ struct Pixel {
     int x, y;
 };
 
-/// How much the shell is likely to change in a pixel, and which it is.
-struct RankedPixel {
-    double rank;
+/// A pixel's middle, where it is lit.
+struct LitPixel {
     Pixel pixel;
+    double from_limb;            // impact parameter less the planet's radius, either way
+    double over_the_terminator;  // cosine to the sun, less what the pixel covers of it, or below 0
 };
 
-/// Ranks a pixel by its ray through the middle, with what its other rays may graze; 0: no light.
-class GrazingRank {
-  public:
-    GrazingRank(const Scene& scene, const PictureRays& rays)
-        : scene_(scene),
-          rays_(rays),
-          height_(seen_shell(scene)),
-          sun_radius_(scene.effects.sun_size ? scene.sun_diameter / 2 : 0) {
-        const double x = 0.5 * scene.width, y = 0.5 * scene.height;
-        const double distance = length(scene.camera.position);
-        reach_ = length(rays.through(x + 1, y).at(distance) - rays.through(x, y).at(distance));
-    }
-
-    double operator()(const Pixel& pixel) const noexcept {
-        const Ray ray = rays_.through(pixel.x + 0.5, pixel.y + 0.5);
-        const double along = -dot(ray.origin, ray.direction);
-        const Vector3 nearest = ray.at(along);
-        const double squared_impact = dot(nearest, nearest), beyond = 1 + height_ + reach_;
-        if (along <= 0 || squared_impact > beyond * beyond) return 0;
-        const double mu_out = std::sqrt(std::max(0.0, 1 - squared_impact));
-        const double sun = dot(normalised(ray.at(along - mu_out)), scene_.to_sun);
-        // The planet's face that a pixel covers is the longer the more slanting it is.
-        const double covered = reach_ / std::max(mu_out, std::sqrt(reach_)) + sun_radius_;
-        if (sun < -covered - std::sqrt(2 * height_)) return 0;
-        const double grazing_sun = std::max(0.0, sun - covered),
-                     squared_view = std::max(0.0, 1 - squared_impact - 2 * reach_);
-        return 1 / (squared_view + height_) + 1 / (grazing_sun * grazing_sun + height_);
-    }
-
-  private:
-    const Scene& scene_;
-    const PictureRays& rays_;
-    double height_, sun_radius_;
-    double reach_;  // from a pixel's middle to the next one's, where they pass the planet
-};
-
-/// The pixels that are grazed most, worst first.
-std::vector<Pixel> grazing_pixels(const Scene& scene, std::size_t most) {
+/// The pixels that sunlight may reach.
+std::vector<LitPixel> lit_pixels(const Scene& scene) {
     const PictureRays rays(scene.camera, scene.width, scene.height);
-    const GrazingRank rank(scene, rays);
-    std::vector<RankedPixel> ranked;
-    for (int y = 0; y < scene.height; ++y)
-        for (int x = 0; x < scene.width; ++x)
-            if (const double own = rank({x, y}); own > 0) ranked.push_back({own, {x, y}});
-    const std::size_t count = std::min(most, ranked.size());
-    std::ranges::partial_sort(ranked, ranked.begin() + static_cast<std::ptrdiff_t>(count),
-                              std::greater<>(), &RankedPixel::rank);
+    const double height = seen_shell(scene),
+                 sun_radius = scene.effects.sun_size ? scene.sun_diameter / 2 : 0;
+    const double x = 0.5 * scene.width, y = 0.5 * scene.height,
+                 distance = length(scene.camera.position);
+    // From a pixel's middle to the next one's, where they pass the planet.
+    const double reach =
+        length(rays.through(x + 1, y).at(distance) - rays.through(x, y).at(distance));
+    std::vector<LitPixel> lit;
+    for (int row = 0; row < scene.height; ++row)
+        for (int column = 0; column < scene.width; ++column) {
+            const Ray ray = rays.through(column + 0.5, row + 0.5);
+            const double along = -dot(ray.origin, ray.direction);
+            const Vector3 nearest = ray.at(along);
+            const double impact = length(nearest);
+            if (along <= 0 || impact > 1 + height + reach) continue;
+            const double mu_out = std::sqrt(std::max(0.0, 1 - impact * impact));
+            const double to_sun = dot(normalised(ray.at(along - mu_out)), scene.to_sun);
+            // A pixel covers the more of the planet the more slanting that is.
+            const double covered = reach / std::max(mu_out, std::sqrt(reach)) + sun_radius;
+            if (to_sun > -covered - std::sqrt(2 * height))
+                lit.push_back(
+                    {{column, row}, std::abs(impact - 1), std::max(0.0, to_sun - covered)});
+        }
+    return lit;
+}
+
+/// The first of them by one of their numbers.
+std::vector<Pixel> first_pixels(std::vector<LitPixel> lit, double LitPixel::*by, std::size_t most) {
+    const std::size_t count = std::min(most, lit.size());
+    std::ranges::partial_sort(lit, lit.begin() + static_cast<std::ptrdiff_t>(count), {}, by);
     std::vector<Pixel> pixels;
-    for (std::size_t k = 0; k < count; ++k) pixels.push_back(ranked[k].pixel);
+    for (std::size_t k = 0; k < count; ++k) pixels.push_back(lit[k].pixel);
     return pixels;
 }
 
@@ -101,28 +88,30 @@ std::vector<Pixel> even_pixels(const Scene& scene) {
     return pixels;
 }
 
-/// The scene, or even ones that stand for its layer and ground where these vary.
-std::vector<Scene> even_scenes(const Scene& scene) {
+/// The scene; where its layer or ground varies also even layers over even grounds that stand for these.
+std::vector<Scene> scene_and_even_ones(const Scene& scene) {
+    const DepthMap& map = scene.layer.optical_depth;
+    const Texture& texture = std::get<Planet>(scene.subject).surface;
+    std::vector<DepthMap> depths{map};
+    std::vector<Texture> grounds{texture};
+    if (!map.is_plain()) {
+        depths.assign(depth_steps, {});
+        for (int k = 0; k < depth_steps; ++k)
+            depths[static_cast<std::size_t>(k)].max = map.max / std::pow(depth_step, k);
+    }
+    if (texture.pattern != Texture::Pattern::plain) {
+        const auto most = static_cast<float>(brightest_ground(scene));
+        grounds.assign(2, {});
+        grounds[1].colour = {most, most, most};
+    }
     std::vector<Scene> scenes{scene};
-    const DepthMap depth = scene.layer.optical_depth;
-    if (!depth.is_plain()) {
-        scenes.assign(depth_steps, scene);
-        for (int k = 0; k < depth_steps; ++k) {
-            DepthMap& even = scenes[static_cast<std::size_t>(k)].layer.optical_depth = {};
-            even.max = depth.max / std::pow(depth_step, k);
+    if (depths.size() * grounds.size() == 1) return scenes;
+    for (const DepthMap& depth : depths)
+        for (const Texture& ground : grounds) {
+            Scene& even = scenes.emplace_back(scene);
+            even.layer.optical_depth = depth;
+            std::get<Planet>(even.subject).surface = ground;
         }
-    }
-    if (std::get<Planet>(scene.subject).surface.pattern == Texture::Pattern::plain) return scenes;
-    const auto brightest = static_cast<float>(brightest_ground(scene));
-    for (std::size_t k = scenes.size(); k-- > 0;) {
-        for (const float ground : {0.0f, brightest}) {
-            Scene even = scenes[k];
-            Texture& surface = std::get<Planet>(even.subject).surface = {};
-            surface.colour = {ground, ground, ground};
-            scenes.push_back(std::move(even));
-        }
-        scenes.erase(scenes.begin() + static_cast<std::ptrdiff_t>(k));
-    }
     return scenes;
 }
 
@@ -164,27 +153,29 @@ class ShellPixels {
 }  // namespace
 
 ChangeEstimate estimate_shell(const Scene& scene, double enough) {
-    const std::vector<Scene> scenes = even_scenes(scene);
-    const std::vector<Pixel> grazing = grazing_pixels(
-        scene, static_cast<std::size_t>(grazing_pixels_per_side * (scene.width + scene.height)));
-    const std::vector<Pixel> even = even_pixels(scene);
+    const std::vector<LitPixel> lit = lit_pixels(scene);
+    const auto most =
+        static_cast<std::size_t>(grazing_pixels_per_side * (scene.width + scene.height));
+    const std::vector<Pixel> looked_at[] = {first_pixels(lit, &LitPixel::from_limb, most),
+                                            first_pixels(lit, &LitPixel::over_the_terminator, most),
+                                            even_pixels(scene)};
     ChangeEstimate change;
     // Light scattered once tells in no time where a shell is needed.
     std::vector<Pixel> few;
-    for (std::size_t k = 0; k < std::min(quick_look, grazing.size()); ++k)
-        few.push_back(grazing[k * grazing.size() / quick_look]);
-    const Scene once = with_effects(scenes[0], without(scene.effects, &SceneEffects::multiple));
-    ShellPixels(once, nullptr).compare(few, quick_look_factor * enough, change);
-    if (change.found > quick_look_factor * enough) {
-        change.change = std::min(1.0, shell_margin * change.found);
-        return change;
-    }
-    change = {};
-    const SceneTables tables = make_tables(scenes, small_table);
-    for (std::size_t k = 0; k < scenes.size(); ++k) {
-        const ShellPixels pixels(scenes[k], tables[k].get());
-        pixels.compare(grazing, enough, change);
-        pixels.compare(even, enough, change);
+    for (const std::vector<Pixel>& pixels : looked_at)
+        for (std::size_t k = 0; k < std::min(quick_look, pixels.size()); ++k)
+            few.push_back(pixels[k * pixels.size() / quick_look]);
+    const SceneEffects once = without(scene.effects, &SceneEffects::multiple);
+    ShellPixels(with_effects(scene, once), nullptr)
+        .compare(few, quick_look_factor * enough, change);
+    if (change.found <= quick_look_factor * enough) {
+        change = {};
+        const std::vector<Scene> scenes = scene_and_even_ones(scene);
+        const SceneTables tables = make_tables(scenes, small_table);
+        for (std::size_t k = 0; k < scenes.size(); ++k) {
+            const ShellPixels pair(scenes[k], tables[k].get());
+            for (const std::vector<Pixel>& pixels : looked_at) pair.compare(pixels, enough, change);
+        }
     }
     change.change = shell_margin * change.found;
     return change;

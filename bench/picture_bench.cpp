@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
     if (any_kind) --argc, ++argv;
     if (argc > 1 && std::atoi(argv[1]) == 0) {
         for (int k = 1; k < argc; ++k) {
-            for (Scene panel : read_film(argv[k])[0].panels) {
+            const std::vector<SceneFile> film = read_film(argv[k]);
+            for (Scene panel : film[0].panels) {
                 panel.height = std::max(1, panel.height * 128 / panel.width);
                 panel.width = 128;
                 panel.samples = 1;

@@ -1,6 +1,7 @@
 // How good a plan's estimates are: the change of pictures without the orders n >= 2, or without their
-// azimuth, over the estimate of it, for random and for adversarial scenes and for stacks. `plan_bench
-// [COUNT [FIRST SEED [TOLERANCE]]]`, 50 of each kind from 1 on at a tolerance of 2e-3 unless told. A
+// azimuth, or without the shell that a layer is, over the estimate of it, for random and for adversarial
+// scenes, for stacks and for shells. `plan_bench [KIND] [COUNT [FIRST SEED [TOLERANCE]]]`, 50 of each kind
+// (random, adversarial, stack, shell), or of one, from 1 on at a tolerance of 2e-3 unless told. A
 // line for each change that exceeds its estimate, then how often that was and by how much. `plan_bench
 // forecast [COUNT [FIRST SEED]]`: processor seconds of random pictures over their forecasts.
 #include <stratus/bake/clock.h>
@@ -8,6 +9,7 @@
 #include "plan_scenes.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -65,14 +67,21 @@ int main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "forecast")
         return compare_forecasts(argc > 2 ? std::atoi(argv[2]) : 50,
                                  static_cast<unsigned>(argc > 3 ? std::atoi(argv[3]) : 1));
+    const std::string_view only = argc > 1 && std::isalpha(argv[1][0]) ? argv[1] : "";
+    if (!only.empty()) {
+        --argc;
+        ++argv;
+    }
     const int count = argc > 1 ? std::atoi(argv[1]) : 50;
     const auto first = static_cast<unsigned>(argc > 2 ? std::atoi(argv[2]) : 1);
     const double tolerance = argc > 3 ? std::atof(argv[3]) : 2e-3;
     const std::pair<const char*, Scene (test::RandomScenes::*)()> kinds[] = {
         {"random", &test::RandomScenes::next},
         {"adversarial", &test::RandomScenes::adversarial},
-        {"stack", &test::RandomScenes::stack}};
+        {"stack", &test::RandomScenes::stack},
+        {"shell", &test::RandomScenes::shell}};
     for (const auto& [kind, draw] : kinds) {
+        if (!only.empty() && only != kind) continue;
         std::vector<double> ratios;
         for (unsigned seed = first; seed < first + static_cast<unsigned>(count); ++seed) {
             test::RandomScenes scenes(seed);

@@ -228,7 +228,10 @@ std::string describe_plan(const PlanReport& report) {
             (share.max > 0 ? kept : idle).push_back(share.name);
     std::string answer = kept.empty() ? "nothing" : listed(kept);
     for (const auto& [name, change] : report.plan.left_out)
-        answer += "; " + std::string(name == "multiple" ? "orders n >= 2" : "their azimuth") +
+        answer += "; " +
+                  std::string(name == "multiple"  ? "orders n >= 2"
+                              : name == "azimuth" ? "their azimuth"
+                                                  : "the shell") +
                   " may be left out, without which light changes by " +
                   (change.change > 0 ? text("about %.2g at most", change.change) : "nothing");
     if (report.plan.left_out.empty()) answer += "; leave out nothing";
@@ -461,9 +464,12 @@ void add_plan(CLI::App& app) {
         "scene contains: its albedos, depths and the directions that it sees, by the solver "
         "itself,\n"
         "with a margin. Others, and means, are those of a sparse picture of some 400 pixels,\n"
-        "relative to at least 1 % of the brightest. The orders n >= 2, or their azimuth, are left\n"
-        "out where they are estimated to change no more than half the tolerance, unless the scene\n"
-        "names them. Costs are what tables take more for an effect: seconds of one processor and\n"
+        "relative to at least 1 % of the brightest. The orders n >= 2, or their azimuth, and a "
+        "shell\n"
+        "are left out where they are estimated to change no more than half the tolerance, unless "
+        "the\n"
+        "scene names them. Costs are what tables take more for an effect: seconds of one processor "
+        "and\n"
         "MB.\n"
         "`stratus render` follows the plan unless --effects says otherwise, and finds the choices "
         "of\n"

@@ -41,15 +41,13 @@ class Ocean final : public GroundLaw {
     }
 
     double operator()(const Geometry& at) const noexcept override {
-        const double mu0 = at.mu_in, mu = at.mu_out, s0 = to_sine(mu0), s = to_sine(mu);
-        const double tan2 =
-            (square(s - s0) + 4 * s * s0 * square(std::sin(at.azimuth / 2))) / square(mu + mu0);
-        constexpr double longest_exponent = 700;
-        if (tan2 > longest_exponent * variance_) return albedo_;
-        const double incidence =
-            std::min(1.0, std::sqrt((1 - cos_scattering_angle_reflected(at)) / 2));
-        const double facets = std::exp(-tan2 / variance_) * square(1 + tan2) / (4 * variance_);
-        return albedo_ + fresnel(incidence) * facets / (mu * mu0 * (1 + shadow(mu) + shadow(mu0)));
+        return Pair(*this, at.mu_in, at.mu_out)(at.azimuth);
+    }
+
+    void at_azimuths(double mu_in, double mu_out, const std::vector<double>& azimuths,
+                     double* R) const noexcept override {
+        const Pair pair(*this, mu_in, mu_out);
+        for (const double azimuth : azimuths) *R++ = pair(azimuth);
     }
 
     std::string text() const override {
@@ -58,6 +56,34 @@ class Ocean final : public GroundLaw {
     }
 
   private:
+    /// One pair of cosines.
+    class Pair {
+      public:
+        Pair(const Ocean& ocean, double mu0, double mu) noexcept
+            : ocean_(ocean),
+              sum2_(square(mu + mu0)),
+              apart2_(square(to_sine(mu) - to_sine(mu0))),
+              sines_(to_sine(mu) * to_sine(mu0)),
+              seen_(4 * ocean.variance_ * mu * mu0 * (1 + ocean.shadow(mu) + ocean.shadow(mu0))) {}
+
+        double operator()(double azimuth) const noexcept {
+            constexpr double longest_exponent = 700;
+            const double aside2 = apart2_ + 4 * sines_ * square(std::sin(azimuth / 2)),
+                         tan2 = aside2 / sum2_;
+            if (tan2 > longest_exponent * ocean_.variance_) return ocean_.albedo_;
+            // Half the angle between sun and eye: sum and difference of their unit vectors are 2 cos and
+            // 2 sin of it.
+            const double incidence = std::min(1.0, std::sqrt(sum2_ + aside2) / 2);
+            return ocean_.albedo_ + ocean_.fresnel(incidence) * std::exp(-tan2 / ocean_.variance_) *
+                                        square(1 + tan2) / seen_;
+        }
+
+      private:
+        const Ocean& ocean_;
+        double sum2_, apart2_, sines_;
+        double seen_;  // what divides the facets' light
+    };
+
     /// Reflectance of unpolarised light.
     double fresnel(double c) const noexcept {
         if (index_ == 1) return 0;
@@ -149,6 +175,11 @@ Parameters read_parameters(PhaseText& text, const std::string& owner,
 
 }  // namespace
 
+void GroundLaw::at_azimuths(double mu_in, double mu_out, const std::vector<double>& azimuths,
+                            double* R) const noexcept {
+    for (const double azimuth : azimuths) *R++ = (*this)({mu_in, mu_out, azimuth});
+}
+
 std::shared_ptr<const GroundLaw> read_ground_law(const std::string& text) {
     PhaseText rest{text, 0, {}, "ground"};
     const std::string name = rest.name();
@@ -191,38 +222,57 @@ AzimuthalModes::AzimuthalModes(int first, int end) : count_(static_cast<std::siz
 
 std::vector<double> AzimuthalModes::operator()(const GroundLaw& law, double mu_in,
                                                double mu_out) const {
-    std::vector<double> modes(count_);
+    std::vector<double> modes(count_), R(azimuth_.size());
+    law.at_azimuths(mu_in, mu_out, azimuth_, R.data());
     const double* share = share_.data();
-    for (const double azimuth : azimuth_) {
-        const double R = law({mu_in, mu_out, azimuth});
-        for (double& mode : modes) mode += R * *share++;
-    }
+    for (const double each : R)
+        for (double& mode : modes) mode += each * *share++;
     return modes;
 }
 
 namespace {
 
-/// Integrates f(mu) 2 mu dmu over [0, 1].
-template <class Function>
-double integrate_flux(const Function& f) {
-    static const GaussLegendre rule(48);
-    double sum = 0;
-    for (std::size_t i = 0; i < rule.x.size(); ++i) {
-        const double x = (1 + rule.x[i]) / 2;
-        sum += rule.weight[i] / 2 * 4 * x * x * x * f(x * x);
+/// Cosines and weights that integrate over 2 mu dmu in [0, 1].
+struct FluxRule {
+    std::vector<double> mu, weight;
+
+    FluxRule() {
+        const GaussLegendre rule(48);
+        for (std::size_t i = 0; i < rule.x.size(); ++i) {
+            const double x = (1 + rule.x[i]) / 2;
+            mu.push_back(x * x);
+            weight.push_back(rule.weight[i] / 2 * 4 * x * x * x);
+        }
     }
-    return sum;
+};
+
+const FluxRule& flux_rule() {
+    static const FluxRule rule;
+    return rule;
+}
+
+double mean_over_azimuth(const GroundLaw& law, double mu_in, double mu_out) {
+    static const AzimuthalModes mean(0, 1);
+    return mean(law, mu_in, mu_out)[0];
 }
 
 }  // namespace
 
 double plane_albedo(const GroundLaw& law, double mu_in) {
-    static const AzimuthalModes mean(0, 1);
-    return integrate_flux([&](double mu_out) { return mean(law, mu_in, mu_out)[0]; });
+    const auto& [mu, weight] = flux_rule();
+    double sum = 0;
+    for (std::size_t i = 0; i < mu.size(); ++i)
+        sum += weight[i] * mean_over_azimuth(law, mu_in, mu[i]);
+    return sum;
 }
 
 double spherical_albedo(const GroundLaw& law) {
-    return integrate_flux([&](double mu_in) { return plane_albedo(law, mu_in); });
+    const auto& [mu, weight] = flux_rule();
+    double sum = 0;
+    for (std::size_t i = 0; i < mu.size(); ++i)
+        for (std::size_t j = 0; j <= i; ++j)  // laws are reciprocal
+            sum += (i == j ? 1 : 2) * weight[i] * weight[j] * mean_over_azimuth(law, mu[i], mu[j]);
+    return sum;
 }
 
 }  // namespace stratus

@@ -60,11 +60,12 @@ Scene without_shine(Scene scene) {
 }
 
 /// Whether sunlight's table gives the fluxes, too: where a second table, with its own choices and check,
-/// is dearer than what the first takes more. Slabs have few cosines of view; tables of stacks hold the
-/// fluxes at once, at the cosines that a planet's reflection takes.
+/// is dearer than what the first takes more. Slabs have few cosines of view, and where their diffuse
+/// transmission is seen the first has T at any rate; tables of stacks hold the fluxes at once, at the
+/// cosines that a planet's reflection takes.
 bool has_fluxes_with_sunlight(const Scene& scene, const SeenLight& sunlight) {
-    const bool is_dearer =
-        std::holds_alternative<Slab>(scene.subject) || !scene.layer.stacks.empty();
+    const bool is_dearer = (std::holds_alternative<Slab>(scene.subject) && sunlight.transmission) ||
+                           !scene.layer.stacks.empty();
     return is_dearer && sunlight.fluxes && (sunlight.reflection || sunlight.transmission);
 }
 
@@ -78,11 +79,7 @@ Asked asked_by_sunlight(const Scene& scene) {
     const Scene alone = without_shine(scene);
     const SeenLight seen = seen_light(alone);
     Asked asked{seen_directions(alone), seen.reflection, seen.transmission};
-    if (has_fluxes_with_sunlight(scene, seen)) {
-        asked.directions.mu_in = all_cosines;
-        if (std::holds_alternative<Slab>(scene.subject))
-            asked.transmission = scene.effects.transmission;
-    }
+    if (has_fluxes_with_sunlight(scene, seen)) asked.directions.mu_in = all_cosines;
     return asked;
 }
 
@@ -131,9 +128,9 @@ double path_tolerance(LightPath path, const Scene& scene) {
 
 // Tabulated ranges of view end at these, so that a camera that moves a little asks for the same
 // table.
-constexpr double mu_marks[] = {0,    0.001, 0.003, 0.01, 0.02, 0.05, 0.1,  0.15, 0.2,
-                               0.25, 0.3,   0.35,  0.4,  0.45, 0.5,  0.55, 0.6,  0.65,
-                               0.7,  0.75,  0.8,   0.85, 0.9,  0.95, 0.98, 1};
+constexpr double mu_marks[] = {0,   0.001, 0.003, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15,
+                               0.2, 0.25,  0.3,   0.35, 0.4,  0.45, 0.5,  0.55, 0.6, 0.65,
+                               0.7, 0.75,  0.8,   0.85, 0.9,  0.95, 0.98, 1};
 constexpr double azimuth_step = 5;  // degrees
 
 constexpr double rounding = 1e-6;  // of ranges against lookups

@@ -5,17 +5,26 @@
 namespace stratus {
 Plan plan_scene(const Scene& scene) {
     Plan plan{scene.tolerance, scene.effects, {}};
-    const bool needs_table = std::ranges::any_of(
-        channel_scenes(scene), [](const Scene& channel) { return !needed_paths(channel).empty(); });
-    if (!needs_table) return plan;
     const auto may_go = [&](EffectFlag effect) {
         return scene.effects.*effect && std::ranges::find(scene.named, effect) == scene.named.end();
     };
+    double enough = share_left_out * scene.tolerance;
+    if (seen_shell(scene) > 0 && may_go(&SceneEffects::shell)) {
+        const ChangeEstimate shell = estimate_shell(scene, enough);
+        if (shell.change <= enough) {
+            plan.effects.shell = false;
+            plan.left_out.push_back({"shell", shell});
+            enough -= shell.change;  // what else is left out may change the rest
+        }
+    }
+    const Scene rest = with_effects(scene, plan.effects);
+    const bool needs_table = std::ranges::any_of(
+        channel_scenes(rest), [](const Scene& channel) { return !needed_paths(channel).empty(); });
+    if (!needs_table) return plan;
     const bool multiple = may_go(&SceneEffects::multiple) && scene.effects.single,
                azimuth = may_go(&SceneEffects::azimuth);
     if (!multiple && !azimuth) return plan;
-    const double enough = share_left_out * scene.tolerance;
-    const OrderEstimates estimates = estimate_orders(scene, enough);
+    const OrderEstimates estimates = estimate_orders(rest, enough);
     if (multiple && estimates.multiple.change <= enough) {
         plan.effects.multiple = false;
         plan.left_out.push_back({"multiple", estimates.multiple});

@@ -19,8 +19,6 @@
 namespace stratus {
 namespace {
 
-constexpr double min_reference =
-    0.01;  // a pixel's change is relative to at least this share of the brightest
 constexpr int listed_orders = 5;
 constexpr std::size_t order_places = 3;  // of each side, at which orders are counted
 
@@ -74,31 +72,6 @@ PictureChange change_between(const Image& all, const Image& some) {
     return change;
 }
 
-/// A table of few nodes and samples, which misses some 3 % of the light: for what effects change.
-std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
-    Recipe small = recipe;
-    Discretisation& d = small.discretisation;
-    const bool peaked = is_peaked(recipe.phase_function), has_azimuth = d.modes != 1;
-    small.leaves_path_law = false;
-    d.nodes = peaked ? 12 : 8;
-    d.mu_samples = 10;
-    if (has_azimuth) {
-        d.modes = peaked ? 8 : 6;
-        d.azimuth_samples = 9;
-        d.azimuth_scale = AxisScale::linear;
-    }
-    d.optical_depth_samples_per_octave = 1;
-    d.albedo_samples = 3;
-    d.albedo_scale = AxisScale::square_root_of_complement;
-    d.family_samples.fill(2);
-    if (std::isinf(recipe.optical_depth.max) && !std::isinf(recipe.optical_depth.min))
-        d.deepest_optical_depth = std::ldexp(
-            recipe.optical_depth.min,
-            static_cast<int>(std::ceil(std::log2(std::max(
-                2.0, 20 / (1 - recipe.phase_function.asymmetry()) / recipe.optical_depth.min)))));
-    return make_layer_table(PackedTable(pack(solve_table(small))));
-}
-
 /// Sparse pictures of one scene with some of its effects, looked up in small tables.
 class SparsePictures {
   public:
@@ -124,6 +97,7 @@ class SparsePictures {
         const Scene scene = sparse(with_effects(all_, effects), pixels_);
         RenderOptions options;
         options.threads = 1;
+        options.finer = false;
         const LayerLight light(scene, tables(effects), 1, LightDetail::sketch);
         made_.push_back({effects, std::make_unique<Image>(render(scene, light, options))});
         return *made_.back().picture;
@@ -340,6 +314,30 @@ std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* ta
 }
 
 }  // namespace
+
+std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
+    Recipe small = recipe;
+    Discretisation& d = small.discretisation;
+    const bool peaked = is_peaked(recipe.phase_function), has_azimuth = d.modes != 1;
+    small.leaves_path_law = false;
+    d.nodes = peaked ? 12 : 8;
+    d.mu_samples = 10;
+    if (has_azimuth) {
+        d.modes = peaked ? 8 : 6;
+        d.azimuth_samples = 9;
+        d.azimuth_scale = AxisScale::linear;
+    }
+    d.optical_depth_samples_per_octave = 1;
+    d.albedo_samples = 3;
+    d.albedo_scale = AxisScale::square_root_of_complement;
+    d.family_samples.fill(2);
+    if (std::isinf(recipe.optical_depth.max) && !std::isinf(recipe.optical_depth.min))
+        d.deepest_optical_depth = std::ldexp(
+            recipe.optical_depth.min,
+            static_cast<int>(std::ceil(std::log2(std::max(
+                2.0, 20 / (1 - recipe.phase_function.asymmetry()) / recipe.optical_depth.min)))));
+    return make_layer_table(PackedTable(pack(solve_table(small))));
+}
 
 FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
                         TableCache* cache, double pixels, const std::vector<Scene>& later) {

@@ -44,9 +44,10 @@ int finer_rows(const Scene& scene, const PictureRays& rays, std::size_t suns, in
 /// Pictures of a scene, pixels [begin, end) of a row at a time.
 class RowRenderer {
   public:
-    RowRenderer(const Scene& scene, const LayerLight& light)
+    RowRenderer(const Scene& scene, const LayerLight& light, bool finer = true)
         : scene_(scene),
           light_(light),
+          finer_(finer),
           rays_(scene.camera, scene.width, scene.height),
           suns_(sun_directions(scene)) {}
 
@@ -65,7 +66,8 @@ class RowRenderer {
 
   private:
     void add_samples(int x, int y, LightSum& scattered, Rgb3& sum) const {
-        const int n = scene_.samples, finer = finer_rows(scene_, rays_, suns_.size(), x, y);
+        const int n = scene_.samples,
+                  finer = finer_ ? finer_rows(scene_, rays_, suns_.size(), x, y) : 1;
         // Where rows are finer, the layer's light is not summed by the layer.
         LightSum* const layer = light_.has_sums() && finer == 1 ? &scattered : nullptr;
         scattered.into(sum);
@@ -92,6 +94,7 @@ class RowRenderer {
 
     const Scene& scene_;
     const LayerLight& light_;
+    const bool finer_;
     PictureRays rays_;
     std::vector<Vector3> suns_;
 };
@@ -159,7 +162,7 @@ double sample_count(const Scene& scene, int row_step) {
 
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options) {
     Image image(scene.width, scene.height);
-    const RowRenderer rows(scene, light);
+    const RowRenderer rows(scene, light, options.finer);
     constexpr int tile = 8;  // rows
     const int tiles = (scene.height + tile - 1) / tile;
     parallel_for(

@@ -14,8 +14,8 @@
 namespace stratus {
 namespace {
 
-constexpr double timed_rays = 4000;
-constexpr int min_timed_rows = 3;
+constexpr double timed_rays = 2000;
+constexpr int min_timed_rows = 3, min_counted_rows = 24;
 
 double ray_count(const Scene& scene) {
     return static_cast<double>(scene.width) * scene.height *
@@ -157,8 +157,10 @@ void RenderForecast::add_rays(const Scene& scene, const LayerTables* tables) {
     few.row_step = std::max(1, scene.height / rows);
     const double started = processor_seconds();
     render(scene, *timed.light, few);
-    cost_.ray_seconds +=
-        (processor_seconds() - started) * sample_count(scene) / sample_count(scene, few.row_step);
+    const double seconds = processor_seconds() - started;
+    const int counted_step = std::max(1, scene.height / min_counted_rows);
+    cost_.ray_seconds += seconds * counted_step * sample_count(scene, counted_step) /
+                         sample_count(scene, few.row_step);
 }
 
 }  // namespace stratus

@@ -11,16 +11,6 @@
 
 namespace stratus {
 
-inline Scene with_effects(Scene scene, const SceneEffects& effects) {
-    scene.effects = effects;
-    return scene;
-}
-
-inline SceneEffects without(SceneEffects effects, EffectFlag effect) {
-    effects.*effect = false;
-    return effects;
-}
-
 class RenderForecast {
   public:
     /// Chooses what the recipes of scenes, as they are planned, leave open, for the render to find, and

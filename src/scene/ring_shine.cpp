@@ -21,9 +21,10 @@ constexpr int ringlets = 64;  // of equal width
 /// Samples of light that leaves the rings, and of the grid.
 struct Counts {
     int cosines, azimuths, latitudes, solar_times;
+    bool profile_rows;  // each of them counts, else the middle of a ringlet
 };
 constexpr Counts sample_counts(LightDetail detail) noexcept {
-    return detail == LightDetail::fine ? Counts{20, 9, 32, 25} : Counts{7, 4, 9, 8};
+    return detail == LightDetail::fine ? Counts{20, 9, 32, 25, true} : Counts{7, 4, 9, 8, false};
 }
 
 /// Number of nodes on a part of a ringlet: more where light is scattered by narrow angles.
@@ -74,7 +75,7 @@ struct RingShine::Light {
             if (has_more) orders[side].resize(ringlets * cosine_count * azimuth_count);
         }
         parallel_for(ringlets, threads, [&](int ringlet) {
-            const auto parts = ringlet_parts(scene, rings, ringlet);
+            const auto parts = ringlet_parts(scene, rings, ringlet, counts.profile_rows);
             if (scene.effects.single) fill_once(scene, parts, ringlet);
             if (has_more) fill_orders(layer, parts, ringlet);
         });
@@ -82,11 +83,13 @@ struct RingShine::Light {
 
     /// Matter of a ringlet, and its shares in the area.
     using Parts = std::vector<std::pair<double, Matter>>;
-    Parts ringlet_parts(const Scene& scene, const Rings& rings, int ringlet) const {
+    Parts ringlet_parts(const Scene& scene, const Rings& rings, int ringlet,
+                        bool profile_rows) const {
         const double from = inner + ringlet * width, to = from + width;
-        std::vector<double> edges{from, from + width / 2, to};
+        std::vector<double> edges{from, to};
+        if (profile_rows) edges.push_back(from + width / 2);
         for (const double radius : rings.profile.radius)
-            if (radius > from && radius < to) edges.push_back(radius);
+            if (profile_rows && radius > from && radius < to) edges.push_back(radius);
         std::ranges::sort(edges);
         Parts parts;
         for (std::size_t k = 1; k < edges.size(); ++k) {

@@ -111,11 +111,11 @@ edit("slab.toml", "colours.toml", ('"rayleigh"', "['rayleigh', 'rayleigh', 'isot
 render("colours.toml -o colours.png --quiet")
 expect_differ("colours.png", "one.png", "blue must be scattered as by its own phase function")
 said = expect_ok("plan colours.toml --quiet", out="layer: rayleigh | isotropic | One of the tables that colours.toml needs")
-expect(said.out.count("\nphase_function") == 2, "two recipes must be printed, green's being red's")
+expect(said.out.count("\nphase_function") == 4, "two recipes a light path must be printed, green's being red's")
 expect_ok("plan colours.toml --quiet --write needs.toml")
-for colour in "red", "blue":
-    expect_ok(f"bake needs_{colour}.toml -o {colour}.h5 --quiet")
-render("colours.toml -o tables.png --table red.h5 --table blue.h5 --quiet")
+for table in "red", "blue", "fluxes_red", "fluxes_blue":
+    expect_ok(f"bake needs_{table}.toml -o {table}.h5 --quiet")
+render("colours.toml -o tables.png --table red.h5 --table blue.h5 --table fluxes_red.h5 --table fluxes_blue.h5 --quiet")
 expect_same("tables.png", "colours.png")
 
 # another width keeps the shape; panels stand side by side
@@ -145,8 +145,9 @@ expect(not Path("alone_1.exr").exists(), "only one frame was asked for")
 render("film.toml -o first.exr", err="frame 0 of 4")
 expect_same("first.exr", "film_00.exr")
 expect_ok("plan film.toml --quiet --write film_table.toml", out="tables serve all 4, each further one | max = 4.5")
-expect_ok("bake film_table.toml -o film.stratus --quiet")
-render("film.toml --frames 3:3 -o tabled_%d.png --table film.stratus --quiet")
+for path in "", "_fluxes":
+    expect_ok(f"bake film_table{path}.toml -o film{path}.stratus --quiet")
+render("film.toml --frames 3:3 -o tabled_%d.png --table film.stratus --table film_fluxes.stratus --quiet")
 expect_same("tabled_3.png", "film_3.png")
 edit("film.toml", "film_bad.toml", ("frame = 3", "frame = 2"), ("= 4.5", "= -1"))
 Path("cut_1.exr").mkdir()
@@ -192,7 +193,7 @@ expect_refused(
     "render lambert.toml -o a.svg --width 5 => --width | figures",
     "render scene.png -o scene.png => scene.png | another",
     "render isotropic.toml -o a.png --table rayleigh.h5 => table.phase_function | must be isotropic | got rayleigh",
-    "render colours.toml -o a.png --table red.h5 => table.phase_function | isotropic | got rayleigh",
+    "render colours.toml -o a.png --table red.h5 --table fluxes_red.h5 => table.phase_function | isotropic | got rayleigh",
     "render deep.toml -o a.png --table rayleigh.h5 => table.optical_depth.max | at least the scene's, 4 | got 2",
     "render misspelt.toml -o a.png => unknown key 'picture.widht' | line 4 | 'picture.width'",
     "render named.toml -o a.png --drop multipel => unknown effect 'multipel' | 'multiple'",

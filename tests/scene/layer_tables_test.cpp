@@ -40,9 +40,11 @@ TEST(NeededRecipe, HasTheSidesThatTheSceneUses) {
     std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
     EXPECT_TRUE(needed_recipe(planet, LightPath::fluxes)->transmission) << "it lights the ground";
     Scene slab = small_slab(2, 0.4);
-    EXPECT_TRUE(needed_recipe(slab)->transmission) << "the background shines through";
-    slab.effects.transmission = false;
     EXPECT_FALSE(needed_recipe(slab)->transmission);
+    EXPECT_TRUE(needed_recipe(slab, LightPath::fluxes)->transmission)
+        << "the background shines through";
+    slab.effects.transmission = false;
+    EXPECT_FALSE(needed_recipe(slab, LightPath::fluxes)->transmission);
     slab.effects.transmission = true;
     slab.effects.reflection = false;
     EXPECT_FALSE(needed_recipe(slab)) << "of the lit side";
@@ -53,6 +55,9 @@ TEST(NeededRecipe, HasTheSidesThatTheSceneUses) {
     slab.to_sun = direction_at(radians(-50), 1);
     EXPECT_TRUE(needed_recipe(slab)->transmission);
     EXPECT_FALSE(needed_recipe(slab)->reflection);
+    slab.background.colour = {1, 1, 1};
+    EXPECT_EQ(needed_recipe(slab)->mu_in.min, 0) << "with T, it holds the fluxes, too";
+    EXPECT_FALSE(needed_recipe(slab, LightPath::fluxes));
 }
 
 TEST(NeededRecipe, CoversAllDepthsAndAlbedos) {
@@ -83,13 +88,14 @@ TEST(NeededRecipe, HasTheOneCosineOfAPointSun) {
     EXPECT_LT(of_disk.min, mu_in - 0.005);
     EXPECT_GT(of_disk.max, mu_in + 0.005);
     slab.background.colour = {1, 1, 1};
-    EXPECT_EQ(needed_recipe(slab)->mu_in.min, 0) << "fluxes towards the eye";
+    EXPECT_EQ(needed_recipe(slab, LightPath::fluxes)->mu_in.min, 0) << "fluxes towards the eye";
     slab.background.colour = {0, 0, 0};
     std::get<Slab>(slab.subject).surface = Texture{};
     std::get<Slab>(slab.subject).surface->colour = {0.5f, 0.5f, 0.5f};
-    EXPECT_EQ(needed_recipe(slab)->mu_in.min, 0) << "ground";
-    slab.effects.background = false;
+    EXPECT_EQ(needed_recipe(slab, LightPath::fluxes)->mu_in.min, 0) << "ground";
     EXPECT_GT(needed_recipe(slab)->mu_in.min, 0);
+    slab.effects.background = false;
+    EXPECT_FALSE(needed_recipe(slab, LightPath::fluxes));
     EXPECT_EQ(needed_recipe(small_planet(0, 2, 0.4))->mu_in.min, 0);
 }
 
@@ -197,9 +203,9 @@ TEST(NeededRecipe, OfTheDirectionsOfViewGivesTheSamePicture) {
 }
 
 TEST(CommonRecipe, CoversBothScenes) {
-    const Recipe thin = *needed_recipe(small_slab(0.5, 0.9));
-    Recipe deep = *needed_recipe(small_slab(4, 0.6));
-    deep.transmission = false;
+    Recipe thin = *needed_recipe(small_slab(0.5, 0.9));
+    const Recipe deep = *needed_recipe(small_slab(4, 0.6));
+    thin.transmission = true;
     const auto both = common_recipe(thin, deep);
     ASSERT_TRUE(both);
     EXPECT_EQ(both->optical_depth.min, 0.5);
@@ -312,7 +318,7 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
         narrow.*member = range;
         return bake(narrow);
     };
-    refuse_table(narrowed(&Recipe::mu_in, {0.5, 0.5}), {"table.mu_in.min", "got 0.5"});
+    refuse_table(narrowed(&Recipe::mu_in, {0.5, 0.5}), {"table.mu_in.max", "got 0.5"});
     refuse_table(narrowed(&Recipe::mu_out, {0.1, 0.45}),
                  {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
     refuse_table(narrowed(&Recipe::azimuth, {60, 170}), {"table.azimuth.min", "got 1.04"});

@@ -32,11 +32,13 @@ struct FoundChange {
     std::string where;  // the estimate's
 };
 
-/// Of the orders n >= 2 and of their azimuth, where a scene has them and its estimate leaves a doubt.
+/// Of the orders n >= 2, of their azimuth, and of a shell, where a scene has them and its estimate leaves a
+/// doubt.
 inline std::vector<FoundChange> changes_of(const Scene& scene) {
-    const OrderEstimates estimates = estimate_orders(scene, infinity);
+    const bool has_shell = seen_shell(scene) > 0;
     std::vector<FoundChange> changes;
-    if (needed_paths(scene).empty()) return changes;
+    if (needed_paths(scene).empty() && !has_shell) return changes;
+    const OrderEstimates estimates = estimate_orders(scene, infinity);
     const Image all = picture(scene);
     const auto add = [&](const char* name, const ChangeEstimate& estimate,
                          bool SceneEffects::*effect) {
@@ -53,6 +55,7 @@ inline std::vector<FoundChange> changes_of(const Scene& scene) {
     };
     add("multiple", estimates.multiple, &SceneEffects::multiple);
     add("azimuth", estimates.azimuth, &SceneEffects::azimuth);
+    if (has_shell) add("shell", estimate_shell(scene, infinity), &SceneEffects::shell);
     return changes;
 }
 
@@ -92,6 +95,31 @@ class RandomScenes : private RandomParts {
                 each.push_back({scattering, white * between(0.01, 1), depth * between(0.7, 1)});
         }
         scene.layer = layer_of_stacks(stacks);
+        return scene;
+    }
+
+    /// A planet whose layer is a shell, seen whole or in part, from afar or from close by.
+    Scene shell() {
+        Scene scene = with_picture(planet());
+        scene.layer.albedo = tint(1);
+        DepthMap& depth = scene.layer.optical_depth;
+        depth.max = power(-2, std::log10(50));
+        if (happens(0.2)) depth.pattern = DepthMap::Pattern::clouds;
+        Planet& planet = std::get<Planet>(scene.subject);
+        planet.shell = power(-5, std::log10(std::min(0.05, 0.05 / depth.max)));
+        if (happens(0.3)) {
+            planet.surface.pattern = Texture::Pattern::continents;
+            planet.surface.other = colour();
+        }
+        scene.to_sun = direction_at(std::asin(between(-1, 1)), between(0, 2 * pi));
+        Camera& camera = scene.camera;
+        const Vector3 aside = direction_at(between(0, pi), between(0, 2 * pi));
+        if (happens(0.6)) {  // a part of the disk
+            camera.position = between(1.1, 5) * direction_at(0, 0);
+            camera.look_at = between(0, 0.7) * aside;
+            camera.width = camera.orthographic ? power(-2, 0) : power(-2, -0.3);
+        }
+        if (happens(0.2)) scene.sun_diameter = radians(between(0.1, 2));
         return scene;
     }
 

@@ -22,6 +22,11 @@ class GroundLaw {
     /// Range    cosines (0, 1]; azimuth 0 is the forward side, that of the mirrored sun.
     virtual double operator()(const Geometry& geometry) const noexcept = 0;
 
+    /// Returns the same of one pair of cosines at several azimuths, to `R`: laws that share work between
+    /// these are faster.
+    virtual void at_azimuths(double mu_in, double mu_out, const std::vector<double>& azimuths,
+                             double* R) const noexcept;
+
     /// Reads back as this law, but that of a table.
     virtual std::string text() const = 0;
 };

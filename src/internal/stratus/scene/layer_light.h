@@ -38,7 +38,7 @@ struct Scattering {
 enum class LightDetail { fine, sketch };
 
 /// About how many times as long the former takes where rings and their planet light one another.
-constexpr double fine_over_sketch = 11;
+constexpr double fine_over_sketch = 16;
 
 /// A part of what lights a surface.
 struct LightSource {
@@ -62,7 +62,7 @@ class LayerLight {
   public:
     /// `tables` is null where none is needed. Both must outlive this.
     ///
-    /// Cost     of rings and a planet that light one another: up to a second; a tenth of a sketch.
+    /// Cost     of rings and a planet that light one another: up to a second, and as a sketch a sixteenth of it.
     /// Threads  that many; 0: all.
     /// Errors   std::invalid_argument for orders n >= 2 without a table.
     LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0,

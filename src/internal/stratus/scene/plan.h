@@ -1,10 +1,11 @@
 // Plans: which effects of a scene are left out because they change less than its tolerance, and,
 // for people, what each effect changes and costs.
 //
-// Only two effects are worth leaving out to save time: the orders n >= 2, which need a table, and
-// their azimuth. What the scene cannot see (the far side of its layer) is not in its recipe either
-// way. An effect is left out on an estimate over all that the scene contains,
-// never on a sample of pixels, and not where the scene names it.
+// Three effects are worth leaving out to save time: the orders n >= 2, which need a table, their azimuth,
+// and shells, whose rays are slow and see all directions. What the scene cannot see (the far side of its
+// layer) is not in its recipe either way. Orders are left out on an estimate over all that the scene
+// contains, never on a sample of pixels; shells where the pixels that they change most hardly change. No
+// effect is left out that the scene names.
 #pragma once
 
 #include <stratus/bake/bake.h>
@@ -13,6 +14,7 @@
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,7 +31,10 @@ namespace stratus {
 // found there. It is no bound: `bench/plan_bench.cpp` keeps the record of how often, and by how much,
 // pictures change by more (docs/scenes.md).
 
-/// The largest relative change of light along a ray that leaving an effect out makes.
+/// A pixel's change is relative to at least this share of the brightest.
+constexpr double min_reference = 0.01;
+
+/// The largest relative change that leaving an effect out makes: of light along a ray, or of a pixel.
 struct ChangeEstimate {
     double found = 0;   // the largest at the geometries that were solved
     double change = 0;  // with a margin for all others
@@ -48,6 +53,10 @@ struct OrderEstimates {
 /// says. The change is taken to be 1 of both effects of a shell, and of azimuth where few nodes do
 /// not resolve the phase function.
 OrderEstimates estimate_orders(const Scene& scene, double enough);
+
+/// The largest change of a pixel, relative to its own light or to `min_reference` of the brightest one's,
+/// without the effect of a shell, which the scene has. Ends as soon as more than `enough` is found.
+ChangeEstimate estimate_shell(const Scene& scene, double enough);
 
 /// Directions of scattering, and how much they count.
 struct WeightedGeometry {
@@ -163,6 +172,9 @@ struct FileReport {
 
 /// Pixels of sparse pictures: enough to tell how much effects change.
 constexpr double few_pixels = 400;
+
+/// A table of few nodes and samples, which misses some 3 % of the light: for what effects change.
+std::shared_ptr<const LayerTable> small_table(const Recipe& recipe);
 
 /// Reports on the scenes of a file, or of the first frame of a film, whose tables serve the scenes of
 /// its `later` frames, too. Mean changes, and those of effects that are never left out, are

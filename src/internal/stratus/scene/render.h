@@ -33,8 +33,9 @@ Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
 std::vector<Vector3> sun_directions(const Scene& scene);
 
 struct RenderOptions {
-    int threads = 0;   // 0: all
-    int row_step = 1;  // one row of so many; the others stay black
+    int threads = 0;    // 0: all
+    int row_step = 1;   // one row of so many; the others stay black
+    bool finer = true;  // more samples where a pixel covers many waves of clouds or of a surface
     std::function<void(double done, const std::string& stage)> progress;
 };
 

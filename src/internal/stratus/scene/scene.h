@@ -203,6 +203,16 @@ struct SceneChanges {
 /// Errors   std::invalid_argument for an unknown effect.
 void change(const SceneChanges& changes, std::vector<SceneFile>& film);
 
+inline Scene with_effects(Scene scene, const SceneEffects& effects) {
+    scene.effects = effects;
+    return scene;
+}
+
+inline SceneEffects without(SceneEffects effects, EffectFlag effect) {
+    effects.*effect = false;
+    return effects;
+}
+
 /// The planet of rings as a scene of its own, where it has a layer: for the layer's light and tables.
 std::optional<Scene> planet_scene(const Scene& scene);
 

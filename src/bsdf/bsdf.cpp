@@ -3,8 +3,8 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
-
 #include <stratus/base/size.h>
+
 #include "direction_coordinates.h"
 #include "table/lookup_arguments.h"
 

@@ -1,9 +1,9 @@
 #include "slice_parts.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
-#include <stratus/base/size.h>
 #include "table/layer_coverage.h"
 
 #include <algorithm>

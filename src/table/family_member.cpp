@@ -1,8 +1,8 @@
 #include <stratus/table/family_member.h>
 
 #include <stratus/base/argument.h>
-
 #include <stratus/base/size.h>
+
 #include "layer_blend.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include <stratus/table/packed_block.h>
 
 #include <stratus/base/size.h>
+
 #include "kernels/vectors.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "layer_sums.h"
 
 #include <stratus/base/constants.h>
-
 #include <stratus/base/size.h>
+
 #include "layer_coverage.h"
 
 #include <algorithm>

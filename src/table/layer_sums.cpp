@@ -1,6 +1,7 @@
 #include "layer_sums.h"
 
 #include <stratus/base/size.h>
+
 #include "kernels/vectors.h"
 
 #include <algorithm>
@@ -20,7 +21,7 @@ namespace {
 constexpr std::size_t first_directions = 300;  // of a sketch, random
 constexpr int worst_directions = 8;            // that each function adds to it
 constexpr int apart = 25;                      // of the worst, one in so many: not neighbours
-constexpr int most_rounds = 2;                 // of looking for layers that the functions miss
+constexpr int most_rounds = 5;                 // of looking for layers that the functions miss
 constexpr std::size_t most_missed = 64;        // layers seen in full in one round
 constexpr std::size_t few_missed = 10;  // functions to each that is still missed after a round
 

@@ -2,11 +2,11 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
 #include <stratus/table/metadata.h>
 #include <stratus/table/packed_block.h>
 
-#include <stratus/base/size.h>
 #include "layer_coverage.h"
 #include "layer/reflected_curve.h"
 #include "layer_sums.h"
@@ -120,8 +120,7 @@ void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& cu
 void add_functions(TensorWriter& file, const std::string& name, const TableView& table,
                    const PackedBlocks& blocks) {
     const std::size_t count = blocks.count();
-    const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(),
-                                         blocks.functions};
+    const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), blocks.functions};
     if (blocks.floats.empty())
         file.add(name + functions_name, shape, blocks.halves);
     else

@@ -1,6 +1,7 @@
 #include <stratus/table/packed_block.h>
 
 #include <stratus/base/size.h>
+
 #include "layer_sums.h"
 
 #include <cmath>

@@ -1,10 +1,10 @@
 #include "packed_parts.h"
 
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/table/packed_block.h>
 
-#include <stratus/base/size.h>
 #include "layer_blend.h"
 
 #include <algorithm>

@@ -6,6 +6,7 @@
 
 #include "base/mapped_file.h"
 #include <stratus/base/size.h>
+
 #include "layer_blend.h"
 #include "lookup_arguments.h"
 #include "packed_parts.h"

@@ -335,7 +335,7 @@ template <>
 const PackedKernels& functions_for<PackedKernels, InstructionSet::STRATUS_ISA>() noexcept {
     using namespace STRATUS_ISA;
     static constexpr PackedKernels packed_kernels{all_kernels<Side::reflection>(),
-                                       all_kernels<Side::transmission>()};
+                                                  all_kernels<Side::transmission>()};
     return packed_kernels;
 }
 

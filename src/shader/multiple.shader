@@ -214,8 +214,10 @@ vec4 stratus_sum_at(int side, int of_layer, int block, int stride, StratusDirect
 
 // Where the coefficients of the functions at an albedo and optical depth lie, four functions a word.
 struct StratusCoefficients {
-    vec4 weight[4];                     // over depth, of four albedos
-    int first, albedo_step, functions;  // texels of coefficients and functions
+    vec4 weight[4];  // over depth, of four albedos
+    int first;       // texel, and from one albedo to the next
+    int albedo_step;
+    int functions;  // first texel of the functions
     int words;
     float exponent;  // of diffusion
 };

@@ -134,13 +134,13 @@ class BlockSearch {
 
 namespace {
 
-/// Blocks of the fewest functions, which are looked up the fastest, or of the most where those are many.
+/// Blocks of the fewest functions, which are looked up the fastest, or of the most where those are many. Families
+/// keep to the fewest: to search their many layers twice would take longer than all else in a bake.
 FoundBlocks find_blocks(const LayerSums& sums, const SampleRange& members) {
-    constexpr std::size_t many = 8;
-    BlockSearch fewest(sums, members, fewest_functions, many);
+    constexpr std::size_t many = 8, any = std::numeric_limits<std::size_t>::max();
+    BlockSearch fewest(sums, members, fewest_functions, sums.table().has_family() ? any : many);
     if (!fewest.gave_up()) return fewest.take();
-    return BlockSearch(sums, members, most_functions, std::numeric_limits<std::size_t>::max())
-        .take();
+    return BlockSearch(sums, members, most_functions, any).take();
 }
 
 }  // namespace

@@ -78,13 +78,13 @@ MappedFile::MappedFile(const std::string& path) {
         refuse(path, "is not a regular file");
     errno = 0;
     std::ifstream file(path, std::ios::binary | std::ios::ate);
-    const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : 0;
-    if (!file || size < 0) refuse_as_system(path);
-    if (size == 0) refuse(path, "is empty");
-    bytes_ = size(size);
+    const std::streamoff length = file ? static_cast<std::streamoff>(file.tellg()) : 0;
+    if (!file || length < 0) refuse_as_system(path);
+    if (length == 0) refuse(path, "is empty");
+    bytes_ = size(length);
     data_ = ::operator new(bytes_, alignment);
     file.seekg(0);
-    if (!file.read(static_cast<char*>(data_), static_cast<std::streamsize>(size))) {
+    if (!file.read(static_cast<char*>(data_), static_cast<std::streamsize>(length))) {
         ::operator delete(data_, alignment);
         refuse_as_system(path);
     }

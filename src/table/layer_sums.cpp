@@ -30,7 +30,7 @@ constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
 // Layers are too unlike each other for sums of a few functions where there are more functions than
 // this share of the pilots, or than this in all, or where the sketch has fewer directions to each.
 constexpr double largest_share_of_pilots = 0.58;
-constexpr std::size_t most_functions = 150, fewest_directions = 5;
+constexpr std::size_t most_spanning = 150, fewest_directions = 5;
 constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
 
 /// Up to `most` of `count` places, evenly, the last among them.
@@ -181,7 +181,7 @@ class SideSearch {
     /// Returns whether it does from now on: all layers are then to be sketched again.
     bool settle() {
         const std::size_t functions = sums_.function.size();
-        if (settled_ || (!are_unlike_ && !misses_ && functions < most_functions &&
+        if (settled_ || (!are_unlike_ && !misses_ && functions < most_spanning &&
                          functions * fewest_directions <= sums_.sketch.size()))
             return false;
         settled_ = true;
@@ -303,7 +303,7 @@ class SideSearch {
             full_.begin(), full_.end(),
             [](const auto& a, const auto& b) { return a.second.error < b.second.error; });
         const bool misses = most->second.error > allowed_;
-        return misses && sums_.function.size() < most_functions ? &most->second : nullptr;
+        return misses && sums_.function.size() < most_spanning ? &most->second : nullptr;
     }
 
     /// Leaves of each layer what least squares at the sketch do; returns the worst.

@@ -54,7 +54,7 @@ vec3 ground_through(float mu_in, float ground) {
     return ground * transmittance(mu_in) / (1.0 - ground * returned);
 }
 
-/// As seen by an eye, of light from the sun, on a layer with this normal.
+/// Returns the directions on a layer with this normal of light that comes from the sun and goes to an eye.
 Geometry seen_geometry(vec3 normal, vec3 to_sun, vec3 to_eye) {
     float cosine_in = dot(normal, to_sun), cosine_out = dot(normal, to_eye);
     vec3 going_in = cosine_in * normal - to_sun, going_out = to_eye - cosine_out * normal;

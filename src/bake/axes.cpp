@@ -1,12 +1,14 @@
 #include <stratus/bake/axes.h>
 
 #include <stratus/base/constants.h>
+#include <stratus/base/gauss_legendre.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <utility>
 
 namespace stratus {
@@ -132,37 +134,29 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
 
 namespace {
 
-/// Exponents of dark layers: a polynomial through diffusion's at some albedos, below one of them. Diffusion
-/// bends to 1 near albedo 0, for peaked phase functions within less than samples of the albedo are apart, while T
-/// of layers thin enough to be seen goes on evenly: it would miss by up to ten times as much. What a path law
-/// leaves of T grows the least: there a lower value at albedo 0 was found to serve best.
-class DarkExponents {
-  public:
-    explicit DarkExponents(const PhaseFunction& phase_function) {
-        const bool has_path_law = has_narrow_peak(phase_function);
-        albedo_ = has_path_law ? std::vector{0.4, 0.3} : std::vector{0.2, 0.3, 0.4, 0.5};
-        exponent_ = compute_diffusion_exponents(phase_function, albedo_, {});
-        if (!has_path_law) return;
-        albedo_.push_back(0);
-        exponent_.push_back(0.96);
+/// Puts in place of the exponents of dark layers a polynomial through diffusion's at some albedos, the first of
+/// which it begins below. Diffusion bends to 1 near albedo 0, for peaked phase functions within less than samples
+/// of the albedo are apart, while T of layers thin enough to be seen goes on evenly: it would miss by up to ten
+/// times as much. What a path law leaves of T grows the least: there a lower value at albedo 0 was found to serve
+/// best.
+void continue_to_black(const PhaseFunction& phase_function, const std::vector<double>& albedos,
+                       std::vector<double>& exponents) {
+    const bool has_path_law = has_narrow_peak(phase_function);
+    std::vector<double> known =
+        has_path_law ? std::vector{0.4, 0.3} : std::vector{0.2, 0.3, 0.4, 0.5};
+    const auto is_dark = [&](double albedo) { return albedo < known[0]; };
+    if (std::ranges::none_of(albedos, is_dark)) return;
+    std::vector<double> of_known = compute_diffusion_exponents(phase_function, known, {});
+    if (has_path_law) {
+        known.push_back(0);
+        of_known.push_back(0.96);
     }
-
-    bool serves(double albedo) const { return albedo < albedo_[0]; }
-
-    double operator()(double albedo) const {
-        double sum = 0;
-        for (std::size_t k = 0; k < albedo_.size(); ++k) {
-            double weight = 1;  // Lagrange
-            for (std::size_t other = 0; other < albedo_.size(); ++other)
-                if (other != k) weight *= (albedo - albedo_[other]) / (albedo_[k] - albedo_[other]);
-            sum += weight * exponent_[k];
-        }
-        return sum;
+    for (std::size_t k = 0; k < albedos.size(); ++k) {
+        if (!is_dark(albedos[k])) continue;
+        const std::vector<double> weight = lagrange_weights(known, albedos[k]);
+        exponents[k] = std::inner_product(weight.begin(), weight.end(), of_known.begin(), 0.0);
     }
-
-  private:
-    std::vector<double> albedo_, exponent_;
-};
+}
 
 }  // namespace
 
@@ -170,9 +164,7 @@ std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<doub
     if (!recipe.layers.empty()) return std::vector<double>(albedos.size(), 0.0);
     if (recipe.orders > 0) return std::vector<double>(albedos.size(), 1.0);
     std::vector<double> exponents = compute_diffusion_exponents(recipe.phase_function, albedos, {});
-    const DarkExponents dark(recipe.phase_function);
-    for (std::size_t k = 0; k < albedos.size(); ++k)
-        if (dark.serves(albedos[k])) exponents[k] = dark(albedos[k]);
+    continue_to_black(recipe.phase_function, albedos, exponents);
     return exponents;
 }
 

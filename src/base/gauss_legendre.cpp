@@ -30,4 +30,12 @@ GaussLegendre::GaussLegendre(std::size_t count) : x(count), weight(count) {
     if (count % 2 == 1) x[count / 2] = 0;
 }
 
+std::vector<double> lagrange_weights(const std::vector<double>& x, double at) {
+    std::vector<double> weights(x.size(), 1.0);
+    for (std::size_t i = 0; i < x.size(); ++i)
+        for (std::size_t k = 0; k < x.size(); ++k)
+            if (k != i) weights[i] *= (at - x[k]) / (x[i] - x[k]);
+    return weights;
+}
+
 }  // namespace stratus

@@ -1,5 +1,7 @@
 #include "climb.h"
 
+#include <stratus/base/gauss_legendre.h>
+
 #include "depth_regime.h"
 #include "doubling_ladder.h"
 #include "ordered_ladder.h"
@@ -141,21 +143,8 @@ std::vector<int> thinned_modes(int count, double tolerance) {
     return modes;
 }
 
-namespace {
-
-/// The polynomial through the values at `x` (Lagrange): its weights at `at`.
-std::vector<double> lagrange_weights(std::span<const int> x, int at) {
-    std::vector<double> weights(x.size(), 1.0);
-    for (std::size_t i = 0; i < x.size(); ++i)
-        for (std::size_t k = 0; k < x.size(); ++k)
-            if (k != i) weights[i] *= static_cast<double>(at - x[k]) / (x[i] - x[k]);
-    return weights;
-}
-
-}  // namespace
-
 void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
-    std::vector<int> of_parity[2];
+    std::vector<double> of_parity[2];
     std::vector<const MatrixXd*> values[2];
     for (std::size_t k = 0; k < modes.size(); ++k) {
         of_parity[solved[k] % 2].push_back(solved[k]);
@@ -163,7 +152,7 @@ void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
     }
     std::vector<MatrixXd> all;
     for (int mode = 0; mode <= solved[modes.size() - 1]; ++mode) {
-        const std::vector<int>& x = of_parity[mode % 2];
+        const std::vector<double>& x = of_parity[mode % 2];
         const auto next = static_cast<std::size_t>(std::ranges::lower_bound(x, mode) - x.begin());
         if (next < x.size() && x[next] == mode) {
             all.push_back(*values[mode % 2][next]);
@@ -172,8 +161,9 @@ void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
         const std::size_t count = std::min(fitted_points, x.size());
         const std::size_t first =
             std::min(next > count / 2 ? next - count / 2 : 0, x.size() - count);
+        const auto begin = x.begin() + static_cast<std::ptrdiff_t>(first);
         const std::vector<double> weights =
-            lagrange_weights(std::span(x).subspan(first, count), mode);
+            lagrange_weights({begin, begin + static_cast<std::ptrdiff_t>(count)}, mode);
         MatrixXd sum = MatrixXd::Zero(modes[0].rows(), modes[0].cols());
         for (std::size_t k = 0; k < count; ++k) sum += weights[k] * *values[mode % 2][first + k];
         all.push_back(std::move(sum));

@@ -1,4 +1,4 @@
-// Gauss-Legendre quadrature of any number of nodes.
+// Gauss-Legendre quadrature of any number of nodes, and the polynomial through values at any places.
 #pragma once
 
 #include <cstddef>
@@ -21,5 +21,8 @@ struct GaussLegendre {
     /// Range    count at least 1.
     explicit GaussLegendre(std::size_t count);
 };
+
+/// Returns the weights that values at `x` have in the polynomial through them, at `at` (Lagrange).
+std::vector<double> lagrange_weights(const std::vector<double>& x, double at);
 
 }  // namespace stratus

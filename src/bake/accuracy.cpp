@@ -250,22 +250,26 @@ void look_up_by_few(const TableView& view, std::span<ErrorSample> all,
 
 }  // namespace
 
-Verification verify(const Table& table, const VerifyOptions& options) {
-    require(options.samples >= 1, "verify", "samples", ">= 1", options.samples);
-    const auto stored = table.attributes.find("nodes");
-    const int nodes =
-        stored == table.attributes.end() ? 32 : std::max(1, std::atoi(stored->second.c_str()));
-    Verification result;
-    result.reference_nodes = reference_nodes(nodes);
-    result.judges_grazing = table.path_law == nullptr;
+SolverOptions reference_solver(const Table& table, int nodes) {
     SolverOptions solver;
-    solver.nodes = result.reference_nodes;
+    solver.nodes = reference_nodes(nodes);
     solver.orders = table.highest_order;
     // Without azimuths a table holds means over them.
     if (table.azimuth.values == std::vector{0.0}) solver.modes = 1;
     solver.exact_fluxes = false;
     solver.mode_tolerance = 1e-3 * table.tolerance;
+    return solver;
+}
 
+Verification verify(const Table& table, const VerifyOptions& options) {
+    require(options.samples >= 1, "verify", "samples", ">= 1", options.samples);
+    const auto stored = table.attributes.find("nodes");
+    const int nodes =
+        stored == table.attributes.end() ? 32 : std::max(1, std::atoi(stored->second.c_str()));
+    const SolverOptions solver = reference_solver(table, nodes);
+    Verification result;
+    result.reference_nodes = solver.nodes;
+    result.judges_grazing = table.path_law == nullptr;
     const TableView view = checked_view(table, options);
     std::vector<ErrorSample> all =
         solve_random_points(table.phase_function, point_range(table, view), solver, options);

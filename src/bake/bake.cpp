@@ -57,8 +57,21 @@ const std::map<std::string, std::string>& conventions() {
     return sentences;
 }
 
-/// Names the pieces of an attempt in the log.
-std::string name_of_attempt(int n) { return "attempt " + std::to_string(n); }
+/// The options of one attempt, whose pieces the log names by it.
+BakeOptions attempt_options(BakeOptions options, int n) {
+    options.log = nested_log(options.log, "attempt " + std::to_string(n));
+    return options;
+}
+
+VerifyOptions check_options(const BakeOptions& of_attempt) {
+    VerifyOptions check;
+    check.samples = of_attempt.checked_points;
+    check.seed = check_seed;
+    check.threads = of_attempt.threads;
+    check.fluxes = false;
+    check.log = nested_log(of_attempt.log, "check");
+    return check;
+}
 
 /// A resolved recipe's table and the result of the bake's own check.
 struct Attempt {
@@ -94,7 +107,6 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         samples.emplace(resolved, options, table);
     else
         table = solve_table(resolved, options);
-    table.tolerance = recipe.tolerance;
     table.attributes = conventions();
     if (table.is_stack())
         table.attributes["convention_layers"] =
@@ -125,12 +137,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table.attributes["modes"] = std::to_string(resolved.discretisation.modes);
     table.attributes["program_version"] = STRATUS_VERSION;
 
-    VerifyOptions check;
-    check.samples = options.checked_points;
-    check.seed = check_seed;
-    check.threads = options.threads;
-    check.fluxes = false;
-    check.log = nested_log(options.log, "check");
+    VerifyOptions check = check_options(options);
     if (options.samples && options.samples->has_room()) check.files = options.samples;
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     std::optional<PackedTable> packed;
@@ -187,9 +194,11 @@ Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
 }
 
 Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options) {
-    BakeOptions of_attempt = options;
-    of_attempt.log = nested_log(options.log, name_of_attempt(0));
-    return resolve_to(recipe, first_strictness, of_attempt);
+    return resolve_to(recipe, first_strictness, attempt_options(options, 0));
+}
+
+VerifyOptions check_of_first(const BakeOptions& options) {
+    return check_options(attempt_options(options, 0));
 }
 
 namespace {
@@ -208,8 +217,7 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
             note("no choice can be refined further");
             break;
         }
-        BakeOptions of_attempt = options;
-        of_attempt.log = nested_log(options.log, name_of_attempt(n));
+        const BakeOptions of_attempt = attempt_options(options, n);
         const Resolution resolution = resolve_to(recipe, strictness, of_attempt);
         if (resolved_text(resolution.recipe) == last) continue;
         if (baked++ > 0)

@@ -49,26 +49,30 @@ Shortfall make_shortfall(const AxisAtCap& axis, const Resolution& resolution) {
     return shortfall;
 }
 
-/// Seconds that one thread takes for the bake's own check of so many points, from one of its ladders.
-double predicted_check(const Recipe& resolved, const Table& header, int points) {
+/// Seconds that one thread takes for the bake's own check. Its first ladders of depths are solved for
+/// that, and kept in the log, where the bake finds them.
+double predicted_check(const Recipe& resolved, const Table& header, const BakeOptions& options) {
     PointRange range = point_range(header, header.view());
     range.reflection = resolved.reflection;
     range.transmission = resolved.transmission;
-    SolverOptions solver = solver_options(resolved);
-    solver.nodes = reference_nodes(resolved.discretisation.nodes);
-    solver.modes = 0;
-    solver.exact_fluxes = false;
-    VerifyOptions few;
-    few.samples = points_of_ladder(range);
-    few.threads = 1;
+    VerifyOptions check = check_of_first(options);
+    check.threads = 1;
+    check.log.find = nullptr;       // they are timed even where they are known
     constexpr double brief = 0.01;  // seconds; the first of brief ladders sets up what all share
-    double seconds = 0;
-    for (int ladder = 0; ladder == 0 || (ladder == 1 && seconds < brief); ++ladder) {
-        const double started = processor_seconds();
-        solve_random_points(resolved.phase_function, range, solver, few);
-        seconds = processor_seconds() - started;
+    std::vector<double> times;
+    check.log.stop = [&] {
+        times.push_back(processor_seconds());
+        const std::size_t solved = times.size() - 1;
+        return solved > 1 || (solved == 1 && times[1] - times[0] >= brief);
+    };
+    try {
+        solve_random_points(resolved.phase_function, range,
+                            reference_solver(header, resolved.discretisation.nodes), check);
+        times.push_back(processor_seconds());
+    } catch (const WorkStopped&) {
     }
-    return seconds * ((points + points_of_ladder(range) - 1) / points_of_ladder(range));
+    const double seconds = times.back() - times[times.size() - 2];
+    return seconds * std::ceil(static_cast<double>(check.samples) / points_of_ladder(range));
 }
 
 std::string text_of_bytes(double bytes) {
@@ -123,8 +127,7 @@ Forecast forecast(const Resolution& resolution, const BakeOptions& options) {
     forecast.bake_seconds = std::max(
         forecast.unit_seconds.front(),
         std::accumulate(forecast.unit_seconds.begin(), forecast.unit_seconds.end(), 0.0) / threads);
-    forecast.check_seconds =
-        predicted_check(resolution.recipe, units.header(), options.checked_points) / threads;
+    forecast.check_seconds = predicted_check(resolution.recipe, units.header(), options) / threads;
     forecast.timed_seconds = seconds_since(started);
     return forecast;
 }

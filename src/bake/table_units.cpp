@@ -62,6 +62,7 @@ void TableUnits::place_axes() {
     header_.lower_boundary = recipe_.lower_boundary;
     header_.layers = recipe_.layers;
     header_.highest_order = recipe_.orders;
+    header_.tolerance = recipe_.tolerance;
     header_.extrapolation_length =
         extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
     header_.family = family_axes(recipe_);

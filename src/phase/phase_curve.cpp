@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace stratus {
@@ -15,6 +18,26 @@ constexpr double sampling_accuracy = 1e-6;  // of a value, half-way between samp
 double cos_theta_at(double x) {
     const double sine = std::clamp(std::sqrt(2.0) * (x - 0.5), -std::sqrt(0.5), std::sqrt(0.5));
     return -2 * sine * std::sqrt(1 - sine * sine);  // cos(2 asin(sine) + pi/2)
+}
+
+/// Samples of a whole phase function. The latest ones are kept: a table, its file and every light of a
+/// picture sample the same function.
+PhaseCurve sampled_whole(const PhaseFunction& phase_function) {
+    constexpr std::size_t most_kept = 8;
+    static std::mutex mutex;
+    static std::deque<std::pair<std::string, PhaseCurve>> kept;  // by their text
+    const std::string text = phase_function.text();
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        for (const auto& [known, curve] : kept)
+            if (known == text) return curve;
+    }
+    const PhaseCurve curve =
+        PhaseCurve::sampled(1, [&](double c, double* value) { *value = phase_function(c); });
+    const std::lock_guard<std::mutex> lock(mutex);
+    kept.emplace_front(text, curve);
+    if (kept.size() > most_kept) kept.pop_back();
+    return curve;
 }
 
 }  // namespace
@@ -77,7 +100,7 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
                                  static_cast<float>(std::max(0.0, -2 * g))};
     }
     if (!closed) {
-        *this = sampled(1, [&](double c, double* value) { *value = phase_function(c); });
+        *this = sampled_whole(phase_function);
         return;
     }
     for (int i = 0; i < 3; ++i) closed_.polynomial[i] = static_cast<float>(polynomial[i]);

@@ -66,7 +66,7 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     if (kept) {
         choosing.log.find = [&](const std::string& piece) { return kept->find(piece); };
         choosing.log.keep = [&](const std::string& piece, std::span<const char> result) {
-            kept->keep(piece, result);
+            if (!kept->find(piece)) kept->keep(piece, result);
         };
     }
     const double started = processor_seconds();
@@ -81,7 +81,7 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     if (timed != tables_.end()) cost = scaled_cost(*timed, table.resolved);
     cost.choose_seconds = chosen;
     if (timed != tables_.end()) return table;
-    const Forecast ahead = forecast(resolution, table_options(options));
+    const Forecast ahead = forecast(resolution, table_options(choosing));
     const auto& units = ahead.unit_seconds;
     cost.solve_seconds = packing_solves(table_size(table.resolved).layers) *
                          std::accumulate(units.begin(), units.end(), 0.0);

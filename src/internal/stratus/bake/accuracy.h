@@ -126,6 +126,9 @@ int points_of_ladder(const PointRange& range);
 /// Nodes of the solutions that tables of so many are verified with: half as many again.
 int reference_nodes(int nodes);
 
+/// The solver that a table of so many nodes is verified with.
+SolverOptions reference_solver(const Table& table, int nodes);
+
 /// Random points of a range and their solved values; `look_up` fills in `found` and `error`.
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
                                              const PointRange& range, const SolverOptions& solver,

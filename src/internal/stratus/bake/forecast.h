@@ -1,6 +1,7 @@
 // Choices resolved, and the size and the cost of a table, before it is solved.
 #pragma once
 
+#include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 
 #include <string>
@@ -28,6 +29,9 @@ Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions
 
 /// The choices of a bake's first attempt, found in the bake's log and kept there.
 Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options);
+
+/// The check that a bake makes of its first attempt, whose points it finds in its log, too.
+VerifyOptions check_of_first(const BakeOptions& options);
 
 /// An axis on which even the last candidate misses its share of the tolerance.
 struct Shortfall {

@@ -274,7 +274,9 @@ std::string panel_name(const SceneFile& file, std::size_t panel) {
 std::optional<TableCache> open_cache(const CacheOptions& options) {
     const std::filesystem::path folder = default_cache_folder();
     if (options.off || folder.empty()) return std::nullopt;
-    return TableCache(folder, options.limit);
+    TableCache cache(folder, options.limit);
+    cache.keep_droplets();
+    return cache;
 }
 
 }  // namespace stratus

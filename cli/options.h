@@ -164,7 +164,8 @@ void add_cache(CLI::App& command, CacheOptions& options);
 /// Returns the name that messages give a panel: its title, or its number.
 std::string panel_name(const SceneFile& file, std::size_t panel);
 
-/// None where it is switched off or no folder is known.
+/// None where it is switched off or no folder is known. It keeps the scattering of droplets, too: it is
+/// opened before a scene is read.
 std::optional<TableCache> open_cache(const CacheOptions& options);
 
 }  // namespace stratus

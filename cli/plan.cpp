@@ -386,6 +386,7 @@ void run_plan(const PlanCommand& command) {
     std::vector<std::string> notes;
     const auto start = Clock::now();
     const double started = processor_seconds();
+    std::optional<TableCache> cache = open_cache(command.cache);
     std::vector<SceneFile> film = read_film(command.scene, &notes);
     const SceneFile& file = film[0];
     const double reading = processor_seconds() - started;
@@ -398,7 +399,6 @@ void run_plan(const PlanCommand& command) {
     BakeOptions options;
     options.threads = command.threads;
     options.progress = std::ref(progress);
-    std::optional<TableCache> cache = open_cache(command.cache);
     const FileReport report =
         report_plans(file.panels, options, cache ? &*cache : nullptr,
                      command.picture.empty() ? few_pixels : shown_pixels, later);

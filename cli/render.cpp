@@ -97,7 +97,7 @@ void require_ending(const std::string& output, bool svg) {
 }
 
 SceneTables tables_for(const RenderCommand& command, const std::vector<Scene>& scenes,
-                       Progress& progress) {
+                       std::optional<TableCache>& cache, Progress& progress) {
     if (!command.tables.empty()) {
         std::vector<PackedTable> tables;
         for (const std::string& table : command.tables)
@@ -107,7 +107,6 @@ SceneTables tables_for(const RenderCommand& command, const std::vector<Scene>& s
     BakeOptions options;
     options.threads = command.threads;
     options.progress = std::ref(progress);
-    std::optional<TableCache> cache = open_cache(command.cache);
     auto tables = bake_for(scenes, options, cache ? &*cache : nullptr);
     if (cache && !cache->trouble().empty())
         progress.note("note: tables are not kept: " + cache->trouble());
@@ -189,12 +188,12 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
 /// Renders frames of a film, or a picture, with tables that serve every frame: each is the same whichever
 /// others are rendered.
 void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
-                  const FrameRange& frames, Progress& progress) {
+                  const FrameRange& frames, std::optional<TableCache>& cache, Progress& progress) {
     change({split(command.effects), split(command.drop), command.width}, film);
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
     if (command.effects.empty() && command.tables.empty()) leave_out_by_plans(film, progress);
-    const auto tables = tables_for(command, all_panels(film), progress);
+    const auto tables = tables_for(command, all_panels(film), cache, progress);
     const double baked = seconds_since(started);
     const int count = frames.last - frames.first + 1;
     for (int k = frames.first; k <= frames.last; ++k) {
@@ -252,6 +251,7 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
 void run_render(const RenderCommand& command) {
     if (command.frames.empty()) check_outputs(command, {});
     std::vector<std::string> notes;
+    std::optional<TableCache> cache = open_cache(command.cache);
     std::vector<SceneFile> film = read_film(command.scene, &notes);
     const bool is_figure = film[0].figure.has_value();
     for (const std::string& output : command.outputs) require_ending(output, is_figure);
@@ -263,7 +263,7 @@ void run_render(const RenderCommand& command) {
         progress.note("note: this is frame 0 of " + std::to_string(film.size()) +
                       "; --frames renders others");
     check_outputs(command, frames);
-    run_pictures(command, film, frames, progress);
+    run_pictures(command, film, frames, cache, progress);
 }
 
 }  // namespace

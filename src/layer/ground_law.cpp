@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <numeric>
 
 namespace stratus {
 
@@ -19,6 +20,53 @@ namespace {
 double to_sine(double cosine) { return std::sqrt((1 - cosine) * (1 + cosine)); }
 
 double square(double x) { return x * x; }
+
+// ---- fluxes
+
+/// Cosines and weights that integrate over 2 mu dmu in [0, 1].
+struct FluxRule {
+    std::vector<double> mu, weight;
+
+    FluxRule() {
+        const GaussLegendre rule(48);
+        for (std::size_t i = 0; i < rule.x.size(); ++i) {
+            const double x = (1 + rule.x[i]) / 2;
+            mu.push_back(x * x);
+            weight.push_back(rule.weight[i] / 2 * 4 * x * x * x);
+        }
+    }
+};
+
+const FluxRule& flux_rule() {
+    static const FluxRule rule;
+    return rule;
+}
+
+double mean_over_azimuth(const GroundLaw& law, double mu_in, double mu_out) {
+    static const AzimuthalModes mean(0, 1);
+    return mean(law, mu_in, mu_out)[0];
+}
+
+struct Fluxes {
+    double largest_plane_albedo, spherical_albedo;
+};
+
+/// At the cosines of the rule. Laws are reciprocal: each pair of cosines is evaluated once.
+Fluxes fluxes(const GroundLaw& law) {
+    const auto& [mu, weight] = flux_rule();
+    std::vector<double> plane_albedo(mu.size(), 0.0);
+    for (std::size_t i = 0; i < mu.size(); ++i)
+        for (std::size_t j = 0; j <= i; ++j) {
+            const double R = mean_over_azimuth(law, mu[i], mu[j]);
+            plane_albedo[i] += weight[j] * R;
+            if (j < i) plane_albedo[j] += weight[i] * R;
+        }
+    const double spherical =
+        std::inner_product(weight.begin(), weight.end(), plane_albedo.begin(), 0.0);
+    return {*std::max_element(plane_albedo.begin(), plane_albedo.end()), spherical};
+}
+
+// ---- laws
 
 using Parameters = std::map<std::string, double>;
 
@@ -32,12 +80,13 @@ class Ocean final : public GroundLaw {
         require(wind_ >= 0 && wind_ <= 50, "ocean", "wind", "in [0, 50] m/s", wind_);
         require(index_ >= 1 && index_ <= 3, "ocean", "index", "in [1, 3]", index_);
         require(albedo_ >= 0 && albedo_ <= 1, "ocean", "albedo", "in [0, 1]", albedo_);
-        double most = 0;  // Smith's shadows leave the facets less than they receive
-        for (int k = 1; k <= 32; ++k) most = std::max(most, stratus::plane_albedo(*this, k / 32.0));
+        // Smith's shadows leave the facets less than they receive.
+        const auto [most, spherical] = fluxes(*this);
         require(most <= 1, "ocean", "albedo",
                 "at most " + short_number(1 - (most - albedo_), 3) +
                     ", what the facets leave, at this wind and index",
                 albedo_);
+        spherical_albedo_ = spherical;
     }
 
     double operator()(const Geometry& at) const noexcept override {
@@ -54,6 +103,8 @@ class Ocean final : public GroundLaw {
         return "ocean:wind=" + shortest_text(wind_) + ",index=" + shortest_text(index_) +
                ",albedo=" + shortest_text(albedo_);
     }
+
+    double spherical_albedo() const override { return spherical_albedo_; }
 
   private:
     /// One pair of cosines.
@@ -100,6 +151,7 @@ class Ocean final : public GroundLaw {
     }
 
     double wind_, index_, albedo_, variance_;
+    double spherical_albedo_ = 0;
 };
 
 class Rpv final : public GroundLaw {
@@ -180,6 +232,8 @@ void GroundLaw::at_azimuths(double mu_in, double mu_out, const std::vector<doubl
     for (const double azimuth : azimuths) *R++ = (*this)({mu_in, mu_out, azimuth});
 }
 
+double GroundLaw::spherical_albedo() const { return fluxes(*this).spherical_albedo; }
+
 std::shared_ptr<const GroundLaw> read_ground_law(const std::string& text) {
     PhaseText rest{text, 0, {}, "ground"};
     const std::string name = rest.name();
@@ -230,48 +284,11 @@ std::vector<double> AzimuthalModes::operator()(const GroundLaw& law, double mu_i
     return modes;
 }
 
-namespace {
-
-/// Cosines and weights that integrate over 2 mu dmu in [0, 1].
-struct FluxRule {
-    std::vector<double> mu, weight;
-
-    FluxRule() {
-        const GaussLegendre rule(48);
-        for (std::size_t i = 0; i < rule.x.size(); ++i) {
-            const double x = (1 + rule.x[i]) / 2;
-            mu.push_back(x * x);
-            weight.push_back(rule.weight[i] / 2 * 4 * x * x * x);
-        }
-    }
-};
-
-const FluxRule& flux_rule() {
-    static const FluxRule rule;
-    return rule;
-}
-
-double mean_over_azimuth(const GroundLaw& law, double mu_in, double mu_out) {
-    static const AzimuthalModes mean(0, 1);
-    return mean(law, mu_in, mu_out)[0];
-}
-
-}  // namespace
-
 double plane_albedo(const GroundLaw& law, double mu_in) {
     const auto& [mu, weight] = flux_rule();
     double sum = 0;
     for (std::size_t i = 0; i < mu.size(); ++i)
         sum += weight[i] * mean_over_azimuth(law, mu_in, mu[i]);
-    return sum;
-}
-
-double spherical_albedo(const GroundLaw& law) {
-    const auto& [mu, weight] = flux_rule();
-    double sum = 0;
-    for (std::size_t i = 0; i < mu.size(); ++i)
-        for (std::size_t j = 0; j <= i; ++j)  // laws are reciprocal
-            sum += (i == j ? 1 : 2) * weight[i] * weight[j] * mean_over_azimuth(law, mu[i], mu[j]);
     return sum;
 }
 

@@ -17,7 +17,7 @@ LowerBoundary LowerBoundary::layer(PhaseFunction phase_function, double albedo) 
 
 LowerBoundary LowerBoundary::ground(std::shared_ptr<const GroundLaw> law) {
     // Tables of layers without absorption exceed 1 by their error.
-    const double albedo = std::min(1.0, spherical_albedo(*law));
+    const double albedo = std::min(1.0, law->spherical_albedo());
     return {Kind::ground, albedo, {}, std::move(law)};
 }
 

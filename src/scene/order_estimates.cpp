@@ -351,6 +351,7 @@ std::vector<double> order_shares(const PhaseFunction& phase_function, double alb
     };
     SolverOptions options = quick_solver({phase_function});
     options.nodes = std::max(8, options.nodes / 2);
+    options.modes = 6;  // of the orders n >= 2; single scattering has a closed form
 
     const double all =
         light(solve_layer(phase_function, albedo, optical_depth, solved.mu(), options));

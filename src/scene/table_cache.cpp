@@ -4,11 +4,13 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
+#include <stratus/phase/mie.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <sstream>
 #include <system_error>
@@ -23,6 +25,8 @@ namespace fs = std::filesystem;
 constexpr const char* key_attribute = "cache_key";
 constexpr const char* ending = packed_ending;
 constexpr const char* choices_ending = ".choices";
+constexpr const char* droplets_ending = ".droplets";
+constexpr const char* scattering_piece = "scattering";
 
 /// FNV-1a.
 std::string text_hash(const std::string& text) {
@@ -77,11 +81,13 @@ std::string cache_key(const Recipe& recipe) {
 
 /// The fields of a file's name; empty: of none of ours.
 std::vector<std::string> name_fields(const fs::path& path) {
-    if (path.extension() != ending && path.extension() != choices_ending) return {};
+    const bool of_droplets = path.extension() == droplets_ending;
+    if (path.extension() != ending && path.extension() != choices_ending && !of_droplets) return {};
     std::istringstream stem(path.stem().string());
     std::vector<std::string> fields;
     for (std::string field; std::getline(stem, field, '_');) fields.push_back(field);
-    const bool ours = fields.size() > 2 && fields[0].size() == 16 &&
+    const bool ours = (of_droplets ? fields.size() == 1 : fields.size() > 2) &&
+                      fields[0].size() == 16 &&
                       fields[0].find_first_not_of("0123456789abcdef") == std::string::npos;
     return ours ? fields : std::vector<std::string>{};
 }
@@ -190,6 +196,35 @@ std::unique_ptr<Checkpoint> TableCache::open_choices(const Recipe& recipe) {
     } catch (const std::exception&) {  // of another process, or of a folder that is only read
         return nullptr;
     }
+}
+
+void TableCache::keep_droplets() const {
+    if (limit_ == 0) return;
+    const auto open = [folder = folder_](const std::string& droplets) {
+        fs::create_directories(folder);
+        const fs::path path = folder / (text_hash(droplets) + droplets_ending);
+        return Checkpoint(path, {baking_program(), droplets});
+    };
+    Mie::Store store;
+    store.find = [=](const std::string& droplets) -> std::optional<std::vector<double>> {
+        try {
+            const auto bytes = open(droplets).find(scattering_piece);
+            if (!bytes) return std::nullopt;
+            std::vector<double> numbers(bytes->size() / sizeof(double));
+            std::memcpy(numbers.data(), bytes->data(), numbers.size() * sizeof(double));
+            return numbers;
+        } catch (const std::exception&) {  // of another process, or of a folder that is only read
+            return std::nullopt;
+        }
+    };
+    store.keep = [=](const std::string& droplets, const std::vector<double>& numbers) {
+        try {
+            open(droplets).keep(scattering_piece, {reinterpret_cast<const char*>(numbers.data()),
+                                                   numbers.size() * sizeof(double)});
+        } catch (const std::exception&) {
+        }
+    };
+    Mie::keep_scattering_in(std::move(store));
 }
 
 void TableCache::remove_oldest(const fs::path& newest) const {

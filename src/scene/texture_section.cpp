@@ -30,7 +30,7 @@ Texture read_ocean(const Section& section, const Source& source) {
     Texture& ocean = (*source.oceans)[law];
     if (!ocean.mirror) {
         ocean.mirror = section.placed("colour", [&] { return read_ground_law(law); });
-        ocean.mirror_albedo = spherical_albedo(*ocean.mirror);
+        ocean.mirror_albedo = ocean.mirror->spherical_albedo();
     }
     for (float* const channel : {&colour.r, &colour.g, &colour.b})
         *channel += static_cast<float>(ocean.mirror_albedo - most);

@@ -90,7 +90,7 @@ TEST(GroundLaw, MirrorsAsManyFacetsDo) {
 TEST(GroundLaw, OfRahmanPintyAndVerstraeteHasItsLimits) {
     const auto lambert = read_ground_law("rpv:rho0=0.3,k=1,theta=0,rho_c=1");
     EXPECT_DOUBLE_EQ((*lambert)({0.2, 0.7, 1}), 0.3);
-    EXPECT_NEAR(spherical_albedo(*lambert), 0.3, 1e-12);
+    EXPECT_NEAR(lambert->spherical_albedo(), 0.3, 1e-12);
     // With the sun in the back the hot spot doubles R but for rho_c, and the lobe is
     // (1 - T^2) / (1 + T)^3.
     const auto backward = read_ground_law("rpv:rho0=0.2,k=0.8,theta=-0.2");

@@ -554,7 +554,7 @@ planet.surface = { wind = 9, colour = 0.04 }
     EXPECT_EQ(ocean(0).mirror, ocean(1).mirror);
     EXPECT_NE(ocean(0).mirror, ocean(2).mirror);
     const auto facets = read_ground_law("ocean:wind=4");
-    const double mirrored = spherical_albedo(*facets);
+    const double mirrored = facets->spherical_albedo();
     const Rgb colour = ocean(1).colour;
     const double channels[] = {double{colour.r}, double{colour.g}, double{colour.b}};
     const double given[] = {0.04, 0.02, 0.03};

@@ -27,6 +27,9 @@ class GroundLaw {
     virtual void at_azimuths(double mu_in, double mu_out, const std::vector<double>& azimuths,
                              double* R) const noexcept;
 
+    /// The share of uniform illumination that the ground reflects.
+    virtual double spherical_albedo() const;
+
     /// Reads back as this law, but that of a table.
     virtual std::string text() const = 0;
 };
@@ -72,8 +75,5 @@ class AzimuthalModes {
 
 /// The share of light at one cosine that the ground reflects.
 double plane_albedo(const GroundLaw& law, double mu_in);
-
-/// The share under uniform illumination.
-double spherical_albedo(const GroundLaw& law);
 
 }  // namespace stratus

@@ -3,7 +3,10 @@
 #include <stratus/phase/kinds.h>
 
 #include <complex>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace stratus {
@@ -104,6 +107,16 @@ struct Mie {
     };
 
     class SharedScattering;
+
+    /// A place that keeps scattering between runs, by the text of the droplets' parameters.
+    struct Store {
+        std::function<std::optional<std::vector<double>>(const std::string& droplets)> find;
+        std::function<void(const std::string& droplets, const std::vector<double>& numbers)> keep;
+    };
+
+    /// Scattering that is not known yet is looked for there from now on, and kept there once it is
+    /// computed. Both functions may be called by several threads at a time.
+    static void keep_scattering_in(Store store);
 
   private:
     std::shared_ptr<const SharedScattering> scattering_;

@@ -154,6 +154,25 @@ Mie::Scattering compute_scattering(const Droplets& droplets) {
     return all;
 }
 
+/// As a store keeps it.
+std::vector<double> to_numbers(const Mie::Scattering& all) {
+    std::vector<double> numbers{all.albedo, all.extinction_efficiency, all.intervals,
+                                static_cast<double>(all.chi.size())};
+    numbers.insert(numbers.end(), all.chi.begin(), all.chi.end());
+    numbers.insert(numbers.end(), all.value.begin(), all.value.end());
+    return numbers;
+}
+
+Mie::Scattering from_numbers(const std::vector<double>& numbers) {
+    const auto chi = numbers.begin() + 4, value = chi + static_cast<std::ptrdiff_t>(numbers[3]);
+    return {numbers[0], numbers[1], {chi, value}, {value, numbers.end()}, numbers[2]};
+}
+
+Mie::Store& scattering_store() {
+    static Mie::Store store;
+    return store;
+}
+
 // ---- Text
 
 double read_length(PhaseText& text, const std::string& parameter) {
@@ -356,10 +375,20 @@ std::string index_text(std::complex<double> index) {
 /// has the values that it needs.
 class Mie::SharedScattering {
   public:
-    explicit SharedScattering(const Droplets& droplets) : droplets_(droplets) {}
+    SharedScattering(const Droplets& droplets, const std::string& text)
+        : droplets_(droplets), text_(text) {}
 
     const Scattering& get() const {
-        std::call_once(computed_, [this] { scattering_ = compute_scattering(droplets_); });
+        std::call_once(known_, [this] {
+            const Store& store = scattering_store();
+            if (store.find)
+                if (const auto numbers = store.find(text_)) {
+                    scattering_ = from_numbers(*numbers);
+                    return;
+                }
+            scattering_ = compute_scattering(droplets_);
+            if (store.keep) store.keep(text_, to_numbers(scattering_));
+        });
         return scattering_;
     }
 
@@ -375,14 +404,15 @@ class Mie::SharedScattering {
             if (auto shared = found->second.lock()) return shared;
         for (auto each = living.begin(); each != living.end();)
             each = each->second.expired() ? living.erase(each) : std::next(each);
-        const auto fresh = std::make_shared<const SharedScattering>(droplets);
+        const auto fresh = std::make_shared<const SharedScattering>(droplets, text);
         living[text] = fresh;
         return fresh;
     }
 
   private:
     Droplets droplets_;
-    mutable std::once_flag computed_;
+    std::string text_;
+    mutable std::once_flag known_;
     mutable Scattering scattering_{};
 };
 
@@ -390,6 +420,8 @@ Mie::Mie(const Droplets& droplets_) : droplets(droplets_) {
     check(droplets);
     scattering_ = SharedScattering::of(droplets, parameter_text());
 }
+
+void Mie::keep_scattering_in(Store store) { scattering_store() = std::move(store); }
 
 double Mie::albedo() const { return scattering_->get().albedo; }
 

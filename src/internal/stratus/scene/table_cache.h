@@ -2,7 +2,8 @@
 //
 // A file is named by a hash of what must be the same (phase functions, tolerance, discretisation,
 // the program's version and the format's) and by what may be wider than asked: sides and ranges. It
-// says both in full in its attribute `cache_key`. A file that is damaged, foreign, or of another
+// says both in full in its attribute `cache_key`. The scattering of droplets lies beside them, a file for
+// each text of their parameters. A file that is damaged, foreign, or of another
 // program is passed over, and replaced by the next table of its name. Each use makes a file the
 // youngest; beyond the limit the oldest are removed.
 #pragma once
@@ -35,6 +36,9 @@ class TableCache {
     /// The choices that a plan has made of a recipe's discretisation, as pieces of its bake's log, and
     /// the place to keep more of them until the recipe's table is kept; null where there is no place.
     std::unique_ptr<Checkpoint> open_choices(const Recipe& recipe);
+
+    /// Has the scattering of droplets kept in the folder, too, and found there.
+    void keep_droplets() const;
 
     /// Why tables could not be kept; empty: they could.
     const std::string& trouble() const noexcept { return trouble_; }

@@ -192,8 +192,7 @@ void SliceOf<channels>::bind_layers(const std::vector<StackLayer>& layers, Side 
     double above = 0, below = medium_.optical_depth[0];
     for (const StackLayer& layer : layers) {
         below = below < infinity ? std::max(0.0, below - layer.optical_depth) : 0;
-        side.layer_phases.push_back(PhaseCurve::sampled(
-            1, [&](double c, double* value) { *value = layer.phase_function(c); }));
+        side.layer_phases.push_back(PhaseCurve::sampled(layer.phase_function));
         side.layers.push_back({side.layer_phases.back().view(), in_single(above, which),
                                in_single(below, which), in_single(layer.optical_depth, which),
                                static_cast<float>(layer.albedo / 4)});

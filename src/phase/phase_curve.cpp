@@ -20,26 +20,6 @@ double cos_theta_at(double x) {
     return -2 * sine * std::sqrt(1 - sine * sine);  // cos(2 asin(sine) + pi/2)
 }
 
-/// Samples of a whole phase function. The latest ones are kept: a table, its file and every light of a
-/// picture sample the same function.
-PhaseCurve sampled_whole(const PhaseFunction& phase_function) {
-    constexpr std::size_t most_kept = 8;
-    static std::mutex mutex;
-    static std::deque<std::pair<std::string, PhaseCurve>> kept;  // by their text
-    const std::string text = phase_function.text();
-    {
-        const std::lock_guard<std::mutex> lock(mutex);
-        for (const auto& [known, curve] : kept)
-            if (known == text) return curve;
-    }
-    const PhaseCurve curve =
-        PhaseCurve::sampled(1, [&](double c, double* value) { *value = phase_function(c); });
-    const std::lock_guard<std::mutex> lock(mutex);
-    kept.emplace_front(text, curve);
-    if (kept.size() > most_kept) kept.pop_back();
-    return curve;
-}
-
 }  // namespace
 
 PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, double*)>& value,
@@ -74,6 +54,24 @@ PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, doubl
     return curve;
 }
 
+PhaseCurve PhaseCurve::sampled(const PhaseFunction& phase_function) {
+    constexpr std::size_t most_kept = 8;
+    static std::mutex mutex;
+    static std::deque<std::pair<std::string, PhaseCurve>> kept;  // by their text
+    const std::string text = phase_function.text();
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        for (const auto& [known, curve] : kept)
+            if (known == text) return curve;
+    }
+    const PhaseCurve curve =
+        sampled(1, [&](double c, double* value) { *value = phase_function(c); });
+    const std::lock_guard<std::mutex> lock(mutex);
+    kept.emplace_front(text, curve);
+    if (kept.size() > most_kept) kept.pop_back();
+    return curve;
+}
+
 PhaseCurve PhaseCurve::of_samples(std::vector<float> samples, int width) {
     PhaseCurve curve;
     curve.form_ = width == 1 ? PhaseForm::sampled : PhaseForm::with_boundary;
@@ -100,7 +98,7 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
                                  static_cast<float>(std::max(0.0, -2 * g))};
     }
     if (!closed) {
-        *this = sampled_whole(phase_function);
+        *this = sampled(phase_function);
         return;
     }
     for (int i = 0; i < 3; ++i) closed_.polynomial[i] = static_cast<float>(polynomial[i]);

@@ -59,6 +59,10 @@ class PhaseCurve {
                               const std::function<void(double cos_theta, double* value)>& value,
                               PhaseForm form = PhaseForm::sampled);
 
+    /// Samples of a whole phase function, even where it has a closed form. The latest ones are kept: a
+    /// table, its file and every light of a picture take the same function.
+    static PhaseCurve sampled(const PhaseFunction& phase_function);
+
     PhaseCurveView view() const noexcept;
 
     /// One that was sampled before: samples over (place, function), of one function or, with a

@@ -87,6 +87,19 @@ TEST(GroundLaw, MirrorsAsManyFacetsDo) {
         }
 }
 
+TEST(GroundLaw, ReflectsTheMeanOfItsPlaneAlbedosUnderUniformLight) {
+    for (const char* text : {"ocean:wind=4,albedo=0.1", "rpv:rho0=0.2,k=0.7,theta=-0.2"}) {
+        const auto law = read_ground_law(text);
+        const GaussLegendre rule(40);
+        double mean = 0;
+        for (std::size_t i = 0; i < rule.x.size(); ++i) {
+            const double mu = (1 + rule.x[i]) / 2;
+            mean += rule.weight[i] * mu * plane_albedo(*law, mu);
+        }
+        EXPECT_NEAR(law->spherical_albedo(), mean, 1e-4 * mean) << text;
+    }
+}
+
 TEST(GroundLaw, OfRahmanPintyAndVerstraeteHasItsLimits) {
     const auto lambert = read_ground_law("rpv:rho0=0.3,k=1,theta=0,rho_c=1");
     EXPECT_DOUBLE_EQ((*lambert)({0.2, 0.7, 1}), 0.3);

@@ -321,6 +321,17 @@ TEST(PlanReport, KeepsItsChoicesForTheRender) {
     const std::unique_ptr<Checkpoint> choices = cache.open_choices(*needed_recipe(scene));
     ASSERT_TRUE(choices);
     EXPECT_GT(choices->pieces(), 5u);
+    EXPECT_TRUE(choices->find("attempt 0, check, ladder 0")) << "a piece of the check was timed";
+    // What was timed is what the bake itself solves.
+    BakeOptions options;
+    options.checked_points = 1000;
+    std::vector<char> solved, packed;
+    options.packed = &packed;
+    options.log.keep = [&](const std::string& piece, std::span<const char> result) {
+        if (piece == "attempt 0, check, ladder 0") solved.assign(result.begin(), result.end());
+    };
+    bake(*needed_recipe(scene), options);
+    EXPECT_EQ(solved, choices->find("attempt 0, check, ladder 0"));
 }
 
 TEST(PlanReport, CountsNothingForTablesThatAreKept) {

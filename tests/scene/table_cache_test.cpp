@@ -165,6 +165,27 @@ TEST(TableCache, RemovesWhatWasLongestUnused) {
     EXPECT_TRUE(fs::exists(foreign));
 }
 
+TEST(TableCache, KeepsTheScatteringOfDroplets) {
+    const TemporaryFolder folder;
+    const char* const text = "mie:radius=2um,variance=0.1,wavelength=0.55um,material=water";
+    const std::vector<double> computed = parse_phase_function(text).moments(60);
+    TableCache(folder.path(), 1 << 20).keep_droplets();
+    EXPECT_EQ(parse_phase_function(text).moments(60), computed);
+    ASSERT_EQ(files_in(folder.path()).size(), 1u);
+    const fs::path file = files_in(folder.path())[0];
+    const auto size = fs::file_size(file);
+    EXPECT_EQ(parse_phase_function(text).moments(60), computed) << "found";
+    EXPECT_EQ(fs::file_size(file), size);
+    fs::resize_file(file, size - 8);
+    EXPECT_EQ(parse_phase_function(text).moments(60), computed) << "of a damaged file";
+    EXPECT_EQ(fs::file_size(file), size) << "which is replaced";
+    // Old ones go when tables take their place.
+    TableCache small(folder.path(), 1);
+    keep(small, quick_recipe(0.5), bake(quick_recipe(0.5)));
+    EXPECT_FALSE(fs::exists(file));
+    Mie::keep_scattering_in({});
+}
+
 TEST(TableCache, GoesOnWithoutAFolder) {
     const TemporaryFolder folder;
     std::ofstream(folder.path() / "file") << "in the way";

@@ -4,7 +4,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/material/material.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/table.h>
 
 #include "options.h"

@@ -10,7 +10,7 @@
 #include <stratus/phase/phase_family.h>
 #include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 
 #include <CLI/CLI.hpp>

@@ -4,7 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "methods.h"

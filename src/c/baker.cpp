@@ -4,7 +4,7 @@
 #include <stratus/io/phase_file.h>
 #include <stratus/io/table_file.h>
 #include <stratus/stratus_baker.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "handles.h"

@@ -1,5 +1,5 @@
 #include <stratus/base/argument.h>
-#include <stratus/bsdf/direction_density.h>
+#include <stratus/bsdf/bsdf.h>
 #include <stratus/table/kernels/packed.h>
 #include <stratus/table/packed_block.h>
 

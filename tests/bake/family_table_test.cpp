@@ -1,8 +1,8 @@
 // Tables of families of phase functions, against tables of single ones and the solver.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
-#include <stratus/table/family_member.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 
 #include "table_equality.h"

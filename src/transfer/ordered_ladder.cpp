@@ -1,8 +1,8 @@
-#include "ordered_ladder.h"
+#include "doubling_ladder.h"
 
 #include <stratus/base/size.h>
 
-#include "depth_regime.h"
+#include "layer.h"
 
 #include <cmath>
 #include <cstring>

@@ -10,7 +10,7 @@
 #pragma once
 
 #include <stratus/phase/phase_function.h>
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 
 #include <Eigen/Core>
 

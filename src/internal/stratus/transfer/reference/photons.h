@@ -18,7 +18,7 @@
 
 #include <stratus/layer/single_scattering.h>
 #include <stratus/phase/phase_function.h>
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 
 #include <cstdint>
 #include <functional>

@@ -6,8 +6,8 @@
 #include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>

@@ -2,7 +2,7 @@
 // lookups give them. `stratus pack`: a table in the small file that lookups map into memory. `stratus seal`: a table
 // that was changed on purpose, with checksums of what it holds.
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
 #include <stratus/table/packed_table.h>
 

@@ -6,7 +6,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>

@@ -6,8 +6,8 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/table/packed_table.h>
 
 #include "bake.h"

@@ -7,7 +7,7 @@
 namespace stratus {
 
 /// A regular file, open for reading until the end of its scope. It may be replaced or removed
-/// meanwhile (stratus/io/atomic_file.h does no more), but not shortened: what is gone cannot be
+/// meanwhile (stratus/io/file_bytes.h does no more), but not shortened: what is gone cannot be
 /// read, and systems that map files end a program that tries.
 class MappedFile {
   public:

@@ -1,5 +1,4 @@
 // Tables: opened, described, looked up.
-#include <stratus/io/phase_file.h>
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 

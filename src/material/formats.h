@@ -1,7 +1,7 @@
 // The formats, one file each, and what they share.
 #pragma once
 
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/material/material.h>
 
 #include "solved_stack.h"

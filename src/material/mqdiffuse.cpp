@@ -6,7 +6,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
-#include <stratus/io/netcdf.h>
+#include <stratus/io/write_options.h>
 
 #include "formats.h"
 #include "solved_stack.h"

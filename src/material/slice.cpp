@@ -4,7 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 
 #include "formats.h"
 #include "solved_stack.h"

@@ -4,8 +4,8 @@
 
 #include <stratus/bake/keys.h>
 #include <stratus/base/argument.h>
-#include <stratus/io/phase_file.h>
 #include <stratus/io/file_bytes.h>
+#include <stratus/io/table_file.h>
 #include <stratus/layer/lower_boundary.h>
 
 #include <toml++/toml.h>

@@ -1,8 +1,8 @@
 // `stratus bake`: a recipe in, a table out.
 #include <stratus/bake/bake.h>
 
-#include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>

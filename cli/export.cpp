@@ -1,5 +1,5 @@
 // `stratus export`: one layer or stack as a material file of another renderer.
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/bake/stack_file.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>

@@ -4,7 +4,7 @@
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
-#include <stratus/bake/keys.h>
+#include <stratus/bake/toml_section.h>
 #include <stratus/io/table_file.h>
 #include <stratus/layer/effects.h>
 #include <stratus/phase/phase_family.h>

@@ -1,6 +1,5 @@
 // `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe of
 // its table.
-#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>

@@ -1,5 +1,4 @@
 #include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>

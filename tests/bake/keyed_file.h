@@ -1,7 +1,7 @@
-// Files of dotted keys, for tests to change: what every row of keys.h must keep.
+// Files of dotted keys, for tests to change: what every row of toml_section.h must keep.
 #pragma once
 
-#include <stratus/bake/keys.h>
+#include <stratus/bake/toml_section.h>
 
 #include "refusal.h"
 

@@ -6,7 +6,6 @@
 #include <stratus/base/size.h>
 #include <stratus/io/image.h>
 
-#include "formats.h"
 #include "solved_stack.h"
 
 #include <algorithm>

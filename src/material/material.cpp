@@ -7,7 +7,7 @@
 #include <stratus/io/file_bytes.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include "formats.h"
+#include "solved_stack.h"
 
 #include <algorithm>
 #include <memory>

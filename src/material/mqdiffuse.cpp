@@ -8,7 +8,6 @@
 #include <stratus/base/size.h>
 #include <stratus/io/write_options.h>
 
-#include "formats.h"
 #include "solved_stack.h"
 
 #include <cmath>

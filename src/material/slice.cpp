@@ -6,7 +6,6 @@
 #include <stratus/base/tensor_file.h>
 #include <stratus/io/file_bytes.h>
 
-#include "formats.h"
 #include "solved_stack.h"
 
 #include <cstddef>

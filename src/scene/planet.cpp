@@ -1,4 +1,6 @@
-#include "ring_footprint.h"
+#include <stratus/base/gauss_legendre.h>
+
+#include "ring_light.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -78,6 +80,157 @@ Rgb3 ray_radiance(const Planet& planet, const View& view) noexcept {
                sun_along(view.scene, view.ray.direction);
     const Vector3 normal = normalised(view.ray.at(distance));
     return dot(normal, view.to_sun) > 0 ? planet_light(planet, view, normal) : Rgb3{};
+}
+
+// A planet's layer as a homogeneous spherical shell over it.
+//
+// Light scattered once is exact: the integral along the ray of what reaches each point from the sun
+// through the shell, by Gauss quadrature over the share of the ray's light that is scattered there.
+// The orders n >= 2 are those of a plane layer under beams that take as much out of the sun's light,
+// and of light towards the eye, as the shell's column does where the ray meets the planet or comes
+// nearest to it. The depth there stands for that of the whole shell. Chapman's function of the shell
+// is the slant depth of a beam over the vertical one.
+
+namespace {
+
+constexpr std::size_t nodes = 24;
+
+const GaussLegendre& gauss() {
+    static const GaussLegendre rule(nodes);
+    return rule;
+}
+
+/// From radius r along a direction of cosine mu to the vertical, out of the sphere of radius `top`.
+double path_out(double top, double r, double mu) noexcept {
+    return std::sqrt(std::max(0.0, top * top - r * r * (1 - mu * mu))) - r * mu;
+}
+
+/// Whether the planet hides what lies along a direction.
+bool is_hidden(double r, double mu) noexcept { return mu < 0 && r * r * (1 - mu * mu) < 1; }
+
+/// The cosine at which light leaves a plane layer from a mean depth, in its optical depth: x = optical_depth
+/// / cosine solves 1 / x - 1 / (exp(x) - 1) = depth, by Newton's method from below; 1 at most.
+double cosine_of_mean_depth(double optical_depth, double depth) noexcept {
+    const auto excess = [&](double x) { return 1 / x - 1 / std::expm1(x) - depth; };
+    double x = std::max({optical_depth, 6 - 12 * depth, 1e-3});
+    for (int step = 0; step < 60 && excess(x) > 1e-12; ++step) {
+        const double grown = std::expm1(x);
+        x += excess(x) / (1 / (x * x) - (1 + 1 / grown) / grown);
+    }
+    return std::min(1.0, optical_depth / x);
+}
+
+}  // namespace
+
+double shell_cosine(double optical_depth, double height, double mu) noexcept {
+    constexpr double deepest = 30;  // slant depth, beyond which nothing arrives
+    const double top = 1 + height, extinction = optical_depth / height, squared_sine = 1 - mu * mu;
+    double low = mu < 0 ? std::max(1.0, 1 / std::sqrt(squared_sine)) : 1;
+    const double longest = deepest / extinction;
+    if (longest < top)
+        low = std::max(low, std::sqrt(top * top - longest * longest * squared_sine) - longest * mu);
+    if (!(low < top)) return 0;
+    // A beam leaves in the column the integral of exp(-slant depth) over the depth. It is taken over
+    // the depth's root, to which the slant depth of a level grazing beam is proportional.
+    const double lit = extinction * (top - low);
+    double taken = 0;
+    for (std::size_t k = 0; k < nodes; ++k) {
+        const double root = (1 + gauss().x[k]) / 2;
+        const double r = top - lit * root * root / extinction;
+        taken += gauss().weight[k] * lit * root * std::exp(-extinction * path_out(top, r, mu));
+    }
+    // taken = mu (1 - exp(-optical_depth / mu)): by Newton's method in x = optical_depth / mu, from below,
+    // as the share (1 - exp(-x)) / x is convex.
+    const double share = std::min(1.0, taken / optical_depth);
+    double x = std::max(2 * (1 - share), 1e-12);
+    for (int step = 0; step < 60; ++step) {
+        const double f = -std::expm1(-x) / x - share,
+                     slope = x < 1e-3 ? -0.5 + x / 3 - x * x / 8
+                                      : (std::exp(-x) * (1 + x) - 1) / (x * x);
+        const double next = x - f / slope;
+        if (!(next > x * (1 + 1e-12))) break;
+        x = next;
+    }
+    return std::min(1.0, optical_depth / x);
+}
+
+Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept {
+    const Scene& scene = view.scene;
+    const auto& [origin, direction] = view.ray;
+    const double top = 1 + planet.shell, along = -dot(origin, direction);
+    const Vector3 nearest = view.ray.at(along);
+    const double squared_impact = dot(nearest, nearest);
+    Rgb3 light{};
+    if (squared_impact >= top * top || along <= 0)
+        return background_along(scene, direction) + sun_along(scene, direction);
+    const bool hits = squared_impact < 1;
+    const double half = std::sqrt(top * top - squared_impact),
+                 chord = half + (hits ? -std::sqrt(1 - squared_impact) : half);
+    const Ray inside{view.ray.at(along - half), direction};
+    const Vector3 normal = normalised(hits ? inside.at(chord) : nearest);
+    const SceneLayer& layer = scene.layer;
+    const auto [place, matter] = planet_place(planet, layer, normal);
+    const double depth = seen_depth(scene, matter.optical_depth);
+    const Rgb3 sun = irradiance(view, 1);
+    const double cosine = dot(view.to_sun, direction);  // of the scattering angle
+    Rgb3 through{};                                     // share of light that passes along the ray
+    // Mean depth of what is scattered of green light, over that of the shell.
+    double scattered_at = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double extinction = layer.extinction[c] * depth / planet.shell;
+        through[c] = std::exp(-extinction * chord);
+        if (extinction == 0) continue;
+        double lit = 0;
+        for (std::size_t k = 0; k < nodes; ++k) {
+            const double share = (1 + gauss().x[k]) / 2 * (1 - through[c]);
+            const Vector3 point = inside.at(-std::log1p(-share) / extinction);
+            const double r = length(point), mu = dot(point, view.to_sun) / r;
+            if (c == 1) scattered_at += gauss().weight[k] / 2 * (top - r) / planet.shell;
+            if (!is_hidden(r, mu))
+                lit += gauss().weight[k] / 2 * std::exp(-extinction * path_out(top, r, mu));
+        }
+        if (!scene.effects.single || !scene.effects.reflection) continue;
+        const PhaseFunction& phase =
+            layer.channels.empty() ? layer.components[0] : layer.channels[c];
+        light[c] = sun[c] * layer.albedo[c] * phase(cosine) / 4 * (1 - through[c]) * lit;
+    }
+    const double to_sun = dot(normal, view.to_sun);
+    Geometry geometry = scattering_geometry(normal, view.to_sun, -direction);
+    const bool mirrors = planet.surface.mirror && to_sun > 0 && scene.effects.background;
+    const double glint =
+        mirrors ? (*planet.surface.mirror)(geometry)-planet.surface.mirror_albedo : 0;
+    const double green = layer.extinction[1] * depth;
+    double mu_in = std::max(0.0, to_sun);
+    if (green > 0) {
+        mu_in = shell_cosine(green, planet.shell, to_sun);
+        geometry.mu_in = std::max(mu_in, least_cosine);
+        // Nowhere along the ray is its cosine larger than at the top.
+        geometry.mu_out = std::min(half / top, cosine_of_mean_depth(green, scattered_at));
+        const double seen = (1 - through[1]) / -std::expm1(-green / geometry.mu_out);
+        light = light + seen * mu_in * (sun * view.light.reflection(matter, geometry));
+    }
+    if (!hits)
+        return light + through * (background_along(scene, direction) + sun_along(scene, direction));
+    if (planet.surface.is_black() || mu_in <= 0) return light;
+    // The ground's beams are those of the shell; what is diffuse is that of the plane layer. Light that
+    // reaches the ground and what the layer sends back to it make `lit`, as beneath a vertical beam.
+    const Rgb3 down = view.light.total_transmittance(matter, geometry.mu_in),
+               up = view.light.total_transmittance(matter, geometry.mu_out),
+               beam_down = view.light.beam(matter, geometry.mu_in),
+               beam_up = view.light.beam(matter, geometry.mu_out),
+               vertical = view.light.total_transmittance(matter, 1),
+               lit = view.light.ground(matter, 1, planet.surface.at(place));
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (vertical[c] == 0) continue;
+        const double extinction = layer.extinction[c] * depth / planet.shell,
+                     beam =
+                         to_sun > 0 ? to_sun * std::exp(-extinction * path_out(top, 1, to_sun)) : 0,
+                     diffuse = mu_in * (down[c] - beam_down[c]);
+        light[c] +=
+            sun[c] * (lit[c] / vertical[c] * (beam + diffuse) * (up[c] - beam_up[c] + through[c]) +
+                      glint * beam * through[c]);
+    }
+    return light;
 }
 
 }  // namespace stratus

@@ -3,7 +3,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 
-#include "ring_footprint.h"
+#include "ring_light.h"
 #include "subjects.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include <stratus/base/constants.h>
 
-#include "ring_footprint.h"
+#include "ring_light.h"
 #include "subjects.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The text of filtered light compiled as C++, with the linear filter of a GPU.
 #pragma once
 
-#include "as_cxx.h"
+#include "texture_parts.h"
 
 #include <cstddef>
 #include <utility>
@@ -65,9 +65,9 @@ struct FilteredAsCxx : Language {
     }
 
     // clang-format off
-#include "single.shader"
-#include "multiple.shader"
 #include "layer.shader"
+#include "multiple.shader"
+#include "single.shader"
     // clang-format on
 };
 

@@ -5,7 +5,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>

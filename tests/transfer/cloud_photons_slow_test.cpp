@@ -2,7 +2,7 @@
 // glory.
 #include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 
 #include "row_name.h"

@@ -15,7 +15,6 @@
 // Six levels leave a relative error below 2e-13 in the row of the smallest cosine at z_0 = 1/2, and
 // (z/z_0)^12 times that elsewhere.
 #include "blocks.h"
-#include "congruence.h"
 
 namespace stratus::STRATUS_ISA {
 

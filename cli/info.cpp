@@ -2,7 +2,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/half.h>
 #include <stratus/base/number_text.h>
-#include <stratus/scene/table_portrait.h>
+#include <stratus/scene/render.h>
 #include <stratus/table/table.h>
 
 #include "options.h"

@@ -1,3 +1,5 @@
+// Commands on whole tables: info, convert, pack, seal and verify.
+//
 // `stratus info`: prints what a table holds, how accurate it is and how it was made.
 #include <stratus/bake/accuracy.h>
 #include <stratus/base/constants.h>

@@ -1,3 +1,5 @@
+// What a table is made of: its solutions, then the units in which they are solved.
+//
 // Solutions that tables are made from: a layer at some albedos and depths, or a stack.
 #pragma once
 

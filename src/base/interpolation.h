@@ -1,3 +1,5 @@
+// Samples in memory: fetched into lanes, then interpolated.
+//
 // Between memory and lanes: samples at an index of each lane, one, two neighbours, or four; and some lanes
 // of a register.
 #pragma once

@@ -1,3 +1,5 @@
+// Numbers of one scattering: elementary functions, then the directions that they are of.
+//
 // Pairs of numbers, and elementary functions of fast lookups, in single precision: exp(-x) with its
 // complement, log2, and the square of a sine.
 #pragma once

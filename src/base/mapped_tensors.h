@@ -1,3 +1,5 @@
+// Files of tensors as they lie on the disk: mapped into memory, then the header that says what they hold.
+//
 // The bytes of a file, without copying them where the system can map files into memory.
 #pragma once
 

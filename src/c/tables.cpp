@@ -1,4 +1,4 @@
-// Errors, versions, and directions as observers give them.
+// Errors, versions, and directions as observers give them; then tables.
 #include <stratus/base/direction.h>
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>

@@ -1,3 +1,5 @@
+// Formats whose samples are evenly spaced: netCDF for Eradiate, pictures for shaders, arrays for any language.
+//
 // netCDF for Eradiate's mqdiffuse: the BRDF over (cos_theta_o, phi_d, cos_theta_i), evenly spaced.
 //
 // Both directions point away from the surface there, so that phi_d = 0 is back to the light:

@@ -114,7 +114,7 @@ class ReflectionField {
     std::vector<double> rest_;  // orders n >= 2 over (out, in, azimuth)
 };
 
-// The formats, one file each, and what they share.
+// The formats, and what they share.
 
 MaterialFile make_fourier(const Material& material, const MaterialOptions& options);
 MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptions& options);

@@ -1,3 +1,4 @@
+// Planets, the shells of their layers, and slabs.
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 

@@ -1,3 +1,5 @@
+// Rings: the area that a sample covers, then the light of a radius.
+//
 // Antialiasing of rings by area: a sample stands for a cell of the picture, and the light of every
 // radius that the cell covers counts by its share of the cell, however narrow a ringlet is.
 #pragma once

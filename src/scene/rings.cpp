@@ -1,3 +1,4 @@
+// Rings: their light along a ray, then the orders of scattering that it is made of.
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 

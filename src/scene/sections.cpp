@@ -1,3 +1,4 @@
+// Values of several sections, then [picture], [camera] and [sun], surfaces, [animation].
 #include "sections.h"
 
 #include <stratus/base/argument.h>

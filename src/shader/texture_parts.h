@@ -1,3 +1,5 @@
+// The shaders' text as C++, then the textures that it reads.
+//
 // src/shader/*.shader compiled as C++, on textures in memory.
 #pragma once
 

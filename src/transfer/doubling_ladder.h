@@ -1,3 +1,5 @@
+// Ladders of depths: of layers, then of power series in the albedo.
+//
 // Up to eight (mode, albedo) pairs of one phase function, doubled together in SIMD lanes, or one by
 // itself; owns their memory.
 #pragma once

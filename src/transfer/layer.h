@@ -1,3 +1,5 @@
+// Layers as matrices, then the depth to which each is doubled.
+//
 // One azimuthal mode of a layer as matrices: their conventions, and two layers added to one.
 //
 // R_ij = s_i s_j R_m(mu_i, mu_j), s_i = sqrt(2 mu_i weight_i) (weight 1 for directions of weight

@@ -1,3 +1,5 @@
+// Closed forms along paths: straight back and forth in one layer, then through the layers of a stack.
+//
 // The line law: what a narrow backward peak scatters more than once, in closed form.
 //
 // Derived here. Light that is scattered straight back, again and again, runs to and fro along one

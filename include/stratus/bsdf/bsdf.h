@@ -1,3 +1,5 @@
+// The density that directions are drawn from, then the BSDF that draws them.
+//
 // The density that a BSDF draws directions from (bsdf.h): linear between samples over incident
 // cosine, outgoing cosine and azimuth, in coordinates that widen forward and backward peaks.
 // Samples follow exactly the density that `pdf` returns.

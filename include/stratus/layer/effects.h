@@ -1,3 +1,5 @@
+// Effects of a layer: the opposition effect first, then the choice of all.
+//
 // How single scattering brightens towards phase angle 0: light that leaves by the way it came finds
 // that way free of particles.
 //

@@ -1,3 +1,5 @@
+// What a layer lies on: laws of grounds first, then the lower boundary that may have one.
+//
 // Grounds that are no Lambert surface: wind-ruffled water, and the law of Rahman, Pinty and
 // Verstraete for soil and plants.
 //

@@ -1,3 +1,5 @@
+// Parts of a table as something of their own: a member of its family as a table, a layer as a ground.
+//
 // One member of a family of phase functions (phase_family.h) as a table of its own, wherever it lies
 // between the samples: for what reads no axes of a family, as shaders do.
 #pragma once

@@ -1,3 +1,5 @@
+// Closed forms of fast lookups: single scattering, then the opposition effect.
+//
 // Single scattering in closed form, [Blinn82] 2.4, and what orders n >= 2 were divided by: the shares of
 // light intercepted along both directions, and the scales of diffusion.h. For one lookup, for many, and
 // for packed tables.

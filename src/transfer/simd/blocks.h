@@ -1,3 +1,5 @@
+// Blocks of matrices in registers, then the product that is made of them.
+//
 // Inner loops of the SIMD files: small blocks held in registers.
 //
 // The files are written once for both kinds of Number (doubling_steps.h). A register holds lanes of

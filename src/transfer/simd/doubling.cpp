@@ -1,3 +1,5 @@
+// A layer from its thin start to R and T: the start, then doubling, then the list of all steps.
+//
 // The start: a layer of optical depth up to the smallest cosine, to rounding.
 //
 // With A = diag(1/mu) - t + r and B = diag(1/mu) - t - r (one azimuthal mode, per unit of depth)
@@ -289,14 +291,6 @@ template void extract(SimdLayer<double>&);
 
 template <class Number>
 void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer);
-template <class Number>
-void thin_layer(SimdLayer<Number>& layer);
-template <class Number>
-void use_gap(SimdLayer<Number>& layer);
-template <class Number>
-void double_depth(SimdLayer<Number>& layer);
-template <class Number>
-void extract(SimdLayer<Number>& layer);
 template <class Number>
 bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups);
 template <class Number>

@@ -1,3 +1,5 @@
+// Threads and clocks: parallel loops, then how long they took.
+//
 // Parallel loops.
 #pragma once
 

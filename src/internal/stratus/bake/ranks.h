@@ -1,3 +1,5 @@
+// Ranks: what they need of a library that passes messages, then the work that they share.
+//
 // The operations that ranks need of a library that passes messages; src/ranks has it from MPI, as a plugin that is
 // loaded when the program was started by mpirun or srun.
 #pragma once

@@ -1,3 +1,5 @@
+// TOML files: the keys that they may have, then their sections as they are read.
+//
 // Keys of the TOML files that users write: one table of recipes here, one of scenes in
 // stratus/scene/scene.h. Files are read by these tables alone: a key without a row is refused,
 // ranges are checked and defaults taken as the row says. A new key is a new row, and the line that

@@ -1,3 +1,5 @@
+// Tables of scenes: those kept between runs, then those that a scene is lit by.
+//
 // Packed tables kept between runs: a folder with a file for each, found again by recipe.
 //
 // A file is named by a hash of what must be the same (phase functions, tolerance, discretisation,

@@ -1,3 +1,5 @@
+// Solutions, then the functions that solve for them.
+//
 // A solved layer: its azimuthal modes, its fluxes, and R and T from them.
 //
 // The Fourier series carries orders n >= 2 of the truncated problem; single scattering is added in
@@ -137,7 +139,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
 /// exp(-k tau). 0 at w = 1.
 ///
 /// Source   1/k^2 is the largest eigenvalue of (B A)^-1 in mode 0, A and B as in
-///          simd/thin_layer.cpp.
+///          simd/doubling.cpp.
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options = {});

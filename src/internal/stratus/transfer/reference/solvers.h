@@ -1,3 +1,5 @@
+// The reference solvers: isotropic scattering by H, X and Y, the Markov chain, and photons.
+//
 // Isotropic scattering solved exactly by Chandrasekhar's functions: a reference solver that
 // shares neither equations nor code with doubling, only the Gauss nodes.
 //

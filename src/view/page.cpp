@@ -194,7 +194,8 @@ std::string view_page(const PackedTable& table) {
         scripts += "<script type=\"text/plain\" id=\"" + texture.name + "\">" +
                    deflated(texture.bytes) + "</script>\n";
     return filled(page_html,
-                  {{"shader", shader_text(ShaderLanguage::glsl) + scenes_glsl},
+                  {{"style", style_css},
+                   {"shader", shader_text(ShaderLanguage::glsl) + scenes_glsl},
                    {"facts", facts(header, textures)},
                    {"fluxes", fluxes(header)},
                    {"textures", scripts},

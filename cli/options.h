@@ -8,7 +8,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/layer/effects.h>
 #include <stratus/phase/phase_family.h>
-#include <stratus/scene/layer_tables.h>
+#include <stratus/scene/table_cache.h>
 #include <stratus/scene/scene.h>
 #include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>

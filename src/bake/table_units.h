@@ -1,4 +1,4 @@
-// What a table is made of: its solutions, then the units in which they are solved.
+// Solutions that make up a table, then the units in which they are solved.
 //
 // Solutions that tables are made from: a layer at some albedos and depths, or a stack.
 #pragma once

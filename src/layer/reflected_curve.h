@@ -2,8 +2,8 @@
 // with its opposition, and that of a layer that is its lower boundary.
 #pragma once
 
-#include <stratus/layer/effects.h>
 #include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/opposition.h>
 #include <stratus/phase/phase_curve.h>
 
 namespace stratus {

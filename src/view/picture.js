@@ -1,4 +1,4 @@
-// What the page itself reads of a table: its facts, and fluxes, cubic on the table's axes (docs/tables.md).
+// Reads a table for the page itself: its facts, and fluxes, cubic on the table's axes (docs/tables.md).
 const sides = ["reflection", "transmission"];
 
 function bytesOf(base64) {

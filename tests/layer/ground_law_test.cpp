@@ -1,4 +1,4 @@
-#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/ground_law.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>

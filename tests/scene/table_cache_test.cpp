@@ -1,7 +1,8 @@
-#include <stratus/scene/layer_tables.h>
+#include <stratus/scene/table_cache.h>
 
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
+#include <stratus/scene/layer_tables.h>
 
 #include "table_equality.h"
 #include "temporary_folder.h"

@@ -125,7 +125,7 @@ class OppositionTable {
 //
 //   density      particles that fill the share D of the volume: every order sees the depth
 //                tau / (1 - D). [Blinn82] 5.1
-//   opposition   less shadow where the light comes from behind the eye (effects.h): single
+//   opposition   less shadow where the light comes from behind the eye (above): single
 //                scattering on the lit side alone is multiplied by it; light scattered twice has
 //                lost the direction that it came from. [Blinn82] 5.2
 //   background   the share of a uniform background that is seen through the layer: the beam and the

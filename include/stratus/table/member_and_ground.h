@@ -28,7 +28,7 @@ std::optional<double> find_parameter(const PhaseFunction& phase_function, PhaseP
 
 // Grounds by their texts; any table's layer may be one.
 
-/// Reads an albedo, that of a Lambert surface; a law (lower_boundary.h); or
+/// Reads an albedo, that of a Lambert surface; a law (ground_law.h); or
 /// `table:file=T.stratus,optical_depth=D,albedo=W`, the reflection of a table's layer, or of that
 /// and its own lower boundary. What the table holds one of may be left out. Reciprocal: of tables
 /// that are not, the mean of both ways is taken.

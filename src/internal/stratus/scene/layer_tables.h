@@ -1,67 +1,3 @@
-// Tables of scenes: those kept between runs, then those that a scene is lit by.
-//
-// Packed tables kept between runs: a folder with a file for each, found again by recipe.
-//
-// A file is named by a hash of what must be the same (phase functions, tolerance, discretisation,
-// the program's version and the format's) and by what may be wider than asked: sides and ranges. It
-// says both in full in its attribute `cache_key`. A file that is damaged, foreign, or of another
-// program is passed over, and replaced by the next table of its name. Each use makes a file the
-// youngest; beyond the limit the oldest are removed.
-#pragma once
-
-#include <stratus/bake/bake.h>
-#include <stratus/bake/recipe.h>
-#include <stratus/io/checkpoint.h>
-#include <stratus/scene/contents.h>
-#include <stratus/scene/scene.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
-namespace stratus {
-
-class TableCache {
-  public:
-    /// The folder is made when the first table is kept. `limit` in bytes.
-    TableCache(std::filesystem::path folder, std::uintmax_t limit);
-
-    /// A table that serves the recipe: its own, or one with more sides or wider ranges.
-    std::optional<PackedTable> find(const Recipe& recipe);
-
-    /// Keeps a packed table, unless it alone exceeds the limit; what its file holds. `header`: the
-    /// table with or without its samples.
-    std::vector<char> keep(const Recipe& recipe, Table header, std::vector<char> packed);
-
-    /// The choices that a plan has made of a recipe's discretisation, as pieces of its bake's log, and
-    /// the place to keep more of them until the recipe's table is kept; null where there is no place.
-    std::unique_ptr<Checkpoint> open_choices(const Recipe& recipe);
-
-    /// Why tables could not be kept; empty: they could.
-    const std::string& trouble() const noexcept { return trouble_; }
-
-  private:
-    void remove_oldest(const std::filesystem::path& newest) const;
-
-    std::filesystem::path folder_;
-    std::uintmax_t limit_;
-    std::string trouble_;
-};
-
-/// The limit of kept tables unless another is asked for, in bytes.
-constexpr std::uintmax_t default_cache_limit = std::uintmax_t{2} << 30;
-
-/// $STRATUS_CACHE, else $XDG_CACHE_HOME/stratus, else $HOME/.cache/stratus; empty where none is set.
-std::filesystem::path default_cache_folder();
-
 // The tables that a scene's layer is looked up in: the recipes that the scene needs, one for each way
 // of light, and what is baked from them.
 //
@@ -70,6 +6,23 @@ std::filesystem::path default_cache_folder();
 // fluxes alone, which have no azimuth and no second cosine; those of slabs come with sunlight's table,
 // which costs less than a second one. Light that rings and their planet exchange comes along all
 // directions, but is a small part of what is seen.
+#pragma once
+
+#include <stratus/bake/bake.h>
+#include <stratus/scene/contents.h>
+#include <stratus/scene/scene.h>
+#include <stratus/scene/table_cache.h>
+#include <stratus/table/packed_table.h>
+#include <stratus/table/table.h>
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace stratus {
 
 /// Ways of light that need orders n >= 2 of the layer.
 enum class LightPath {

@@ -4,7 +4,7 @@
 
 #include <stratus/bsdf/slice.h>
 #include <stratus/io/image.h>
-#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/ground_law.h>
 #include <stratus/scene/space.h>
 
 #include <array>

@@ -1,6 +1,7 @@
 // Rings: their light along a ray, then the orders of scattering that it is made of.
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
 #include "ring_light.h"
 #include "subjects.h"
@@ -96,7 +97,7 @@ double RingFootprint::within(double radius) const noexcept {
 Matter RingProfile::at(double at_radius, const Rgb3& tint) const noexcept {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
     const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
-    return after(static_cast<std::size_t>(above - radius.begin()) - 1, at_radius, tint);
+    return after(size(above - radius.begin()) - 1, at_radius, tint);
 }
 
 Matter RingProfile::after(std::size_t row, double at_radius, const Rgb3& tint) const noexcept {
@@ -254,7 +255,7 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
     // All rows of the profile at once.
     std::vector<std::vector<double>> ends(profile.radius.size() - 1);
     parallel_for(static_cast<int>(ends.size()), threads, [&](int row) {
-        const auto k = static_cast<std::size_t>(row);
+        const auto k = size(row);
         if (detail == LightDetail::sketch)
             ends[k].push_back(profile.radius[k + 1]);
         else
@@ -273,7 +274,7 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
         const double step = 2 * pi / static_cast<double>(azimuth_count_);
         std::vector<double> worst(azimuth_count_);
         parallel_for(static_cast<int>(azimuth_count_), threads, [&](int k) {
-            const auto column = static_cast<std::size_t>(k);
+            const auto column = size(k);
             for (std::size_t node = 0; node < nodes; ++node)
                 grid_[node * azimuth_count_ + column] = light_at(node_radius(node), k * step);
         });
@@ -281,7 +282,7 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
         parallel_for(static_cast<int>(azimuth_count_), threads, [&](int k) {
             const double azimuth = (k + 0.5) * step;
             const AzimuthPlace between = place(direction_at(0, azimuth));
-            double& most = worst[static_cast<std::size_t>(k)];
+            double& most = worst[size(k)];
             for (std::size_t node = 0; node < nodes; node += 16)
                 most = std::max(
                     most, difference(light_at(node_radius(node), azimuth), at(between, node)));
@@ -296,7 +297,7 @@ Rgb3 RingOrders::at(const AzimuthPlace& place, std::size_t node) const noexcept 
 
 Rgb3 RingOrders::light(const AzimuthPlace& place, double radius) const noexcept {
     const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
-    const auto interval = static_cast<std::size_t>(above - radius_.begin()) - 1;
+    const auto interval = size(above - radius_.begin()) - 1;
     const double t = (radius - radius_[interval]) / (radius_[interval + 1] - radius_[interval]);
     return parabola(at(place, 2 * interval), at(place, 2 * interval + 1),
                     at(place, 2 * interval + 2), t);

@@ -59,7 +59,7 @@ struct FilteredAsCxx : Language {
                 texel = texel * count[a] + (upper ? high[a] : low[a]);
                 product *= upper ? weight[a] : 1 - weight[a];
             }
-            sum = sum + texels[texture][static_cast<std::size_t>(texel)] * product;
+            sum = sum + texels[texture][size(texel)] * product;
         }
         return sum;
     }

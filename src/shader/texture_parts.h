@@ -4,6 +4,7 @@
 #pragma once
 
 #include <stratus/base/half.h>
+#include <stratus/base/size.h>
 #include <stratus/shader/shader.h>
 #include <stratus/table/table.h>
 
@@ -48,9 +49,9 @@ struct Language {
         if (textures.size() > 2) layer = to_texels(textures[2].bytes, textures[2].halves);
     }
 
-    vec4 stratus_number(int texel) { return numbers.at(static_cast<std::size_t>(texel)); }
-    vec4 stratus_function(int texel) { return functions.at(static_cast<std::size_t>(texel)); }
-    vec4 stratus_layer_texel(int texel) { return layer.at(static_cast<std::size_t>(texel)); }
+    vec4 stratus_number(int texel) { return numbers.at(size(texel)); }
+    vec4 stratus_function(int texel) { return functions.at(size(texel)); }
+    vec4 stratus_layer_texel(int texel) { return layer.at(size(texel)); }
     float stratus_power_of_two(int n) { return std::ldexp(1.0f, n); }
     int stratus_exponent(float x) { return std::ilogb(x); }
 };
@@ -71,9 +72,6 @@ struct AsCxx : Language {
 // Parts of the textures of bound layers and of filtered light.
 
 namespace stratus {
-
-/// A number of elements, or the place of one, as the standard library counts them.
-constexpr std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 inline float& component(shader::vec4& texel, int i) {
     float* const all[] = {&texel.x, &texel.y, &texel.z, &texel.w};

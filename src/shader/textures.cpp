@@ -97,10 +97,9 @@ void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
         const LayerBlock& block = side.block[b];
         const auto function = exactly(to.function_texels());
         append_functions(side, rows, block, to.halves, to.functions);
-        const auto coefficient =
-            exactly(static_cast<std::ptrdiff_t>(to.numbers.size()) -
-                    words *
-                        (std::ptrdiff_t{block.first_albedo} * block.depths + block.first_depth));
+        const auto coefficient = exactly(
+            static_cast<std::ptrdiff_t>(to.numbers.size()) -
+            words * (std::ptrdiff_t{block.first_albedo} * block.depths + block.first_depth));
         for (std::size_t word = 0; word < size(block.albedos * block.depths * words); ++word) {
             Texel texel;
             std::copy_n(block.coefficient + 4 * word, 4, texel.begin());
@@ -232,7 +231,7 @@ FilteredNumbers filtered_numbers(const PackedTable& table, bool bound) {
     Texels texels;
     texels.numbers.resize(texels.numbers.size() + filter_texels);
     const SharedTexels shared = append_shared(table, true, bound, texels);
-    const auto layers = static_cast<std::size_t>(shared.stack[1]);
+    const auto layers = size(shared.stack[1]);
     const std::size_t constants =
         bound ? 2 * record_texels + filter_texels + 4 * layers : shared.first_of_path;
     for (const Side side : both_sides)

@@ -65,9 +65,9 @@ struct FilteredAsCxx : Language {
     }
 
     // clang-format off
-#include "layer.shader"
-#include "multiple.shader"
 #include "single.shader"
+#include "multiple.shader"
+#include "layer.shader"
     // clang-format on
 };
 

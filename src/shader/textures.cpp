@@ -231,7 +231,7 @@ FilteredNumbers filtered_numbers(const PackedTable& table, bool bound) {
     Texels texels;
     texels.numbers.resize(texels.numbers.size() + filter_texels);
     const SharedTexels shared = append_shared(table, true, bound, texels);
-    const auto layers = size(shared.stack[1]);
+    const auto layers = static_cast<std::size_t>(shared.stack[1]);
     const std::size_t constants =
         bound ? 2 * record_texels + filter_texels + 4 * layers : shared.first_of_path;
     for (const Side side : both_sides)
@@ -263,7 +263,7 @@ namespace {
 
 using shader::vec4;
 
-constexpr std::size_t record_texels = 8;
+constexpr std::size_t layer_record_texels = 8;
 constexpr int colours = 3;
 
 /// The orders n >= 2 of the colours side by side. Returns the first texel.
@@ -335,7 +335,7 @@ ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
     const RgbSlice slice(view, medium);  // refuses what the table does not know
     require(slice.has_all_directions(), "shader", "TABLE",
             "one of all directions, which are sampled", "one narrowed to some");
-    std::vector<vec4> layer(record_texels);
+    std::vector<vec4> layer(layer_record_texels);
     for (int c = 0; c < colours; ++c)
         layer[size(c)] = {static_cast<float>(std::min(medium.optical_depth[c], 1e30)),
                           static_cast<float>(medium.albedo[c]), 0, 0};

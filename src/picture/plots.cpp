@@ -371,14 +371,17 @@ void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem:
     });
 }
 
+// ---- lobes
+
 namespace {
 
 // In points.
-constexpr double margin = 10, left = 52, cell_width = 88, cell_height = 84, block_gap = 18;
+constexpr double lobe_margin = 10, lobe_left = 52, cell_width = 88, cell_height = 84,
+                 block_gap = 18;
 constexpr double title_line = 18, names_line = 36, block_line = 56, angle_line = 70;
 constexpr double heading = 78, row_gap = 16;
 constexpr double layer_height = 5, layer_width = 70, max_radius = 39;
-constexpr double title_size = 11, text_size = 9;
+constexpr double lobe_title_size = 11, text_size = 9;
 
 constexpr Colour curve_colours[] = {{0.10, 0.30, 0.65}, {0.05, 0.50, 0.35}, {0.85, 0.45, 0.05},
                                     {0.70, 0.25, 0.50}, {0.40, 0.25, 0.10}, {0.45, 0.65, 0.85},
@@ -434,7 +437,7 @@ double names_width(const Page& page, const std::vector<std::string>& names) {
 
 /// From the left, under the title.
 void draw_names(const Page& page, const std::vector<std::string>& names) {
-    double x = margin;
+    double x = lobe_margin;
     for (std::size_t n = 0; n < names.size(); ++n) {
         page.line({x, names_line - 3}, {x + line_length, names_line - 3}, {1.4, curve_colour(n)});
         page.text({x + line_length + 4, names_line}, names[n], text_size, black);
@@ -465,20 +468,21 @@ void draw_block(const Page& page, const LobeBlock& block, double x, bool common_
 void draw_lobe_plot(const LobePlot& plot, const std::filesystem::path& svg) {
     std::size_t columns = 0;
     for (const LobeBlock& block : plot.blocks) columns += block.rows[0].size();
-    double width = left + static_cast<double>(columns) * cell_width + margin +
+    double width = lobe_left + static_cast<double>(columns) * cell_width + lobe_margin +
                    block_gap * (static_cast<double>(plot.blocks.size()) - 1);
     measure([&](const Page& page) {
-        width = std::max({width, 2 * margin + page.text_width(plot.title, title_size),
-                          2 * margin + names_width(page, plot.names)});
+        width = std::max({width, 2 * lobe_margin + page.text_width(plot.title, lobe_title_size),
+                          2 * lobe_margin + names_width(page, plot.names)});
     });
-    const double height =
-        heading + static_cast<double>(plot.row_titles.size()) * (cell_height + row_gap) + margin;
+    const double height = heading +
+                          static_cast<double>(plot.row_titles.size()) * (cell_height + row_gap) +
+                          lobe_margin;
     draw_svg(svg, width, height, [&](const Page& page) {
-        page.text({margin, title_line}, plot.title, title_size, black);
+        page.text({lobe_margin, title_line}, plot.title, lobe_title_size, black);
         draw_names(page, plot.names);
         for (std::size_t r = 0; r < plot.row_titles.size(); ++r)
-            page.text({margin, row_middle(r) + 3}, plot.row_titles[r], text_size, black);
-        double x = left;
+            page.text({lobe_margin, row_middle(r) + 3}, plot.row_titles[r], text_size, black);
+        double x = lobe_left;
         for (const LobeBlock& block : plot.blocks) {
             draw_block(page, block, x, plot.common_scale);
             x += static_cast<double>(block.rows[0].size()) * cell_width + block_gap;

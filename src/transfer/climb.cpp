@@ -4,6 +4,7 @@
 
 #include "doubling_ladder.h"
 #include "layer.h"
+#include "ordered_ladder.h"
 #include "reference/classic.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "doubling_ladder.h"
+#include "ordered_ladder.h"
 
 #include <stratus/base/size.h>
 

@@ -4,7 +4,7 @@
 // Truncation mixes the orders: light scattered into the peak counts as scattered, though the
 // truncated problem treats it as unscattered.
 //
-// Orders of stacks: every matrix of a layer is a power series in its albedo (doubling_ladder.h); with
+// Orders of stacks: every matrix of a layer is a power series in its albedo (ordered_ladder.h); with
 // z^n in place of the albedo's powers, z R_1 + z^2 R_2 + ... of layers that differ are added as their
 // sums are [HT74], products being Cauchy products. A reflection by a Lambert surface counts as one
 // scattering. No peak is truncated: orders would mix.

@@ -295,7 +295,7 @@ template <class Number>
 bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups);
 template <class Number>
 void couple(const SimdGroups<Number>& groups, SimdLayer<Number>& whole);
-/// One term of a product of series (doubling_ladder.h).
+/// One term of a product of series (ordered_ladder.h).
 template <class Number>
 void add_product(const SimdLayer<Number>& layer, double factor, const ProductFactors<Number>& of,
                  Number* out) {

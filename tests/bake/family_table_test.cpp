@@ -40,7 +40,7 @@ void expect_tables_of_members(const Recipe& recipe) {
     for (const std::size_t m : {std::size_t{0}, table.member_count() - 2}) {
         SCOPED_TRACE(m);
         const Table alone = solve_table(at_member(recipe, member_at(table.family, m)));
-        test::expect_same_bits(table_of_member(table, m), alone);
+        test::expect_same_bits(table_at(table, member_at(table.family, m)), alone);
     }
 }
 

@@ -142,7 +142,6 @@ int look_up_arrays(const stratus_table* table, Side side, const PackedPoints& po
 }  // namespace
 }  // namespace stratus::c
 
-using namespace stratus::c;
 using stratus::require;
 
 int stratus_table_open(const char* path, stratus_table** table) {

@@ -4,8 +4,8 @@
 //     aureole_bench [NODES [PHOTONS]]      solver nodes (24), photons for each mu_in (400000)
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
-#include <stratus/io/phase_file.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/io/table_file.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 // at a width of 128 with one sample a pixel. A line each: seed or panel, the largest difference of a
 // pixel over the tolerance (relative to its own light, or to 1 % of the brightest), the share of lit
 // pixels beyond the tolerance, and the processor time of both.
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 

@@ -4,7 +4,7 @@
 // (random, adversarial, stack, shell), or of one, from 1 on at a tolerance of 2e-3 unless told. A
 // line for each change that exceeds its estimate, then how often that was and by how much. `plan_bench
 // forecast [COUNT [FIRST SEED]]`: processor seconds of random pictures over their forecasts.
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 
 #include "plan_scenes.h"
 

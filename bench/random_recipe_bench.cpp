@@ -2,7 +2,7 @@
 // tables, verified at 400 points of their own. `random_recipe_bench [COUNT [FIRST SEED]]`, 20 from 1 on
 // unless told. A line each: seed, largest error and that of 99.9 % as shares of the tolerance, bytes
 // of the file and of all samples, processor time, phase function.
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 
 #include "random_recipe.h"
 

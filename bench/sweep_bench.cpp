@@ -2,7 +2,7 @@
 // bake, which also packs and checks, row by row on one thread. `sweep_bench [RECIPE.toml SWEEP.csv]`;
 // without them 20 tables of hazes.
 #include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/bake/sweep.h>
 
 #include <cstdio>

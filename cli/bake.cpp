@@ -1,13 +1,13 @@
 // `stratus bake`: a recipe in, a table out.
 #include <stratus/bake/bake.h>
 
-#include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>

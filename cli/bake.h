@@ -1,8 +1,8 @@
 // Parts of `stratus bake`: finished work in a checkpoint, the ranks that mpirun or srun started, and sweeps.
 #pragma once
 
-#include <stratus/bake/rank_transport.h>
 #include <stratus/bake/bake.h>
+#include <stratus/bake/ranks.h>
 #include <stratus/io/checkpoint.h>
 
 #include <memory>

@@ -4,9 +4,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/transfer/reference/isotropic.h>
-#include <stratus/transfer/reference/markov.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>

@@ -4,7 +4,7 @@
 
 #include <stratus/bake/stack_file.h>
 #include <stratus/phase/phase_function.h>
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/solver_options.h>
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/table/family_member.h>
+#include <stratus/table/member_and_ground.h>
 
 #include <algorithm>
 #include <charconv>

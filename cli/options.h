@@ -4,13 +4,13 @@
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
-#include <stratus/bake/keys.h>
+#include <stratus/bake/toml_section.h>
 #include <stratus/io/table_file.h>
 #include <stratus/layer/effects.h>
 #include <stratus/phase/phase_family.h>
-#include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
-#include <stratus/table/ground.h>
+#include <stratus/scene/scene.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 
 #include <CLI/CLI.hpp>

@@ -2,7 +2,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/phase_file.h>
+#include <stratus/io/table_file.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"

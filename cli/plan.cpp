@@ -1,12 +1,11 @@
 // `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe of
 // its table.
-#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>

@@ -87,7 +87,7 @@ void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
 void write_answer(const std::filesystem::path& path,
                   const std::function<void(std::ostream&)>& write);
 
-/// Writes a file atomically while Ctrl-C is held back (atomic_file.h, progress.h).
+/// Writes a file atomically while Ctrl-C is held back (file_bytes.h, progress.h).
 void write_file(const std::filesystem::path& path,
                 const std::function<void(const std::filesystem::path& temporary)>& write);
 

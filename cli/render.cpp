@@ -1,7 +1,7 @@
 // `stratus render`: renders a scene to a picture, or a figure.
 #include <stratus/scene/render.h>
 
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>

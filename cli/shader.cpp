@@ -2,7 +2,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 #include <stratus/shader/shader.h>
 #include <stratus/table/packed_table.h>

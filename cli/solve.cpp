@@ -3,8 +3,8 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/phase_file.h>
-#include <stratus/table/ground.h>
+#include <stratus/io/table_file.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "methods.h"

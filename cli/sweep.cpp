@@ -1,13 +1,12 @@
 #include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/table/packed_table.h>
 
 #include "bake.h"

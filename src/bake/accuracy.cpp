@@ -10,7 +10,7 @@
 #include <stratus/transfer/stack.h>
 
 #include "piece_of_work.h"
-#include "solve_material.h"
+#include "table_units.h"
 
 #include <algorithm>
 #include <cmath>

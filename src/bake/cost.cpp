@@ -3,7 +3,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>

@@ -6,7 +6,7 @@
 
 #include "choices.h"
 #include "piece_of_work.h"
-#include "solve_material.h"
+#include "table_units.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,6 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/axes.h>
-#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
 

@@ -1,4 +1,4 @@
-#include <stratus/bake/keys.h>
+#include <stratus/bake/toml_section.h>
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <stratus/layer/diffusion.h>
 
 #include "piece_of_work.h"
-#include "solve_material.h"
+#include "table_units.h"
 
 #include <numeric>
 #include <utility>

@@ -3,7 +3,7 @@
 #include <stratus/base/constants.h>
 
 #include "piece_of_work.h"
-#include "solve_material.h"
+#include "table_units.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,5 @@
 #include <stratus/bake/ranks.h>
 
-#include <stratus/bake/rank_transport.h>
-#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
 

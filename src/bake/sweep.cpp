@@ -1,7 +1,7 @@
 #include <stratus/bake/sweep.h>
 
 #include <stratus/bake/accuracy.h>
-#include <stratus/bake/keys.h>
+#include <stratus/bake/toml_section.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>

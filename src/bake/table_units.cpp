@@ -2,11 +2,11 @@
 
 #include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
+#include <stratus/transfer/stack.h>
 
 #include "recipe_sections.h"
-#include "solve_material.h"
 
 #include <algorithm>
 #include <map>
@@ -15,6 +15,27 @@
 #include <utility>
 
 namespace stratus {
+
+std::vector<std::vector<LayerSolution>> solve_material(
+    const std::vector<StackLayer>& layers, const PhaseFunction& phase_function,
+    const std::vector<double>& albedos, const DepthLadder& ladder, const std::vector<double>& mu,
+    const SolverOptions& options, const LowerBoundary& boundary) {
+    if (layers.empty()) return solve_ladder(phase_function, albedos, ladder, mu, options, boundary);
+    std::vector<std::vector<LayerSolution>> alone(1);
+    alone[0].push_back(as_one_layer(solve_stack(layers, boundary, mu, options)));
+    return alone;
+}
+
+std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& layers,
+                                                const PhaseFunction& phase_function,
+                                                const LowerBoundary& boundary) {
+    std::vector<PhaseFunction> all;
+    for (const StackLayer& layer : layers) all.push_back(layer.phase_function);
+    if (layers.empty()) all.push_back(phase_function);
+    if (boundary.kind == LowerBoundary::Kind::layer) all.push_back(boundary.phase_function);
+    return all;
+}
+
 namespace {
 
 /// Albedos that one run of the solver works on at once. Eight fill its registers mode by mode; where

@@ -1,7 +1,7 @@
 #include <stratus/bake/toml_section.h>
 
 #include <stratus/base/constants.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 
 #include <algorithm>
 #include <charconv>

@@ -1,6 +1,6 @@
 // Numbers of a lookup: float, or floats side by side in a SIMD register with the same operations.
 //
-// The arithmetic of fast lookups (elementary.h, light_path.h, phase_values.h, interpolation.h,
+// The arithmetic of fast lookups (light_path.h, phase_values.h, interpolation.h,
 // closed_form.h) is written once for a number type F: float for one lookup,
 // LookupLanes for many, ChannelLanes for the channels of one. Nothing there branches on a number.
 //

@@ -2,7 +2,7 @@
 
 #include <stratus/base/argument.h>
 
-#include "tensor_header.h"
+#include "mapped_tensors.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // v = sqrt(1 - sqrt(mu)), outgoing cosines and azimuths stretched around the peaks.
 #pragma once
 
-#include <stratus/bsdf/direction_density.h>
+#include <stratus/bsdf/bsdf.h>
 
 #include "base/lanes.h"
 

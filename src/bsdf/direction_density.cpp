@@ -1,4 +1,4 @@
-#include <stratus/bsdf/direction_density.h>
+#include <stratus/bsdf/bsdf.h>
 
 #include <stratus/base/size.h>
 

@@ -6,7 +6,7 @@
 
 #include "layer/reflected_curve.h"
 #include "slice_parts.h"
-#include "table/layer_coverage.h"
+#include "table/layer_blend.h"
 #include "table/lookup_arguments.h"
 
 #include <algorithm>

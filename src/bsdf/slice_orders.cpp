@@ -5,7 +5,7 @@
 #include <stratus/table/packed_table.h>
 
 #include "slice_parts.h"
-#include "table/layer_coverage.h"
+#include "table/layer_blend.h"
 
 #include <algorithm>
 #include <cstddef>

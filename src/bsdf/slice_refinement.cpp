@@ -4,7 +4,7 @@
 #include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
-#include "table/layer_coverage.h"
+#include "table/layer_blend.h"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,9 @@
 // The solver without a table, and recipes baked, tables packed and written.
 #include <stratus/bake/bake.h>
-#include <stratus/io/atomic_file.h>
-#include <stratus/io/phase_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
 #include <stratus/stratus_baker.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "handles.h"

@@ -1,5 +1,5 @@
 // Slices: layers bound once, for short lookups.
-#include <stratus/io/phase_file.h>
+#include <stratus/io/table_file.h>
 
 #include "handles.h"
 

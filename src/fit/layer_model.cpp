@@ -1,4 +1,4 @@
-#include <stratus/fit/layer_model.h>
+#include <stratus/fit/fit.h>
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>

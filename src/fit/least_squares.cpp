@@ -1,5 +1,8 @@
 #include "least_squares.h"
 
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 
 #include <Eigen/Cholesky>
@@ -9,6 +12,256 @@
 #include <numbers>
 
 namespace stratus {
+namespace {
+
+double between(double low, double high, double share) { return low + share * (high - low); }
+
+std::string interval_text(const Interval& range) {
+    return std::string("[")
+        .append(joined({short_number(range.low, 6), short_number(range.high, 6)}))
+        .append("]");
+}
+
+/// Values of one albedo that leave the sum and the mixture within the model's range, the other one
+/// being held. `first`: w1 is the free one.
+Interval free_albedo(const ParameterRanges& ranges, bool first, double held) {
+    const Interval& sum = ranges.albedo;
+    const Interval share =
+        first ? ranges.mixture : Interval{1 - ranges.mixture.high, 1 - ranges.mixture.low};
+    Interval range{std::max(0.0, sum.low - held), sum.high - held};
+    if (held == 0) return share.high >= 1 ? range : Interval{1, 0};
+    // share = free / (free + held)
+    range.low = std::max(range.low, held * share.low / (1 - share.low));
+    if (share.high < 1) range.high = std::min(range.high, held * share.high / (1 - share.high));
+    return range;
+}
+
+/// Whether the observations bring an axis' value themselves.
+bool is_known(const std::vector<Observation>& observations, std::size_t axis, const char* name) {
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(
+        observations,
+        [&](const Observation& observed) { return !std::isnan(observed.known[axis]); }));
+    require(count == 0 || count == observations.size(), fit_caller, name,
+            "known of all " + std::to_string(observations.size()) + " observations, or of none",
+            count);
+    return count > 0;
+}
+
+constexpr Coordinate to_coordinate(FitParameter parameter) {
+    return static_cast<Coordinate>(parameter);
+}
+
+}  // namespace
+
+ParameterSpace::ParameterSpace(const LayerModel& model,
+                               const std::vector<Observation>& observations,
+                               const FitOptions& options)
+    : names_(fit_parameter_names(model)), one_kind_(model.kinds() < 2) {
+    const double dilution = 1 - options.density;
+    const Interval depth{model.ranges().optical_depth.low * dilution,
+                         model.ranges().optical_depth.high * dilution};
+    if (options.optical_depth) {
+        held_.optical_depth = *options.optical_depth;
+        require(model.has_depth(effective_optical_depth(held_.optical_depth, options.density)),
+                fit_caller, "optical_depth held",
+                "one that the model knows, such as in " + interval_text(depth),
+                held_.optical_depth);
+    } else {
+        held_.optical_depth = depth.low;
+        add(Coordinate::depth, depth);
+    }
+    add_albedos(model, options);
+    const std::vector<FamilyAxis> family = model.family();
+    if (std::ranges::find(family, PhaseParameter::g, &FamilyAxis::parameter) == family.end())
+        add_asymmetry(model, 1, options.g1, options.free_g1);
+    add_asymmetry(model, 2, options.g2, options.free_g2);
+    add_family(model, observations, options);
+}
+
+void ParameterSpace::add(Coordinate of, Interval range) {
+    if (!(range.low < range.high)) return;
+    Range added{of, range.low, range.high};
+    if (added.is_logarithm()) added = {of, std::log2(range.low), std::log2(range.high)};
+    ranges_.push_back(added);
+}
+
+void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& options) {
+    const ParameterRanges ranges = model.ranges();
+    const char* const w1 = one_kind_ ? "w held" : "w1 held";
+    require(model.kinds() > 0 || (!options.w1 && !options.w2), fit_caller, "albedos",
+            "left out where beams alone are fitted", "one");
+    require(model.kinds() != 1 || !options.w2, fit_caller, "w2",
+            "left out with particles of one kind", options.w2.value_or(0));
+    const auto check = [&](const char* name, double value) {
+        require(value >= 0 && value <= 1, fit_caller, name, "in [0, 1]", value);
+    };
+    if (options.w1) check(w1, held_.w1 = *options.w1);
+    if (options.w2) check("w2 held", held_.w2 = *options.w2);
+    const bool both_held = options.w1 && (options.w2 || one_kind_);
+    if (both_held) {
+        require(ranges.albedo.contains(held_.albedo()), fit_caller, one_kind_ ? w1 : "w1 + w2 held",
+                "in the model's " + interval_text(ranges.albedo), held_.albedo());
+        require(one_kind_ || ranges.mixture.contains(held_.mixture()), fit_caller,
+                "w1 / (w1 + w2) held", "in the model's " + interval_text(ranges.mixture),
+                held_.mixture());
+    } else if (options.w1 || options.w2) {
+        const bool first = !options.w1;
+        const double held = first ? held_.w2 : held_.w1;
+        const Interval range = free_albedo(ranges, first, held);
+        require(range.low < range.high, fit_caller, first ? "w2 held" : w1,
+                "one that leaves room for the other: w1 + w2 in " + interval_text(ranges.albedo) +
+                    ", w1 / (w1 + w2) in " + interval_text(ranges.mixture),
+                held);
+        add(first ? Coordinate::w1 : Coordinate::w2, range);
+    } else {
+        mixes_ = true;
+        albedo_ = ranges.albedo.low;
+        mixture_ = ranges.mixture.low;
+        add(Coordinate::albedo, ranges.albedo);
+        add(Coordinate::mixture, ranges.mixture);
+    }
+}
+
+void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
+                                   const std::optional<double>& held, bool is_free) {
+    double& value = kind == 1 ? held_.g1 : held_.g2;
+    const std::string name = kind == 2 ? "g2" : one_kind_ ? "g" : "g1";
+    const std::optional<double> own = model.asymmetry(kind);
+    value = own.value_or(0);
+    if (!held && !is_free) return;
+    require(own.has_value(), fit_caller, name,
+            "left out unless it is that of a Henyey-Greenstein phase function, or a table's family "
+            "varies it",
+            held ? short_number(*held, 6) : "free");
+    const Interval range = model.ranges().g;
+    if (is_free) {
+        require(!held, fit_caller, name, "either held or free", "both");
+        value = std::clamp(value, range.low, range.high);
+        add(kind == 1 ? Coordinate::g1 : Coordinate::g2, range);
+        return;
+    }
+    require(range.contains(*held), fit_caller, name + " held", "in " + interval_text(range), *held);
+    value = *held;
+}
+
+void ParameterSpace::add_family(const LayerModel& model,
+                                const std::vector<Observation>& observations,
+                                const FitOptions& options) {
+    const std::vector<FamilyAxis> family = model.family();
+    for (const FitParameter parameter : {fit_radius, fit_wavelength, fit_variance}) {
+        const auto& held = options.*held_fields[parameter];
+        const bool is_varied = std::ranges::any_of(family, [&](const FamilyAxis& axis) {
+            return to_fit_parameter(axis.parameter) == parameter;
+        });
+        require(!held || is_varied, fit_caller, names_[parameter],
+                "left out unless a table's family varies it", held.value_or(0));
+    }
+    for (std::size_t k = 0; k < family.size(); ++k) {
+        const FamilyAxis& axis = family[k];
+        const auto parameter = to_fit_parameter(axis.parameter);
+        if (!parameter) continue;
+        const std::string name = names_[*parameter];
+        const auto& held = options.*held_fields[*parameter];
+        const Interval range{axis.axis.values.front(), axis.axis.values.back()};
+        double& value = held_.*layer_fields[*parameter];
+        value = between(range.low, range.high, 0.5);
+        if (is_known(observations, k, axis.name())) {
+            require(!held, fit_caller, name, "either held or known of the observations", "both");
+        } else if (held) {
+            require(holds(axis, *held), fit_caller, name + " held", allowed_text(axis), *held);
+            value = *held;
+        } else {
+            require(!axis.is_discrete, fit_caller, name,
+                    "held or known of the observations: " + allowed_text(axis), "neither");
+            add(to_coordinate(*parameter), range);
+        }
+    }
+}
+
+int ParameterSpace::place(Coordinate wanted) const {
+    const auto found = std::ranges::find(ranges_, wanted, &Range::of);
+    return found == ranges_.end() ? -1 : static_cast<int>(found - ranges_.begin());
+}
+
+double ParameterSpace::Range::extent() const {
+    return (is_logarithm() ? std::numbers::ln2 : 1) * (high - low);
+}
+
+double ParameterSpace::extent(FitParameter parameter) const {
+    const int at = place(to_coordinate(parameter));
+    return at < 0 ? 0 : ranges_[static_cast<std::size_t>(at)].extent();
+}
+
+bool ParameterSpace::is_logarithm(FitParameter parameter) const {
+    const int at = place(to_coordinate(parameter));
+    return at >= 0 && ranges_[static_cast<std::size_t>(at)].is_logarithm();
+}
+
+double ParameterSpace::value(int of, double at) const {
+    const Range& range = ranges_[static_cast<std::size_t>(of)];
+    const double value = between(range.low, range.high, at);
+    return range.is_logarithm() ? std::exp2(value) : value;
+}
+
+std::string ParameterSpace::name(int of) const {
+    switch (coordinate(of)) {
+        case Coordinate::albedo: return one_kind_ ? "w" : "w1 + w2";
+        case Coordinate::mixture: return "w1 / (w1 + w2)";
+        default: return names_[static_cast<std::size_t>(coordinate(of))];
+    }
+}
+
+LayerParameters ParameterSpace::layer(const Point& at) const {
+    LayerParameters layer = held_;
+    double albedo = albedo_, mixture = mixture_;
+    for (int p = 0; p < size(); ++p) {
+        const double value = this->value(p, at[p]);
+        switch (coordinate(p)) {
+            case Coordinate::albedo: albedo = value; break;
+            case Coordinate::mixture: mixture = value; break;
+            default: layer.*layer_fields[static_cast<std::size_t>(coordinate(p))] = value;
+        }
+    }
+    if (mixes_) {
+        layer.w1 = albedo * mixture;
+        layer.w2 = albedo * (1 - mixture);
+    }
+    return layer;
+}
+
+Eigen::MatrixXd ParameterSpace::derivatives(const Point& at) const {
+    Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(fit_parameters, size());
+    const LayerParameters layer = this->layer(at);
+    for (int p = 0; p < size(); ++p) {
+        const double extent = ranges_[static_cast<std::size_t>(p)].extent();
+        switch (coordinate(p)) {
+            case Coordinate::albedo: {
+                const int mixture = place(Coordinate::mixture);
+                const double share = mixture < 0 ? mixture_ : value(mixture, at[mixture]);
+                derivatives(fit_w1, p) = share * extent;
+                derivatives(fit_w2, p) = (1 - share) * extent;
+                break;
+            }
+            case Coordinate::mixture:
+                derivatives(fit_w1, p) = layer.albedo() * extent;
+                derivatives(fit_w2, p) = -layer.albedo() * extent;
+                break;
+            default: derivatives(static_cast<Eigen::Index>(coordinate(p)), p) = extent;
+        }
+    }
+    return derivatives;
+}
+
+ParameterSpace::Point ParameterSpace::start() const {
+    Point at = Point::Constant(size(), 0.5);
+    for (int p = 0; p < size(); ++p) {
+        const Range& range = ranges_[static_cast<std::size_t>(p)];
+        if (range.of == Coordinate::g1) at[p] = (held_.g1 - range.low) / (range.high - range.low);
+        if (range.of == Coordinate::g2) at[p] = (held_.g2 - range.low) / (range.high - range.low);
+    }
+    return at;
+}
+
 namespace {
 
 using Point = Problem::Point;

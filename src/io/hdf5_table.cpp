@@ -10,7 +10,7 @@
 // rewrites the file in its own way, copying datasets and attributes, keeps them valid. The structures
 // are those of HDF5 1.10, whose own checksums the library compares.
 #include <stratus/base/argument.h>
-#include <stratus/io/netcdf.h>
+#include <stratus/io/write_options.h>
 
 #include "hdf5_parts.h"
 #include "table_content.h"
@@ -34,7 +34,7 @@ using namespace hdf5;
 /// Far more samples than any axis has, and few enough to be harmless.
 constexpr std::size_t max_axis_samples = 1 << 20;
 
-// --- Writing: tables, and grids that others read (netcdf.h) ---
+// --- Writing: tables, and grids that others read (write_options.h) ---
 
 /// The two element types of the format.
 template <class Number>

@@ -2,9 +2,8 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/layer/effects.h>
-#include <stratus/layer/opposition.h>
 
-#include "kernels/opposition_values.h"
+#include "kernels/closed_form.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <stratus/layer/lower_boundary.h>
-#include <stratus/layer/opposition.h>
+#include <stratus/layer/effects.h>
 #include <stratus/phase/phase_curve.h>
 
 namespace stratus {

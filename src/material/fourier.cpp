@@ -8,7 +8,6 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 
-#include "formats.h"
 #include "solved_stack.h"
 
 #include <algorithm>

@@ -4,10 +4,10 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include "formats.h"
+#include "solved_stack.h"
 
 #include <algorithm>
 #include <memory>

@@ -152,15 +152,15 @@ namespace {
 constexpr int points = 6;
 
 /// Lagrange's polynomial through the six samples around a place among evenly spaced ones.
-struct Stencil {
+struct LagrangeStencil {
     int first;
     std::array<double, points> weight;
 };
 
-Stencil stencil_at(double place, int lowest, int highest) {
-    Stencil stencil{std::clamp(static_cast<int>(std::floor(place)) - (points / 2 - 1), lowest,
-                               highest - points + 1),
-                    {}};
+LagrangeStencil stencil_at(double place, int lowest, int highest) {
+    LagrangeStencil stencil{std::clamp(static_cast<int>(std::floor(place)) - (points / 2 - 1),
+                                       lowest, highest - points + 1),
+                            {}};
     const double t = place - stencil.first;
     for (int i = 0; i < points; ++i) {
         double weight = 1;
@@ -216,9 +216,9 @@ ReflectionField::ReflectionField(const Stack& stack, const SolvedStack& solved,
 double ReflectionField::operator()(double mu_in, int out, double azimuth) const {
     const int last = static_cast<int>(mu_.size()) - 1;
     const double mu = std::max(mu_in, grazing);
-    const Stencil over_mu = stencil_at(spread(mu) * last, 0, last);
+    const LagrangeStencil over_mu = stencil_at(spread(mu) * last, 0, last);
     // even in azimuth about 0 and pi: samples beyond are those within
-    const Stencil over_azimuth =
+    const LagrangeStencil over_azimuth =
         stencil_at(azimuth / pi * azimuth_intervals, -points, azimuth_intervals + points);
     double rest = 0;
     for (int i = 0; i < points; ++i) {

@@ -12,7 +12,6 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 
-#include "formats.h"
 #include "solved_stack.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "module.h"
 
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 
 namespace stratus::python {
 

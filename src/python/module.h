@@ -7,8 +7,8 @@
 
 #include <stratus/bake/bake.h>
 #include <stratus/base/argument.h>
+#include <stratus/layer/effects.h>
 #include <stratus/layer/lower_boundary.h>
-#include <stratus/layer/opposition.h>
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>

@@ -1,6 +1,6 @@
 // Ranks by MPI. Calls of MPI are made one at a time, under a mutex, and none of them waits: MPI
 // libraries keep a processor busy while they do, and here ranks may have more threads than cores.
-#include <stratus/bake/rank_transport.h>
+#include <stratus/bake/ranks.h>
 
 #include <mpi.h>
 

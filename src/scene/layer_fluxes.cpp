@@ -1,5 +1,6 @@
 #include "layer_fluxes.h"
 
+#include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
 #include <algorithm>
@@ -40,13 +41,13 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
         for (const Values& all : all_) {
             Values own;
             for (std::size_t flux = 0; flux < own.size(); ++flux) {
-                const std::size_t size = all[flux].size() / static_cast<std::size_t>(albedo_.count);
-                own[flux].assign(size, 0.0);
+                const std::size_t row_size = all[flux].size() / size(albedo_.count);
+                own[flux].assign(row_size, 0.0);
                 for (std::size_t a = 0; a < at.weight.size(); ++a) {
                     if (at.weight[a] == 0) continue;
-                    const std::size_t row = static_cast<std::size_t>(at.first) + a;
-                    for (std::size_t i = 0; i < size; ++i)
-                        own[flux][i] += at.weight[a] * all[flux][row * size + i];
+                    const std::size_t row = size(at.first) + a;
+                    for (std::size_t i = 0; i < row_size; ++i)
+                        own[flux][i] += at.weight[a] * all[flux][row * row_size + i];
                 }
             }
             own_[c].push_back(std::move(own));
@@ -85,7 +86,7 @@ double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const n
     const std::vector<double>& values = (*place.values)[table][flux];
     if (values.empty()) return 0;
     const bool of_all_cosines = flux == spherical_albedo;
-    const std::size_t cosines = of_all_cosines ? 1 : static_cast<std::size_t>(mu_.count);
+    const std::size_t cosines = of_all_cosines ? 1 : size(mu_.count);
     double sum = 0;
     const double factor = of_all_cosines ? place.thinness : place.intercepted;
     for (std::size_t a = 0; a < stencil_size; ++a) {
@@ -93,9 +94,9 @@ double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const n
         for (std::size_t d = 0; d < stencil_size; ++d) {
             const double share = place.albedo.weight[a] * place.optical_depth.weight[d];
             if (share == 0) continue;
-            const std::size_t row = (static_cast<std::size_t>(place.albedo.first) + a) *
-                                        static_cast<std::size_t>(optical_depth_.size()) +
-                                    static_cast<std::size_t>(place.optical_depth.first) + d;
+            const std::size_t row =
+                (size(place.albedo.first) + a) * static_cast<std::size_t>(optical_depth_.size()) +
+                size(place.optical_depth.first) + d;
             const double* const from = values.data() + row * cosines;
             if (of_all_cosines) {
                 sum += share * *from;

@@ -126,7 +126,7 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return channel_depth(*matter, c); };
     Effects effects;
-    effects.single = scene_.effects.single && seen_shell(scene_) == 0;  // else by shell.cpp
+    effects.single = scene_.effects.single && seen_shell(scene_) == 0;  // else by planet_and_slab.cpp
     effects.multiple = multiple;
     effects.reflection = scene_.effects.reflection;
     effects.transmission = scene_.effects.transmission;

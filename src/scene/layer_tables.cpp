@@ -1,7 +1,7 @@
 #include <stratus/scene/layer_tables.h>
 
 #include <stratus/base/argument.h>
-#include <stratus/table/family_member.h>
+#include <stratus/table/member_and_ground.h>
 
 #include <algorithm>
 #include <cstddef>

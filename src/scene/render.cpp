@@ -2,8 +2,9 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 
-#include "ring_footprint.h"
+#include "ring_light.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ Rgb3 radiance_seen(const View& view) {
 
 /// Suns of each sample, where samples do not have one sun each.
 std::size_t suns_of_sample(const Scene& scene, std::size_t suns) noexcept {
-    return std::max<std::size_t>(1, suns / static_cast<std::size_t>(scene.samples * scene.samples));
+    return std::max<std::size_t>(1, suns / size(scene.samples * scene.samples));
 }
 
 /// Rows of samples that take the place of each, a sun each, so that every wave of detail in a pixel has some
@@ -53,10 +54,9 @@ class RowRenderer {
 
     /// Writes red, green and blue of each pixel to `light`.
     void row(int y, int begin, int end, float* light) const {
-        std::vector<Rgb3> sums(static_cast<std::size_t>(end - begin), Rgb3{});
+        std::vector<Rgb3> sums(size(end - begin), Rgb3{});
         LightSum scattered(light_);
-        for (int x = begin; x < end; ++x)
-            add_samples(x, y, scattered, sums[static_cast<std::size_t>(x - begin)]);
+        for (int x = begin; x < end; ++x) add_samples(x, y, scattered, sums[size(x - begin)]);
         scattered.finish();
         const double share =
             1.0 / std::max(scene_.samples * scene_.samples, static_cast<int>(suns_.size()));
@@ -85,8 +85,8 @@ class RowRenderer {
                 const Ray ray = rays_.through(x + across, y + down);
                 const double cell = 1.0 / n, left = x + column * cell, top = y + row / finer * cell;
                 const Cell around{rays_, left, top, left + cell, top + cell};
-                std::size_t sun = static_cast<std::size_t>(row * n + column);
-                for (std::size_t s = 0; s < suns; ++s, sun += static_cast<std::size_t>(n * n))
+                std::size_t sun = size(row * n + column);
+                for (std::size_t s = 0; s < suns; ++s, sun += size(n * n))
                     sum = sum + share * radiance_seen({scene_, light_, ray,
                                                        suns_[sun % suns_.size()], &around, layer});
             }
@@ -180,8 +180,8 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
 
 Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& tables,
              const RenderOptions& options) {
-    const SceneFile& file = film[static_cast<std::size_t>(frame)];
-    const std::size_t first = static_cast<std::size_t>(frame) * file.panels.size();
+    const SceneFile& file = film[size(frame)];
+    const std::size_t first = size(frame) * file.panels.size();
     const double panels = static_cast<double>(file.panels.size());
     std::vector<Image> pictures;
     for (std::size_t k = 0; k < file.panels.size(); ++k) {
@@ -202,7 +202,7 @@ Image side_by_side(const std::vector<Image>& pictures, int columns) {
     Image all(across * width, rows * height);
     for (int k = 0; k < count; ++k)
         for (int y = 0; y < height; ++y)
-            std::copy_n(pictures[static_cast<std::size_t>(k)].pixel(0, y), 3 * width,
+            std::copy_n(pictures[size(k)].pixel(0, y), 3 * width,
                         all.pixel(k % across * width, k / across * height + y));
     return all;
 }

@@ -1,6 +1,5 @@
 #include "render_forecast.h"
 
-#include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/scene/render.h>

@@ -3,6 +3,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
+#include <stratus/base/size.h>
 
 #include "subjects.h"
 
@@ -63,8 +64,8 @@ Value interpolated(const Value* values, int width, const Stencil& row,
 struct RingShine::Light {
     Light(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
           const Counts& counts)
-        : cosine_count(static_cast<std::size_t>(counts.cosines)),
-          azimuth_count(static_cast<std::size_t>(counts.azimuths)),
+        : cosine_count(size(counts.cosines)),
+          azimuth_count(size(counts.azimuths)),
           inner(rings.profile.inner()),
           width((rings.profile.outer() - inner) / ringlets),
           to_sun(std::max(std::abs(scene.to_sun.z), least_cosine)),
@@ -145,10 +146,10 @@ struct RingShine::Light {
     }
 
     std::size_t orders_row(int ringlet) const {
-        return static_cast<std::size_t>(ringlet) * cosine_count * azimuth_count;
+        return size(ringlet) * cosine_count * azimuth_count;
     }
     std::size_t once_row(int ringlet, std::size_t component) const {
-        return (static_cast<std::size_t>(ringlet) * components.size() + component) * cosine_count;
+        return (size(ringlet) * components.size() + component) * cosine_count;
     }
 
     /// Towards a point that `towards` leads to, whose z counts up from the rings: on the unlit and
@@ -195,12 +196,11 @@ RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& l
       solar_time_(make_axis(AxisScale::linear, 0, pi, sample_counts(detail).solar_times)) {
     const Counts counts = sample_counts(detail);
     const Light light(scene, rings, layer, threads, counts);
-    const auto solar_time_count = static_cast<std::size_t>(counts.solar_times);
+    const auto solar_time_count = size(counts.solar_times);
     for (auto& side : grid_)
-        for (auto& part : side)
-            part.resize(static_cast<std::size_t>(counts.latitudes) * solar_time_count);
+        for (auto& part : side) part.resize(size(counts.latitudes) * solar_time_count);
     parallel_for(counts.latitudes, threads, [&](int i) {
-        const auto row = static_cast<std::size_t>(i);
+        const auto row = size(i);
         for (std::size_t k = 0; k < solar_time_count; ++k) {
             const auto sides = integrals(light, latitude_.values[row], solar_time_.values[k]);
             for (const std::size_t side : {0u, 1u})

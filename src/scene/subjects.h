@@ -53,7 +53,7 @@ PlanetPlace planet_place(const Planet& planet, const SceneLayer& layer,
 /// Radiance of a planet, of its layer and of the ground through it, where its normal is `normal`.
 Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept;
 
-/// Radiance along a ray of a planet whose layer is a shell (shell.cpp).
+/// Radiance along a ray of a planet whose layer is a shell (planet_and_slab.cpp).
 Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept;
 
 /// The cosine at which a plane layer takes as much of a beam out of it as a column of a spherical shell

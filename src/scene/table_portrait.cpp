@@ -1,9 +1,8 @@
-#include <stratus/scene/table_portrait.h>
+#include <stratus/scene/render.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/picture/plots.h>
-#include <stratus/scene/render.h>
 #include <stratus/table/lookup.h>
 
 #include <algorithm>

@@ -39,7 +39,7 @@ struct Grid {
 
     std::size_t stride(int axis) const {
         std::size_t product = 1;
-        for (int a = 0; a < axis; ++a) product *= static_cast<std::size_t>(count[a]);
+        for (int a = 0; a < axis; ++a) product *= size(count[a]);
         return product;
     }
 };
@@ -97,7 +97,7 @@ std::vector<vec4> spline_through(const std::vector<vec4>& value) {
 
 /// Replaces the values along an axis by the coefficients of the splines through them.
 void make_splines(Grid& grid, int axis) {
-    const auto count = static_cast<std::size_t>(grid.count[axis]);
+    const auto count = size(grid.count[axis]);
     if (count < 2) return;
     Grid splines = grid;
     splines.count[axis] += 2;
@@ -173,8 +173,7 @@ void measure(const std::vector<Light>& exact, const TableView& table, FilteredLi
 
 void set_texel(ShaderTexture& texture, int texel, const vec4& to) {
     const float value[] = {to.x, to.y, to.z, to.w};
-    std::memcpy(texture.bytes.data() + static_cast<std::size_t>(texel) * sizeof value, value,
-                sizeof value);
+    std::memcpy(texture.bytes.data() + size(texel) * sizeof value, value, sizeof value);
 }
 
 /// A block of the light: the first texel of its rows in the layer.
@@ -231,12 +230,11 @@ void refine(const TableView& table, const std::vector<Light>& exact, FilteredLig
 ShaderTexture weights_texture(const SideBlocks (&sides)[2]) {
     const std::size_t rows = filtered_words *
                              std::max(sides[0].albedos.size(), sides[1].albedos.size()),
-                      width =
-                          static_cast<std::size_t>(std::max(sides[0].columns, sides[1].columns));
+                      width = size(std::max(sides[0].columns, sides[1].columns));
     std::vector<vec4> texels(2 * rows * width);
     for (std::size_t side = 0; side < 2; ++side)
         for (std::size_t n = 0; n < sides[side].weights.size(); ++n) {
-            const auto columns = static_cast<std::size_t>(sides[side].columns);
+            const auto columns = size(sides[side].columns);
             texels[(side * rows + n / columns) * width + n % columns] = sides[side].weights[n];
         }
     return {"stratus_weights", static_cast<int>(2 * rows), true, as_halves(texels),

@@ -1,7 +1,7 @@
 // The text of filtered light compiled as C++, with the linear filter of a GPU.
 #pragma once
 
-#include "as_cxx.h"
+#include "texture_parts.h"
 
 #include <cstddef>
 #include <utility>
@@ -59,7 +59,7 @@ struct FilteredAsCxx : Language {
                 texel = texel * count[a] + (upper ? high[a] : low[a]);
                 product *= upper ? weight[a] : 1 - weight[a];
             }
-            sum = sum + texels[texture][static_cast<std::size_t>(texel)] * product;
+            sum = sum + texels[texture][size(texel)] * product;
         }
         return sum;
     }

@@ -287,7 +287,7 @@ std::string cpp_header(std::string text) {
         text.erase(line, text.find("\n}\n", line) + 2 - line);
     }
     const std::string classes =
-        std::string(cpp_vectors) + cpp_reader + cpp_text + text + "};\n" + cpp_lookup;
+        std::string(vectors_h) + reader_h + cpp_text + text + "};\n" + lookup_h;
     return cpp + std::regex_replace(classes, std::regex("\n\n+"), "\n") +
            "}  // namespace stratus_lookup\n";
 }
@@ -304,7 +304,7 @@ std::string shader_text(ShaderLanguage language, const FilteredLight* filtered) 
             "with glsl or hlsl", shader_language_names()[static_cast<std::size_t>(language)]);
     const char* const own[] = {glsl, hlsl, osl};
     std::string text;
-    for (const char* const part : shader_parts) text += part;
+    for (const char* const part : {single_shader, multiple_shader, layer_shader}) text += part;
     if (language == ShaderLanguage::cpp) return cpp_header(text);
     if (language == ShaderLanguage::osl)  // numbers have no suffix there
         text = std::regex_replace(text, std::regex("([0-9])f\\b"), "$1");

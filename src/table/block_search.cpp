@@ -3,7 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 
-#include "layer_coverage.h"
+#include "layer_blend.h"
 
 #include <cstddef>
 #include <limits>

@@ -7,8 +7,8 @@
 #include <stratus/table/metadata.h>
 #include <stratus/table/packed_block.h>
 
-#include "layer_coverage.h"
 #include "layer/reflected_curve.h"
+#include "layer_blend.h"
 #include "layer_sums.h"
 #include "packed_parts.h"
 

@@ -9,7 +9,7 @@
 #include <stratus/table/kernels/packed.h>
 #include <stratus/table/table.h>
 
-#include "base/tensor_header.h"
+#include "base/mapped_tensors.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_block.h>
 
-#include "base/mapped_file.h"
+#include "base/mapped_tensors.h"
 #include <stratus/base/size.h>
 
 #include "layer_blend.h"

@@ -299,24 +299,4 @@ PhaseFunction phase_function_of_member(const Table& table, std::size_t member) {
     return table.view().at(member_at(table.family, member)).chosen_phase_function();
 }
 
-Table table_of_member(const Table& table, std::size_t member) {
-    if (!table.has_family()) return table;
-    const TableView view = table.view().at(member_at(table.family, member));
-    Table one = table;
-    one.family.clear();
-    one.phase_function = view.chosen_phase_function();
-    one.second_phase_function = {};
-    one.path_law = view.own_path_law;
-    one.extrapolation_length = table.extrapolation_lengths[member];
-    for_each_of_members(
-        [&](auto& numbers) {
-            const std::size_t size = numbers.size() / table.member_count();
-            const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(member * size);
-            numbers = {first, first + static_cast<std::ptrdiff_t>(size)};
-        },
-        one);
-    prepare(one);
-    return one;
-}
-
 }  // namespace stratus

@@ -2,8 +2,8 @@
 
 #include <stratus/base/gauss_legendre.h>
 
-#include "depth_regime.h"
 #include "doubling_ladder.h"
+#include "layer.h"
 #include "ordered_ladder.h"
 #include "reference/classic.h"
 

@@ -2,7 +2,7 @@
 
 #include <stratus/base/size.h>
 
-#include "depth_regime.h"
+#include "layer.h"
 #include "options.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Layers as matrices, then the depth to which each is doubled.
+//
 // One azimuthal mode of a layer as matrices: their conventions, and two layers added to one.
 //
 // R_ij = s_i s_j R_m(mu_i, mu_j), s_i = sqrt(2 mu_i weight_i) (weight 1 for directions of weight
@@ -7,6 +9,7 @@
 #pragma once
 
 #include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solver_options.h>
 
 #include <Eigen/Core>
 
@@ -95,5 +98,50 @@ LightBetween light_between(const LayerMode& above, const LayerMode& below, int n
 /// Errors   as add.
 Eigen::MatrixXd diffuse_flux_between(const LayerMode& above, const LayerMode& below,
                                      const Eigen::MatrixXd& weights, int nodes);
+
+// How the layer of a given depth follows from doubling: thin | solved | conservative | infinite.
+
+/// In a layer this thin second-order scattering is below rounding, while single scattering is still
+/// a normal number.
+constexpr double thinnest_depth = 1e-280;
+
+enum class DepthRegime {
+    thin,          // below thinnest_depth: R and T in proportion to the depth
+    solved,        // doubled to the depth itself
+    conservative,  // beyond 2^12 / (1 - g) at w = 1: T by the law of diffusion
+    infinite,      // doubled until T vanishes
+};
+
+struct DepthTarget {
+    double optical_depth;
+    DepthRegime regime = DepthRegime::solved;
+    double doubled_depth = optical_depth;  // where doubling ends
+};
+
+/// The regime of a depth in [0, inf], for a layer that is conservative or not.
+DepthTarget choose_target(double optical_depth, bool conservative, double asymmetry);
+
+/// The ladder to double through; its last depth becomes the target (reach). Two depths where
+/// conservative, the first of them half the second.
+DepthLadder ladder_to(const DepthTarget& target);
+
+/// R and T of a mode at the target, from those at the end of its ladder. T is empty at infinite
+/// depth. `half_transmittance`: uniform_mean one depth earlier, where conservative.
+ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittance,
+                   const Directions& directions, ModeMatrices layer);
+
+/// Reflectance or diffuse transmittance under uniform illumination, from R or T of mode 0.
+double uniform_mean(const Directions& directions, const Eigen::MatrixXd& mode);
+
+/// Doublings to `optical_depth` from a thin start, exact to rounding along all cosines from the
+/// smallest on.
+int count_doublings(double smallest_cosine, double optical_depth);
+
+/// Where doubling to infinity alone begins, a depth like any other.
+constexpr double first_depth_to_infinity = 1;
+
+/// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
+/// more until the change is below rounding, and a reserve for g near 1.
+int max_doublings_to_infinity(double optical_depth);
 
 }  // namespace stratus

@@ -6,7 +6,6 @@
 #include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/truncation.h>
 
-#include "depth_regime.h"
 #include "layer.h"
 
 #include <cstddef>

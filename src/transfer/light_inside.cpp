@@ -7,7 +7,7 @@
 #include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
-#include "stack_path.h"
+#include "paths.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/stack_layers.h>
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
 
@@ -20,7 +20,7 @@
 
 namespace stratus {
 
-class StackPath;  // stack_path.h
+class StackPath;  // paths.h
 
 /// Layers as single scattering knows them: themselves, or truncated.
 struct SingleLayers {

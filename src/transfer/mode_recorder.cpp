@@ -1,6 +1,6 @@
 #include "mode_recorder.h"
 
-#include "depth_regime.h"
+#include "layer.h"
 
 #include <utility>
 

@@ -2,7 +2,7 @@
 // and decides from which mode on the rest is negligible. Subnormal numbers count as 0 meanwhile.
 #pragma once
 
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/solver_options.h>
 
 #include "layer_modes.h"

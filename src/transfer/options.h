@@ -3,7 +3,7 @@
 
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/transfer/quadrature.h>
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
 

@@ -2,7 +2,7 @@
 
 #include <stratus/base/size.h>
 
-#include "depth_regime.h"
+#include "layer.h"
 
 #include <cmath>
 #include <cstring>
@@ -134,7 +134,7 @@ OrderedLadder::OrderedLadder(const Directions& directions, const std::vector<dou
       start_(directions, moments, conservative_tasks(modes, thin_depth)),
       reflection_(nothing()),
       transmission_(nothing()) {
-    // The thin start of simd/thin_layer.cpp, b = h B and W = (h A)^-1.
+    // The thin start of simd/doubling.cpp, b = h B and W = (h A)^-1.
     const Series b = scattered(thin_depth / 2, start_.layer().scatter_even.K);
     const Series W = inverse(scattered(thin_depth / 2, start_.layer().scatter_odd.K));
     const auto times = [this](double x, const Series& F) { return sum(x, F, 0, F); };

@@ -4,7 +4,7 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "climb.h"
-#include "depth_regime.h"
+#include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "simd/doubling_steps.h"

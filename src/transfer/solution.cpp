@@ -1,10 +1,10 @@
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 
 #include <stratus/base/size.h>
 
-#include "backward_path.h"
 #include "options.h"
 #include "orders.h"
+#include "paths.h"
 
 #include <algorithm>
 #include <utility>

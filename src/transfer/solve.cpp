@@ -5,14 +5,13 @@
 #include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
 
-#include "backward_path.h"
 #include "climb.h"
-#include "depth_regime.h"
 #include "doubling_ladder.h"
 #include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
+#include "paths.h"
 #include "simd/doubling_steps.h"
 
 #include <Eigen/Cholesky>

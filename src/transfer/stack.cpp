@@ -3,13 +3,12 @@
 #include <stratus/base/argument.h>
 #include <stratus/transfer/solve.h>
 
-#include "backward_path.h"
 #include "layer.h"
 #include "light_inside.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
-#include "stack_path.h"
+#include "paths.h"
 
 #include <algorithm>
 #include <cmath>

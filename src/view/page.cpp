@@ -194,12 +194,12 @@ std::string view_page(const PackedTable& table) {
         scripts += "<script type=\"text/plain\" id=\"" + texture.name + "\">" +
                    deflated(texture.bytes) + "</script>\n";
     return filled(page_html,
-                  {{"style", page_style},
-                   {"shader", shader_text(ShaderLanguage::glsl) + scenes_shader},
+                  {{"style", style_css},
+                   {"shader", shader_text(ShaderLanguage::glsl) + scenes_glsl},
                    {"facts", facts(header, textures)},
                    {"fluxes", fluxes(header)},
                    {"textures", scripts},
-                   {"script", std::string(table_script) + picture_script + page_script}});
+                   {"script", std::string(picture_js) + page_js}});
 }
 
 }  // namespace stratus

@@ -1,8 +1,8 @@
 // Tables of families of phase functions, against tables of single ones and the solver.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
-#include <stratus/table/family_member.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 
 #include "table_equality.h"
@@ -40,7 +40,7 @@ void expect_tables_of_members(const Recipe& recipe) {
     for (const std::size_t m : {std::size_t{0}, table.member_count() - 2}) {
         SCOPED_TRACE(m);
         const Table alone = solve_table(at_member(recipe, member_at(table.family, m)));
-        test::expect_same_bits(table_of_member(table, m), alone);
+        test::expect_same_bits(table_at(table, member_at(table.family, m)), alone);
     }
 }
 

@@ -1,12 +1,15 @@
-// Files of dotted keys, for tests to change: what every row of keys.h must keep.
+// Files of dotted keys, for tests to change: what every row of toml_section.h must keep.
 #pragma once
 
-#include <stratus/bake/keys.h>
+#include <stratus/bake/toml_section.h>
 
 #include "refusal.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <utility>
@@ -55,8 +58,30 @@ class KeyedFile {
     Lines lines_;
 };
 
-/// Every key of the table is read and every default allowed. A key that is not read would take a
-/// date, which no key may be. `full_name` is the full name of a key in these files, each of which must
+/// Values just outside the range that the row of a number states; none for other rows.
+inline std::vector<std::string> values_out_of_range(const Key& key) {
+    const std::string form = key.form;
+    const bool whole = form == "whole number";
+    char opens, closes;
+    double low, high;
+    if ((!whole && form != "number") ||
+        std::sscanf(key.range, "%c%lf, %lf%c", &opens, &low, &high, &closes) != 4)
+        return {};
+    const auto beyond = [&](double bound, bool is_open, double sign) {
+        const double step = is_open ? 0 : whole ? 1 : 1e-9 * std::max(1.0, std::abs(bound));
+        char text[40];
+        std::snprintf(text, sizeof text, whole ? "%.0f" : "%.17e", bound + sign * step);
+        return std::string(text);
+    };
+    std::vector<std::string> values{beyond(low, opens == '(', -1)};
+    if (std::isfinite(high)) values.push_back(beyond(high, closes == ')', 1));
+    if (!whole) values.push_back("nan");
+    if (std::string(key.range).find("inf") == std::string::npos) values.push_back("inf");
+    return values;
+}
+
+/// Every key of the table is read, every default allowed, and every number refused beyond its range. A
+/// key that is not read would take a date, which no key may be. `full_name` is the full name of a key in these files, each of which must
 /// be taken as it is.
 inline void expect_keys_are_read(Keys keys, const std::string& caller,
                                  const std::vector<KeyedFile>& files,
@@ -75,6 +100,9 @@ inline void expect_keys_are_read(Keys keys, const std::string& caller,
             const std::string start = caller + ": " + dated.last_line() + ": " + name + " must be ";
             if (!refusal_of(dated).starts_with(start)) continue;
             read = true;
+            for (const std::string& value : values_out_of_range(key))
+                expect_holds(refusal_of(file.with(name, value)),
+                             {start + "a " + key.form + " in " + key.range + ", got "});
             if (*key.default_value == '(') continue;
             EXPECT_EQ(refusal_of(file.with(name, key.default_value)), "") << name;
         }

@@ -1,4 +1,4 @@
-#include <stratus/bake/keys.h>
+#include <stratus/bake/toml_section.h>
 
 #include <stratus/bake/recipe.h>
 #include <stratus/bake/stack_file.h>

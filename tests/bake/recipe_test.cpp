@@ -209,27 +209,9 @@ TEST(Recipe, RefusesValuesOfAnotherType) {
                           {"recipe: line 6: discretisation.scheme must be a string"});
 }
 
-TEST(Recipe, RefusesTolerancesOutOfRange) {
-    for (const char* value : {"0", "-1e-3", "0.9e-6", "0.11", "nan", "inf"})
-        expect_recipe_refusal(recipe_but("tolerance", std::string("tolerance = ") + value),
-                              {"recipe: line 2: tolerance must be a number in [1e-6, 0.1]"});
-}
-
-TEST(Recipe, RefusesOpticalDepthsOutOfRange) {
-    for (const char* range :
-         {"{ min = 0, max = 1 }", "{ min = -1, max = 1 }", "{ min = nan, max = 1 }",
-          "{ min = 0.9e-6, max = 1 }", "{ min = 0.5, max = nan }"})
-        expect_recipe_refusal(recipe_but("optical_depth", std::string("optical_depth = ") + range),
-                              {"recipe", "optical_depth.m", "[1e-6, 1e9] or inf"});
+TEST(Recipe, RefusesRangesThatDescendOrHaveOneEnd) {
     expect_recipe_refusal(recipe_but("optical_depth", "optical_depth = { min = 2, max = 1 }"),
                           {"recipe: line 3: optical_depth.min must be at most max, got 2"});
-}
-
-TEST(Recipe, RefusesAlbedosOutOfRange) {
-    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = -0.1, max = 1 }"),
-                          {"recipe: line 4: albedo.min must be a number in [0, 1], got -0.1"});
-    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, max = 1.5 }"),
-                          {"recipe: line 4: albedo.max must be a number in [0, 1], got 1.5"});
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.75, max = 0.5 }"),
                           {"recipe: line 4: albedo.min must be at most max, got 0.75"});
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.5 }"),
@@ -256,25 +238,7 @@ TEST(Recipe, RefusesOtherOrders) {
                           {"recipe", "discretisation.scheme", "orders", "classic"});
 }
 
-TEST(Recipe, RefusesDiscretisationsOutOfRange) {
-    const struct {
-        const char* key;
-        std::vector<const char*> values;
-    } rows[] = {
-        {"nodes", {"0", "513", "-1"}},
-        {"modes", {"0", "1025"}},
-        {"mu_samples", {"3", "513"}},
-        {"azimuth_samples", {"0", "1025"}},
-        {"optical_depth_samples_per_octave", {"0", "65"}},
-        {"deepest_optical_depth", {"0.0009", "1.1e9", "inf", "nan"}},
-        {"albedo_samples", {"0", "513"}},
-        {"mixture_samples", {"1", "65"}},
-    };
-    for (const auto& row : rows)
-        for (const char* value : row.values)
-            expect_recipe_refusal(
-                recipe_with(std::string("[discretisation]\n") + row.key + " = " + value + "\n"),
-                {"recipe: line 6: discretisation.", row.key, "in [", "got"});
+TEST(Recipe, RefusesUnknownScalesAndSchemes) {
     expect_recipe_refusal(
         recipe_with("[discretisation]\nazimuth_scale = 'logarithmic'\n"),
         {"recipe", "discretisation.azimuth_scale", "\"square_root\"", "logarithmic"});
@@ -357,10 +321,7 @@ TEST(Recipe, RefusesTransmissionOverGround) {
          "got transmission"});
 }
 
-TEST(Recipe, RefusesGroundOutOfRange) {
-    expect_recipe_refusal(
-        recipe_with("[below]\nlambert_albedo = 1.1"),
-        {"recipe: line 6: below.lambert_albedo must be a number in [0, 1], got 1.1"});
+TEST(Recipe, RefusesUnknownGrounds) {
     expect_recipe_refusal(
         recipe_with("[below]\nlambert = 1"),
         {"recipe: line 6: unknown key 'below.lambert'; did you mean 'below.albedo'"});
@@ -417,12 +378,8 @@ TEST(Recipe, IsNoDeviceWithoutEnd) {
                                        {"/dev/zero: must have at most 67108864 bytes"});
 }
 
-TEST(Recipe, RefusesMixturesOutOfRange) {
+TEST(Recipe, RefusesMixturesOfOneShare) {
     const std::string second = "second_phase_function = 'isotropic'\nmixture = ";
-    expect_recipe_refusal(recipe_with(second + "{ min = -0.1, max = 1 }\n"),
-                          {"recipe: line 6: mixture.min must be a number in [0, 1], got -0.1"});
-    expect_recipe_refusal(recipe_with(second + "{ min = 0, max = 1.1 }\n"),
-                          {"recipe: line 6: mixture.max must be a number in [0, 1], got 1.1"});
     expect_recipe_refusal(recipe_with(second + "{ min = 0.5, max = 0.5 }\n"),
                           {"recipe: line 6: mixture.max", "above min", "sum", "0.5"});
     expect_recipe_refusal(recipe_with("second_phase_function = 'mie'\n"), {"mie"});

@@ -137,10 +137,6 @@ TEST(StackFile, RefusesValuesOutOfRange) {
         {"layer 2.optical_depth must be a number or three numbers in [0, inf], got 'thick'"});
     expect_stack_refusal("[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1.1\noptical_depth = 1",
                          {"layer 1.albedo must be a number or three numbers in [0, 1], got 1.1"});
-    expect_stack_refusal(air + "[below]\nlambert_albedo = 1.5",
-                         {"below.lambert_albedo must be a number in [0, 1], got 1.5"});
-    expect_stack_refusal(air + "[below]\nphase_function = 'rayleigh'\nalbedo = -0.5",
-                         {"below.albedo must be a number in [0, 1], got -0.5"});
 }
 
 TEST(StackFile, RefusesSemiInfiniteLayersAboveOthers) {

@@ -5,8 +5,8 @@
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/io/table_file.h>
-#include <stratus/table/ground.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
 

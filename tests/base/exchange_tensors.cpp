@@ -1,6 +1,6 @@
 // exchange_tensors write FILE: writes a file of tensors for other languages to read.
 // exchange_tensors list FILE: prints what a file of tensors of another language holds, sorted.
-#include "base/mapped_file.h"
+#include "base/mapped_tensors.h"
 
 #include <stratus/base/tensor_file.h>
 

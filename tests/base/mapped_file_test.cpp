@@ -1,4 +1,4 @@
-#include "base/mapped_file.h"
+#include "base/mapped_tensors.h"
 
 #include "refusal.h"
 

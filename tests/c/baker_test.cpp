@@ -2,8 +2,8 @@
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
 #include <stratus/stratus_baker.h>
-#include <stratus/table/ground.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>

@@ -1,7 +1,7 @@
 // The scenes' profile of Saturn's rings is as bright as the rings that the Hubble Space Telescope
 // saw. `saturn_profile_test --gtest_output=xml:/dev/stdout` prints I/F of both, in thousandths.
 #include <stratus/base/constants.h>
-#include <stratus/fit/layer_model.h>
+#include <stratus/fit/fit.h>
 #include <stratus/io/csv.h>
 
 #include "row_name.h"

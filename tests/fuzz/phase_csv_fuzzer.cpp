@@ -1,5 +1,5 @@
 // Any bytes as a table of a phase function and as a list of moments.
-#include <stratus/io/phase_file.h>
+#include <stratus/io/table_file.h>
 
 #include "memory_file.h"
 

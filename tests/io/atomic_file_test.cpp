@@ -1,4 +1,4 @@
-#include <stratus/io/atomic_file.h>
+#include <stratus/io/file_bytes.h>
 
 #include <stratus/io/table_file.h>
 

@@ -1,4 +1,4 @@
-#include <stratus/io/phase_file.h>
+#include <stratus/io/table_file.h>
 
 #include "refusal.h"
 #include "temporary_folder.h"

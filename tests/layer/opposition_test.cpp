@@ -1,4 +1,4 @@
-#include <stratus/layer/opposition.h>
+#include <stratus/layer/effects.h>
 
 #include <stratus/base/constants.h>
 

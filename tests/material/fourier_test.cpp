@@ -1,5 +1,5 @@
 #include <stratus/material/material.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 
 #include "fourier_reader.h"
 #include "material_check.h"

@@ -1,5 +1,5 @@
 #include <stratus/material/material.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 
 #include "material_check.h"
 #include "refusal.h"

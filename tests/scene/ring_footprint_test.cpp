@@ -1,5 +1,5 @@
 // Ringlets narrower than pixels, whose light is that of their area wherever the pixels lie.
-#include "ring_footprint.h"
+#include "ring_light.h"
 
 #include <stratus/base/constants.h>
 #include <stratus/scene/render.h>

@@ -2,7 +2,7 @@
 // part of it. Its looks are checked visually.
 #include <stratus/base/constants.h>
 #include <stratus/picture/png.h>
-#include <stratus/scene/table_portrait.h>
+#include <stratus/scene/render.h>
 
 #include "refusal.h"
 #include "row_name.h"

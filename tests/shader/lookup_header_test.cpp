@@ -1,7 +1,7 @@
 // The lookup as one C++ header: compiled on its own, in a program that is run.
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/shader/shader.h>
-#include <stratus/table/family_member.h>
+#include <stratus/table/member_and_ground.h>
 
 #include "kinds.h"
 #include "lookups.h"

@@ -5,10 +5,10 @@
 // 10,000 random lookups on both sides, by the text as C++ and by headless Chromium, and with filtered
 // textures by the latter, relative to no less than 1e-4. Then the layer of depth 1 and albedo 0.95, or what the
 // table has nearest to it, bound and filtered, relative to no less than 1e-6.
-#include "as_cxx.h"
 #include "browser.h"
 #include "filtered_as_cxx.h"
 #include "lookups.h"
+#include "texture_parts.h"
 
 #include <algorithm>
 #include <exception>

@@ -2,7 +2,7 @@
 
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/phase/path_law.h>
-#include <stratus/table/family_member.h>
+#include <stratus/table/member_and_ground.h>
 
 #include "filtered_as_cxx.h"
 #include "kinds.h"

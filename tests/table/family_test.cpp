@@ -1,8 +1,8 @@
 // Families of phase functions: axes over their parameters, and tables seen at one point of them.
 #include <stratus/bsdf/slice.h>
 #include <stratus/phase/phase_family.h>
-#include <stratus/table/family_member.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 
 #include "refusal.h"

@@ -1,9 +1,7 @@
 // A matrix of layers on which all applicable methods are compared pairwise: each pair agrees within
 // the sum of the errors that the two state.
 #include <stratus/base/constants.h>
-#include <stratus/transfer/reference/isotropic.h>
-#include <stratus/transfer/reference/markov.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
@@ -277,7 +275,7 @@ Answer orders(const Layer& of) {
     return answer("orders", with_few().nodes, sum, 1e-10, left_by_few(of));
 }
 
-/// H, or X and Y: 1e-10 (isotropic.h).
+/// H, or X and Y: 1e-10 (solvers.h).
 Answer chandrasekhar(const Layer& of) {
     const IsotropicSolution solution =
         solve_isotropic(of.albedo, of.optical_depth, compared_cosines);
@@ -312,7 +310,7 @@ Answer markov(const Layer& of, int highest_order = 0) {
 }
 
 /// 4 standard errors, exceeded by chance once in 16000 values; some 2000 are compared. T below 1e-4
-/// is carried by too few photons for a reliable standard error (photons.h).
+/// is carried by too few photons for a reliable standard error (solvers.h).
 Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
     std::vector<Geometry> geometries;
     for (const Place& at : places)

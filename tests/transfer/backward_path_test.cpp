@@ -1,4 +1,4 @@
-#include "backward_path.h"
+#include "paths.h"
 
 #include <stratus/base/constants.h>
 #include <stratus/phase/path_law.h>

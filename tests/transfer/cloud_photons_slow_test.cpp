@@ -1,8 +1,8 @@
 // The solver against photons where a water cloud's peaks are narrow: T in the aureole, R at the
 // glory.
 #include <stratus/base/constants.h>
-#include <stratus/io/phase_file.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/io/table_file.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 
 #include "row_name.h"

@@ -1,5 +1,5 @@
 // Layers over grounds with laws of their own; photons: stack_photons_test.cpp.
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 

@@ -1,5 +1,5 @@
 // Chandrasekhar's functions against their closed-form properties, and the solver against them.
-#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/solvers.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/transfer/quadrature.h>

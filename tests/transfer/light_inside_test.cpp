@@ -2,7 +2,7 @@
 // transfer integrated order by order.
 
 #include <stratus/base/gauss_legendre.h>
-#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
 

@@ -1,5 +1,5 @@
 // The Markov chain agrees with the solver within its stated errors.
-#include <stratus/transfer/reference/markov.h>
+#include <stratus/transfer/reference/solvers.h>
 
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>

@@ -1,8 +1,7 @@
 // Photons agree with the solver and the closed forms within their standard errors.
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 
 #include <stratus/base/constants.h>
-#include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

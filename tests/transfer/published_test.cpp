@@ -1,6 +1,6 @@
 // The solver against numbers printed in the literature, to the digits printed.
 #include <stratus/base/constants.h>
-#include <stratus/io/phase_file.h>
+#include <stratus/io/table_file.h>
 #include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"

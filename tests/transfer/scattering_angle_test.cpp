@@ -2,7 +2,7 @@
 #include "reference/photon_path.h"
 
 #include <stratus/base/constants.h>
-#include <stratus/io/phase_file.h>
+#include <stratus/io/table_file.h>
 
 #include <gtest/gtest.h>
 

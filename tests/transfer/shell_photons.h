@@ -7,7 +7,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 
 #include "reference/photon_path.h"
 

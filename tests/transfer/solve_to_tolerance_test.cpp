@@ -1,7 +1,7 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include <stratus/base/constants.h>
-#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 
 #include "csv_rows.h"

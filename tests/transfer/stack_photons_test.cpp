@@ -1,6 +1,6 @@
 // Stacks against photons that know nothing of layers' matrices, truncation or paths.
 #include <stratus/base/constants.h>
-#include <stratus/table/ground.h>
+#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include <gtest/gtest.h>

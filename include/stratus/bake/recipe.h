@@ -76,7 +76,7 @@ struct Recipe {
     std::string text;  // the file as it was
 };
 
-/// Reads a recipe from TOML text, whose keys are recipe_keys() (keys.h), or stack_keys() where it
+/// Reads a recipe from TOML text, whose keys are recipe_keys() (toml_section.h), or stack_keys() where it
 /// has [[layers]]; files it names are looked for below `directory`. Notes for the user go to
 /// `notes`. `name`: of its file, in refusals.
 ///

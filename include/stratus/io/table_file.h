@@ -4,16 +4,19 @@
 // Format name, version, every extent and checksum are checked, and samples must be finite. A
 // truncated, damaged or foreign file is refused with a reason. HDF5 files, however, are decoded by
 // the HDF5 library, which files made to harm can crash: read those of people whom you trust. Writing
-// is atomic (atomic_file.h).
+// is atomic (file_bytes.h).
 #pragma once
 
+#include <stratus/phase/phase_function.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/table/table.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace stratus {
 
@@ -71,5 +74,19 @@ AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& op
 /// Errors   std::invalid_argument for another ending, or a table that no reader would accept;
 ///          std::runtime_error "PATH: reason" for errors of the system.
 void write_table(const Table& table, const std::filesystem::path& path, int threads = 0);
+
+// Phase functions whose text names files: `tabulated:file=moon.csv`, `moments:file=haze.csv`,
+// `mie:distribution=drops.csv,index=acid.csv`.
+
+/// Reads the grammar of `parse_phase_function`, and the files that it names: CSV with the columns
+/// phase_angle_deg and value, or l and chi; of mie wavelength_um, n and k, or radius_um and number.
+///
+/// Relative paths start from `directory`. What a user should be told (weights that did not sum to
+/// 1, values or moments that were scaled, tables that were continued) is appended to `notes` when given.
+///
+/// Errors   std::invalid_argument naming the part or the file and line that is wrong, and what is
+///          allowed; std::runtime_error for a file that cannot be opened.
+PhaseFunction read_phase_function(const std::string& text, const std::string& directory = "",
+                                  std::vector<std::string>* notes = nullptr);
 
 }  // namespace stratus

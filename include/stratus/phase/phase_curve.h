@@ -37,7 +37,7 @@ enum class PhaseForm {
     sampled,
     // Reflection alone: side by side with the phase function of a layer that is the lower boundary.
     with_boundary,
-    with_opposition_and_boundary,  // the same, times Blinn's opposition (opposition.h)
+    with_opposition_and_boundary,  // the same, times Blinn's opposition (effects.h)
     of_stack,                      // samples of each of its layers' own
 };
 constexpr int phase_forms = 9;

@@ -66,7 +66,7 @@ std::string shader_text(ShaderLanguage language, const FilteredLight* filtered =
 
 /// The textures of a table: `stratus_numbers`, floats, and `stratus_functions`, halves or floats.
 ///
-/// Errors   std::invalid_argument for a table of a family, of which table_at() (family_member.h) makes
+/// Errors   std::invalid_argument for a table of a family, of which table_at() (member_and_ground.h) makes
 ///          one of a member, or of more than 2^24 texels.
 std::vector<ShaderTexture> shader_textures(const PackedTable& table);
 

@@ -230,9 +230,4 @@ bool is_mixture(const std::vector<FamilyAxis>& family) noexcept;
 /// The phase function of a member of a family, or the only one.
 PhaseFunction phase_function_of_member(const Table& table, std::size_t member);
 
-/// A member of a family as a table of its own.
-///
-/// Range    member in [0, member_count()).
-Table table_of_member(const Table& table, std::size_t member);
-
 }  // namespace stratus

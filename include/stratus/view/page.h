@@ -13,7 +13,7 @@ namespace stratus {
 
 /// The page's text.
 ///
-/// Errors   std::invalid_argument for a table of a family (table_at in stratus/table/family_member.h makes one of a member), of
+/// Errors   std::invalid_argument for a table of a family (table_at in stratus/table/member_and_ground.h makes one of a member), of
 ///          some directions or, over nothing, one side alone, or without finite optical depths.
 std::string view_page(const PackedTable& table);
 

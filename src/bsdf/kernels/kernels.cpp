@@ -2,7 +2,6 @@
 
 #include "base/interpolation.h"
 #include "layer/kernels/closed_form.h"
-#include "layer/kernels/opposition_values.h"
 #include "phase/kernels/path_law.h"
 
 #include <utility>

@@ -7,7 +7,7 @@
 
 #include <stratus/base/direction.h>
 #include <stratus/base/instruction_set.h>
-#include <stratus/layer/opposition.h>
+#include <stratus/layer/effects.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/phase/phase_curve.h>
 

@@ -3,7 +3,7 @@
 
 #include <stratus/phase/path_law.h>
 
-#include "base/gathers.h"
+#include "base/interpolation.h"
 #include "base/light_path.h"
 
 namespace stratus {

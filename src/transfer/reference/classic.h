@@ -22,7 +22,7 @@ PhaseKernels reference_phase_kernels(const Directions& directions,
 ///
 ///     R + T = (I + h B)^-1 (I - h B)      R - T = (I + (h A)^-1)^-1 (I - (h A)^-1)
 ///
-/// with h = tau/2, A and B as in simd/thin_layer.cpp, or from single scattering in closed form. The
+/// with h = tau/2, A and B as in simd/doubling.cpp, or from single scattering in closed form. The
 /// beam is part of T's matrices, on a diagonal of its own.
 class ClassicLayer {
   public:

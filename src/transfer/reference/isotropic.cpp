@@ -1,4 +1,4 @@
-#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/solvers.h>
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <stratus/phase/phase_function.h>
-#include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/reference/solvers.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "congruence.h"
+#include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
 

@@ -23,7 +23,7 @@
 // directions to grazing ones. Then
 //
 //     P~_S = X        P~_L = P_L + U' a        Q~_S = Q_S - H        Q~_L = Q_L + V' Q - b' V
-#include "congruence.h"
+#include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
 

@@ -1,6 +1,10 @@
+// Threads and clocks: parallel loops, then how long they took.
+//
 // Parallel loops.
 #pragma once
 
+#include <chrono>
+#include <ctime>
 #include <functional>
 
 namespace stratus {
@@ -20,5 +24,16 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body,
 ///
 /// Threads  loops within that ask for one thread keep to their own.
 void nested_parallel_for(int count, int threads, const std::function<void(int)>& body);
+
+// How long things took, for notes and for what is measured as a cost.
+
+using Clock = std::chrono::steady_clock;
+
+inline double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Seconds that processors have worked for this process: what else the machine does adds nothing.
+inline double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace stratus

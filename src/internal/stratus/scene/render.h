@@ -5,8 +5,10 @@
 #pragma once
 
 #include <stratus/io/image.h>
+#include <stratus/picture/portrait.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/scene.h>
+#include <stratus/table/table.h>
 
 #include <functional>
 #include <memory>
@@ -53,5 +55,13 @@ Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& t
 
 /// Pictures of one size side by side, row after row of `columns`.
 Image side_by_side(const std::vector<Image>& pictures, int columns);
+
+// The content of a table's portrait: lobes are looked up, spheres rendered as scenes.
+
+/// The portrait of a table, by its header and its lookups; a family is shown at its middle.
+///
+/// Range    tables whose mu_in and mu_out have the same axis.
+/// Threads  renders on all.
+Portrait make_portrait(const Table& header, const TableView& whole);
 
 }  // namespace stratus

@@ -21,8 +21,8 @@
 // Lengths are in equatorial radii of the planet, or in any unit over a slab; angles in degrees.
 #pragma once
 
-#include <stratus/bake/keys.h>
 #include <stratus/bake/recipe.h>
+#include <stratus/bake/toml_section.h>
 #include <stratus/layer/effects.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/phase/phase_function.h>

@@ -13,7 +13,7 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/phase/phase_function.h>
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 
 #include <Eigen/Core>
 

@@ -1,19 +1,109 @@
+// Solutions, then the functions that solve for them.
+//
+// A solved layer: its azimuthal modes, its fluxes, and R and T from them.
+//
+// The Fourier series carries orders n >= 2 of the truncated problem; single scattering is added in
+// closed form with the exact phase function. Values at many directions: fourier_sum.h.
+#pragma once
+
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/phase_function.h>
+#include <stratus/transfer/solve_to_tolerance.h>
+#include <stratus/transfer/solver_options.h>
+#include <stratus/transfer/truncation.h>
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <vector>
+
+namespace stratus {
+
+/// The correction for truncation at one pair of cosines: TMS minus the closed form of the layer
+/// itself; where the peak is narrow, the path law and its rest (truncation.h), or the line law
+/// of a backward peak. 0 without truncation.
+struct PeakCorrection {
+    double single = 0;  // per unit of phase function
+    std::vector<double> legendre;
+
+    double operator()(double phase_value, double cos_scattering_angle) const {
+        return single * phase_value + sum_legendre(legendre, cos_scattering_angle);
+    }
+};
+
+/// Results at a list of cosines, common to all solutions.
+struct ModeSolution {
+    Eigen::VectorXd mu;  // the requested cosines, or the Gauss nodes
+    LowerBoundary lower_boundary;
+    Truncation boundary_truncation;
+
+    // Orders n >= 2 of mode m of the problem after truncation, out of mu(i), into mu(j). T is 0
+    // where nothing is transmitted: at infinite depth and over a lower boundary.
+    std::vector<Eigen::MatrixXd> reflection_modes;
+    std::vector<Eigen::MatrixXd> transmission_modes;
+    const std::vector<Eigen::MatrixXd>& modes(Side side) const {
+        return side == Side::reflection ? reflection_modes : transmission_modes;
+    }
+
+    // Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted
+    // ones are those incident on it, interreflection with the layer included.
+    Eigen::VectorXd plane_albedo;           // at mu
+    Eigen::VectorXd diffuse_transmittance;  // at mu
+    double spherical_albedo = 0;            // URU
+    double total_transmittance = 1;         // UTU: uniform illumination, diffuse and beam
+
+    // Share of the incident flux absorbed by the lower boundary; empty and 0 without one.
+    Eigen::VectorXd ground_absorptance;  // at mu
+    double spherical_ground_absorptance = 0;
+};
+
+class BackwardPath;   // src/transfer/paths.h
+class StackSolution;  // stack.h
+
+/// A layer of one albedo and depth. Over a lower boundary reflection is that of both, and `single`
+/// then counts light scattered once, by the layer or by the boundary.
+class LayerSolution : public ModeSolution {
+  public:
+    double albedo = 0;
+    double optical_depth = 0;
+
+    // weight of order n in everything here, w^n or 0; empty: all orders
+    Eigen::VectorXd order_weights;
+
+    /// R or diffuse T between mu(in) and mu(out) at azimuths in radians. Only a truncated phase series
+    /// that is itself negative makes them negative: more nodes help.
+    std::vector<SolvedValue> values(Side side, int in, int out,
+                                    const std::vector<double>& azimuths) const;
+    SolvedValue reflection(int in, int out, double azimuth) const;
+    SolvedValue transmission(int in, int out, double azimuth) const;
+
+    /// The correction for truncation of R or T between mu(in) and mu(out), to be added to the modes.
+    PeakCorrection peak_correction(Side side, int in, int out) const;
+
+    /// Returns the weights of the path law's orders, w^n unless these are limited; needs `path`.
+    Eigen::VectorXd path_orders() const;
+    /// Returns the same times the factors of path_weights (path_law.h), between mu(in) and mu(out).
+    PathWeights path_weights(Side side, int in, int out) const;
+
+    /// The correction for light scattered once by the lower boundary, per unit of its phase function.
+    double boundary_correction(int in, int out) const;
+
+    PhaseFunction phase_function;
+    Truncation truncation;
+    std::shared_ptr<const TruncatedPath> path;          // null unless the peak is narrow
+    std::shared_ptr<const BackwardPath> backward_path;  // null unless truncation.backward
+
+    /// The stack that R, T and evaluate() (fourier_sum.h) describe; null: the layer itself. See as_one_layer (stack.h).
+    std::shared_ptr<const StackSolution> stack;
+};
+
 // The solver: reflection and transmission of a homogeneous plane-parallel layer at any geometry.
 //
 // All azimuthal modes are doubled from a thin layer to the requested depth; single scattering is
 // subtracted from every mode in closed form and added again with the exact phase function, so that
 // the Fourier series only carries orders n >= 2. Conventions (docs/conventions.md): R = pi I /
 // (mu0 F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
-#pragma once
-
-#include <stratus/layer/lower_boundary.h>
-#include <stratus/phase/phase_function.h>
-#include <stratus/transfer/solution.h>
-#include <stratus/transfer/solver_options.h>
-
-#include <vector>
-
-namespace stratus {
 
 /// Solves one layer at the cosines `mu`.
 ///
@@ -31,7 +121,7 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
 /// exactly n times, w^n times the order of the series; its total_transmittance leaves out the beam.
 ///
 /// Range    options.orders [1, 200], with the harmonic scheme; the rest as for solve_layer.
-/// Accuracy every order to rounding, however weak (src/transfer/ordered_ladder.h).
+/// Accuracy every order to rounding, however weak (src/transfer/doubling_ladder.h).
 std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
                                         double optical_depth, const std::vector<double>& mu,
                                         const SolverOptions& options);
@@ -49,7 +139,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
 /// exp(-k tau). 0 at w = 1.
 ///
 /// Source   1/k^2 is the largest eigenvalue of (B A)^-1 in mode 0, A and B as in
-///          simd/thin_layer.cpp.
+///          simd/doubling.cpp.
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options = {});

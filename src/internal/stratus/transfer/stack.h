@@ -3,12 +3,12 @@
 // Each layer is doubled separately (solve.h) with its own truncation; the modes are then added from
 // the top down [HT74]. Single scattering of the stack is in closed form: that of each layer,
 // attenuated by the layers on the way in and out. What narrow peaks scatter again keeps to its path,
-// through all layers (stack_path.h). One layer over nothing is solved as solve_layer does.
+// through all layers (paths.h). One layer over nothing is solved as solve_layer does.
 #pragma once
 
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/stack_layers.h>
-#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
 
@@ -19,7 +19,7 @@
 
 namespace stratus {
 
-class StackPath;  // src/transfer/stack_path.h
+class StackPath;  // src/transfer/paths.h
 
 /// A stack solved at a list of cosines. Lit from above; `solve_stack` of the layers in reverse
 /// order is the stack lit from below.

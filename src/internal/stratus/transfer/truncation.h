@@ -14,7 +14,7 @@
 //
 // A backward peak cannot pass for unscattered light. Where |chi_L| exceeds 1e-7, the series of a
 // narrow one ends smoothly, chi*_l = chi_l p_l and f = 0; what that changes is known in closed form
-// (backward_path.h).
+// (paths.h).
 //
 // [NT88], TMS: single scattering is then added in closed form with the true phase function, albedo
 // w*/(1 - f) and tau*. Multiple scattering in a narrow peak follows below.

@@ -1,0 +1,290 @@
+// Formats whose samples are evenly spaced: netCDF for Eradiate, pictures for shaders, arrays for any language.
+//
+// netCDF for Eradiate's mqdiffuse: the BRDF over (cos_theta_o, phi_d, cos_theta_i), evenly spaced.
+//
+// Both directions point away from the surface there, so that phi_d = 0 is back to the light:
+// azimuth pi.
+#include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
+#include <stratus/base/tensor_file.h>
+#include <stratus/io/file_bytes.h>
+#include <stratus/io/image.h>
+#include <stratus/io/write_options.h>
+
+#include "solved_stack.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+constexpr int mqdiffuse_cosines = 101, mqdiffuse_azimuths = 72;  // 72: over 2 pi, the end left out
+
+/// Where both cosines are 0 f has no limit. A third of a step off it is such that lines between the
+/// samples meet 1 / (mu + mu0) amid the first cell.
+constexpr double corner = 1.0 / (3 * (mqdiffuse_cosines - 1));
+
+}  // namespace
+
+MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& options) {
+    require(material.colours.size() == 1, "export", "colours of netcdf", "one, it holds grey",
+            material.colours.size());
+    MaterialFile file;
+    note_beam(material, file.notes);
+    note_transmission(material, file.notes);
+    std::vector<double> mu{grazing}, cosines{0}, phi, azimuths;
+    for (int k = 1; k < mqdiffuse_cosines; ++k) cosines.push_back(k / (mqdiffuse_cosines - 1.0));
+    mu.insert(mu.end(), cosines.begin() + 1, cosines.end());
+    mu.push_back(corner);
+    for (int k = 0; k < mqdiffuse_azimuths; ++k) {
+        phi.push_back(2 * pi * k / mqdiffuse_azimuths);
+        azimuths.push_back(std::abs(pi - phi.back()));
+    }
+    const SolvedStack solved = std::move(solve_colours(material, mu, options)[0]);
+    const auto count = size(mqdiffuse_cosines);
+    std::vector<float> brdf(count * mqdiffuse_azimuths * count);
+    parallel_for(mqdiffuse_cosines, options.threads, [&](int out) {
+        for (int in = out; in < mqdiffuse_cosines; ++in) {
+            const bool at_corner = in == 0 && out == 0;
+            const std::vector<SolvedValue> values = solved.reflection(
+                at_corner ? mqdiffuse_cosines : in, at_corner ? mqdiffuse_cosines : out, azimuths);
+            for (std::size_t a = 0; a < mqdiffuse_azimuths; ++a) {
+                const auto i = size(in), o = size(out);
+                brdf[(o * mqdiffuse_azimuths + a) * count + i] =
+                    brdf[(i * mqdiffuse_azimuths + a) * count + o] =
+                        static_cast<float>(values[a].total / pi);
+            }
+        }
+    });
+    auto grid = std::make_shared<NetcdfGrid>();
+    grid->dimensions = {
+        {"cos_theta_o", "1", "cosine of the outgoing zenith angle", cosines},
+        {"phi_d", "rad", "azimuth between the directions, both away from the layer", phi},
+        {"cos_theta_i", "1", "cosine of the incoming zenith angle", cosines}};
+    grid->name = "brdf";
+    grid->units = "sr**-1";
+    grid->long_name = "BRDF, the cosine left out";
+    grid->values = std::move(brdf);
+    grid->attributes = {{"title", describe(material)}};
+    file.write = [grid](const std::filesystem::path& path) { write_netcdf(*grid, path); };
+    return file;
+}
+
+// Pictures for shaders: tiles of f (mu_in + mu_out) pi over azimuth and mu_out, one column of tiles
+// for each mu_in, one row for each side.
+
+namespace {
+
+constexpr int atlas_cosines = 64, atlas_azimuths = 64;
+
+Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack>& colours,
+                 const std::vector<double>& mu, int threads) {
+    const std::vector<double> azimuths = even_azimuths(atlas_azimuths);
+    const int row_count = static_cast<int>(rows.size());
+    Image image(atlas_cosines * atlas_azimuths, row_count * atlas_cosines);
+    parallel_for(row_count * atlas_cosines, threads, [&](int y) {
+        const LitSide& row = rows[size(y / atlas_cosines)];
+        const int out = y % atlas_cosines;
+        for (int in = 0; in < atlas_cosines; ++in) {
+            const double sum = mu[size(in)] + mu[size(out)];
+            for (std::size_t c = 0; c < 3; ++c) {
+                const SolvedStack& colour = colours[colours.size() == 1 ? 0 : c];
+                if (colours.size() == 1 && c > 0) {
+                    for (int a = 0; a < atlas_azimuths; ++a) {
+                        float* const pixel = image.pixel(in * atlas_azimuths + a, y);
+                        pixel[c] = pixel[0];
+                    }
+                    continue;
+                }
+                const std::vector<SolvedValue> values = (colour.*row.values)(in, out, azimuths);
+                for (int a = 0; a < atlas_azimuths; ++a)
+                    image.pixel(in * atlas_azimuths + a, y)[c] =
+                        static_cast<float>(sum * values[size(a)].total);
+            }
+        }
+    });
+    return image;
+}
+
+std::string quoted(const std::string& text) {
+    std::string quoted = "\"";
+    for (const char letter : text) {
+        if (letter == '"' || letter == '\\') quoted += '\\';
+        quoted += static_cast<unsigned char>(letter) < 0x20 ? ' ' : letter;
+    }
+    return quoted + '"';
+}
+
+/// JSON has no infinity: null stands for it, of optical depths where nothing passes.
+std::string number_json(double value) { return std::isinf(value) ? "null" : shortest_text(value); }
+
+template <class Values>
+std::string list_json(const Values& values) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : ", ") + number_json(value);
+    return "[" + text + "]";
+}
+
+/// One list for each colour.
+template <class OfColour>
+std::string lists_json(const std::vector<SolvedStack>& colours, const OfColour& of_colour) {
+    std::string text;
+    for (const SolvedStack& colour : colours)
+        text += (text.empty() ? "" : ",\n    ") + list_json(of_colour(colour));
+    return "[\n    " + text + "\n  ]";
+}
+
+std::string atlas_json(const Material& material, const std::vector<LitSide>& rows,
+                       const std::vector<SolvedStack>& colours, const std::vector<double>& mu) {
+    std::vector<double> mu_in = mu;
+    mu_in[0] = 0;
+    std::string names;
+    for (const LitSide& row : rows)
+        names += (names.empty() ? "\"" : ", \"") + std::string(row.name) + '"';
+    std::ostringstream json;
+    json << "{\n  \"format\": \"stratus-atlas\",\n  \"version\": 1,\n  \"material\": "
+         << quoted(describe(material)) << ",\n  \"rows\": [" << names
+         << "],\n  \"columns\": " << atlas_cosines << ",\n  \"tile_width\": " << atlas_azimuths
+         << ",\n  \"tile_height\": " << atlas_cosines
+         << ",\n  \"texel\": \"pi f (mu_in + mu_out), f the BRDF or BTDF per steradian without the "
+            "cosine; A is 1\",\n"
+            "  \"column\": \"(columns - 1) asin(sqrt(mu_in)) 2 / pi; blend the two nearest\",\n"
+            "  \"x\": \"0.5 + (tile_width - 1) azimuth / pi, in texels from the tile's left edge; "
+            "azimuth 0 is forward\",\n"
+            "  \"y\": \"0.5 + (tile_height - 1) asin(sqrt(mu_out)) 2 / pi, in texels from the "
+            "tile's top edge\",\n"
+            "  \"not_in_it\": \"the beam straight through, exp(-optical_depth / mu); light from "
+            "below is transmitted as from above with mu_in and mu_out exchanged\",\n"
+         << "  \"optical_depth\": " << list_json(beam_depths(material))
+         << ",\n  \"mu_in\": " << list_json(mu_in) << ",\n  \"plane_albedo\": "
+         << lists_json(colours, [](const SolvedStack& of) { return of.solution().plane_albedo; })
+         << ",\n  \"diffuse_transmittance\": "
+         << lists_json(colours,
+                       [](const SolvedStack& of) {
+                           const auto& shares = of.solution().diffuse_transmittance;
+                           return of.is_transparent()
+                                      ? std::vector<double>(shares.begin(), shares.end())
+                                      : std::vector<double>(size(shares.size()));
+                       })
+         << "\n}\n";
+    return json.str();
+}
+
+}  // namespace
+
+MaterialFile make_atlas(const Material& material, const MaterialOptions& options) {
+    MaterialFile file;
+    note_beam(material, file.notes);
+    const std::vector<double> mu = even_cosines(atlas_cosines);
+    const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
+    const std::vector<LitSide> rows = lit_sides(material, colours);
+    const auto image =
+        std::make_shared<const Image>(draw_tiles(rows, colours, mu, options.threads));
+    file.json = atlas_json(material, rows, colours, mu);
+    file.write = [image, json = file.json](const std::filesystem::path& path) {
+        write_exr_image(*image, {{"stratus:atlas", json}}, path, Alpha::opaque);
+    };
+    return file;
+}
+
+// R and T of one layer or stack on even axes, as named arrays in the safetensors layout: for
+// lookups by straight lines, in any language.
+
+namespace {
+
+constexpr int slice_cosines = 64, slice_azimuths = 65;
+constexpr auto cosines = size(slice_cosines), azimuths = size(slice_azimuths);
+
+/// Samples of one side over (colour, mu_in, mu_out, azimuth), times mu_in + mu_out.
+struct Samples {
+    std::vector<float> all_orders, multiple;
+};
+
+Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
+               const std::vector<double>& mu, int threads) {
+    const std::vector<double> around = even_azimuths(slice_azimuths);
+    const std::size_t count = colours.size() * cosines * cosines * azimuths;
+    Samples samples{std::vector<float>(count), std::vector<float>(count)};
+    parallel_for(static_cast<int>(colours.size()) * slice_cosines, threads, [&](int row) {
+        const int in = row % slice_cosines;
+        const SolvedStack& colour = colours[size(row / slice_cosines)];
+        std::size_t at = size(row) * cosines * azimuths;
+        for (int out = 0; out < slice_cosines; ++out) {
+            const double sum = mu[size(in)] + mu[size(out)];
+            for (const SolvedValue& value : (colour.*side.values)(in, out, around)) {
+                samples.all_orders[at] = static_cast<float>(sum * value.total);
+                samples.multiple[at++] = static_cast<float>(sum * value.multiple);
+            }
+        }
+    });
+    return samples;
+}
+
+void set_strings(const Material& material, TensorWriter& file) {
+    file.set("format", "stratus-slice");
+    file.set("format_version", "1");
+    file.set("material", describe(material));
+    file.set("axes", "colour, mu_in, mu_out, azimuth; one colour, or red, green and blue");
+    file.set("coordinates",
+             "even from 0 to 1: asin(sqrt(mu_in)) 2 / pi, asin(sqrt(mu_out)) 2 / pi, azimuth / pi; "
+             "azimuth 0 is forward, and light is even in it; straight lines between samples");
+    file.set("values",
+             "R or T times (mu_in + mu_out); BRDF or BTDF = value / (pi (mu_in + mu_out)), per "
+             "steradian, without the cosine");
+    file.set("orders",
+             "reflection, transmission and reflection_below (lit from below): all orders; the same "
+             "with _multiple: orders n >= 2");
+    file.set("not_in_it",
+             "the beam straight through, exp(-optical_depth / mu); light from below is transmitted "
+             "as from above with mu_in and mu_out exchanged");
+}
+
+void add_fluxes(const std::vector<SolvedStack>& colours, TensorWriter& file) {
+    std::vector<double> albedo, transmittance;
+    for (const SolvedStack& colour : colours) {
+        const ModeSolution& solution = colour.solution();
+        albedo.insert(albedo.end(), solution.plane_albedo.begin(), solution.plane_albedo.end());
+        for (const double share : solution.diffuse_transmittance)
+            transmittance.push_back(colour.is_transparent() ? share : 0);
+    }
+    file.add("plane_albedo", {colours.size(), cosines}, albedo);
+    file.add("diffuse_transmittance", {colours.size(), cosines}, transmittance);
+}
+
+}  // namespace
+
+MaterialFile make_slice(const Material& material, const MaterialOptions& options) {
+    MaterialFile file;
+    note_beam(material, file.notes);
+    const std::vector<double> mu = even_cosines(slice_cosines);
+    const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
+    TensorWriter tensors;
+    set_strings(material, tensors);
+    std::vector<double> axis = mu;
+    axis[0] = 0;
+    tensors.add("mu_in", {cosines}, axis);
+    tensors.add("mu_out", {cosines}, axis);
+    tensors.add("azimuth", {azimuths}, even_azimuths(slice_azimuths));
+    tensors.add("optical_depth", {colours.size()}, beam_depths(material));
+    add_fluxes(colours, tensors);
+    for (const LitSide& side : lit_sides(material, colours)) {
+        const Samples samples = sample(side, colours, mu, options.threads);
+        const std::vector<std::size_t> shape{colours.size(), cosines, cosines, azimuths};
+        tensors.add(side.name, shape, samples.all_orders);
+        tensors.add(std::string(side.name) + "_multiple", shape, samples.multiple);
+    }
+    file.write = writing(tensors.finish());
+    return file;
+}
+
+}  // namespace stratus

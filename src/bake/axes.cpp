@@ -39,6 +39,7 @@ SolverOptions solver_options(const Recipe& recipe) {
     solver.scheme = recipe.discretisation.scheme;
     solver.orders = recipe.orders;
     solver.mode_tolerance = 1e-3 * recipe.tolerance;
+    solver.exact_fluxes = recipe.exact_fluxes;
     return solver;
 }
 

@@ -319,7 +319,8 @@ std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
     Recipe small = recipe;
     Discretisation& d = small.discretisation;
     const bool peaked = is_peaked(recipe.phase_function), has_azimuth = d.modes != 1;
-    small.leaves_path_law = false;
+    small.leaves_path_law = small.exact_fluxes = false;
+    small.tolerance = std::max(recipe.tolerance, 0.01);  // no finer than so few nodes
     d.nodes = peaked ? 12 : 8;
     d.mu_samples = 10;
     if (has_azimuth) {

@@ -59,6 +59,7 @@ struct Recipe {
     // Whether the path law (path_law.h) is left to lookups, of all members of the family alike;
     // open: not decided yet.
     std::optional<bool> leaves_path_law;
+    bool exact_fluxes = true;  // as in SolverOptions; no key sets it
     double tolerance = 1e-3;       // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]

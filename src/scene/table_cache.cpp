@@ -131,6 +131,12 @@ std::vector<KeptFile> kept_files(const fs::path& folder) {
     return files;
 }
 
+/// Makes a file the youngest.
+void mark_used(const fs::path& path) {
+    std::error_code ignored;  // of a folder that is only read
+    fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
+}
+
 /// The table of a file; none where it is not what its name says.
 std::optional<PackedTable> read_kept(const fs::path& path) {
     try {
@@ -164,8 +170,7 @@ std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
         std::optional<PackedTable> table = read_kept(file.path);
         if (!table || !table->header().attributes.at(key_attribute).ends_with("\n" + kind))
             continue;
-        std::error_code ignored;  // of a folder that is only read
-        fs::last_write_time(file.path, fs::file_time_type::clock::now(), ignored);
+        mark_used(file.path);
         return table;
     }
     return std::nullopt;
@@ -200,16 +205,19 @@ std::unique_ptr<Checkpoint> TableCache::open_choices(const Recipe& recipe) {
 
 void TableCache::keep_droplets() const {
     if (limit_ == 0) return;
-    const auto open = [folder = folder_](const std::string& droplets) {
-        fs::create_directories(folder);
-        const fs::path path = folder / (text_hash(droplets) + droplets_ending);
-        return Checkpoint(path, {baking_program(), droplets});
+    const auto path_of = [folder = folder_](const std::string& droplets) {
+        return folder / (text_hash(droplets) + droplets_ending);
+    };
+    const auto open = [=](const std::string& droplets) {
+        fs::create_directories(path_of(droplets).parent_path());
+        return Checkpoint(path_of(droplets), {baking_program(), droplets});
     };
     Mie::Store store;
     store.find = [=](const std::string& droplets) -> std::optional<std::vector<double>> {
         try {
             const auto bytes = open(droplets).find(scattering_piece);
             if (!bytes) return std::nullopt;
+            mark_used(path_of(droplets));
             std::vector<double> numbers(bytes->size() / sizeof(double));
             std::memcpy(numbers.data(), bytes->data(), numbers.size() * sizeof(double));
             return numbers;

@@ -174,7 +174,10 @@ TEST(TableCache, KeepsTheScatteringOfDroplets) {
     ASSERT_EQ(files_in(folder.path()).size(), 1u);
     const fs::path file = files_in(folder.path())[0];
     const auto size = fs::file_size(file);
+    const auto kept = fs::last_write_time(file);
+    fs::last_write_time(file, kept - std::chrono::hours(1));
     EXPECT_EQ(parse_phase_function(text).moments(60), computed) << "found";
+    EXPECT_GE(fs::last_write_time(file), kept) << "the youngest again";
     EXPECT_EQ(fs::file_size(file), size);
     fs::resize_file(file, size - 8);
     EXPECT_EQ(parse_phase_function(text).moments(60), computed) << "of a damaged file";

@@ -55,6 +55,16 @@ const Table& forward() {
     return table;
 }
 
+/// Droplets, whose phase function is sampled, for single scattering alone: nothing is baked.
+const Table& droplets() {
+    static const Table table = [] {
+        Table of_droplets;
+        of_droplets.phase_function = stratus::parse_phase_function("mie:radius=5um");
+        return of_droplets;
+    }();
+    return table;
+}
+
 std::vector<Point> random_points(const Table& table) {
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -496,6 +506,7 @@ BENCHMARK_CAPTURE(slice_batch, single_isotropic, isotropic, single);
 BENCHMARK_CAPTURE(slice_batch, single_rayleigh, rayleigh, single);
 BENCHMARK_CAPTURE(slice_batch, single_forward, forward, single);
 BENCHMARK_CAPTURE(slice_batch, single_rings, rings, single);
+BENCHMARK_CAPTURE(slice_batch, single_droplets, droplets, single);
 BENCHMARK_CAPTURE(slice, opposition_rings, rings, opposition);
 BENCHMARK_CAPTURE(slice_batch, opposition_rings, rings, opposition);
 BENCHMARK_CAPTURE(slice, rgb_opposition_rings, rings, rgb_opposition);

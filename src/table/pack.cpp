@@ -232,6 +232,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         if (!samples.is_first_rank()) break;
         if (sides[side]) groups[side] = grouped_blocks(sums[side], {0, members});
         pivots[side] = pivot_layers(groups[side]);
+        sums[side].values = sums[side].importance = {};  // blocks are found
     }
     see_in_full(pivots, sums, samples);
     if (!samples.is_first_rank()) return {};

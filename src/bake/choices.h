@@ -82,13 +82,7 @@ DirectionGrid directions_at(const Recipe& recipe, ProbedCosines cosines,
 /// The probes' own layers, solved when first asked for.
 const ProbedLayers& probed_layers(Probes& probes);
 
-/// Layers solved with the nodes and modes that are chosen, [albedo][depth].
-std::vector<std::vector<LayerSolution>> solve_layers(const Probes& probes,
-                                                     const std::vector<double>& albedos,
-                                                     const DepthLadder& ladder,
-                                                     const std::vector<double>& mu);
-
-/// Layers probed like these, or with their first modes alone.
+/// Layers probed like these, or with their first modes alone; solutions keep albedo and depth alone.
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
                           const DepthLadder& ladder, const DirectionGrid& directions,
                           int most_modes = 0);
@@ -98,8 +92,7 @@ std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<
                                         const std::vector<DepthLadder>& ladders,
                                         const DirectionGrid& directions, int most_modes = 0);
 
-/// Solves as solve_layers on all ranks, each albedo on one of them; solutions keep albedo and depth
-/// alone.
+/// Solves as solve_layers on all ranks, each albedo on one of them.
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes);
@@ -113,9 +106,6 @@ ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionG
 
 /// The probes' own layers at other directions of their cosines, without the solutions.
 ProbedLayers probe_again(Probes& probes, const DirectionGrid& directions);
-
-/// A solved layer at all directions.
-ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions);
 
 /// The octaves of depth that the table's samples will have.
 DepthLadder ladder_to_deepest(const Probes& probes);
@@ -131,6 +121,16 @@ constexpr double probed_share = 0.999;
 Errors errors_of_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+
+/// The errors that measure(albedo, depth, solution, errors) adds for some albedos at the probes' depths,
+/// solved with the nodes and modes that are chosen.
+Errors errors_of_solutions(
+    const Probes& probes, const std::vector<double>& albedos, const std::vector<double>& mu,
+    const std::function<void(std::size_t albedo, std::size_t depth, const LayerSolution& solution,
+                             Errors& errors)>& measure);
+
+/// Several lists one after the other.
+Errors joined(const std::vector<Errors>& lists);
 
 /// error_quantile of the errors of all shares, list by list. Ranks tell each other no more than the
 /// largest of theirs.

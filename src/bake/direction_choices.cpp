@@ -190,13 +190,11 @@ class MuErrors {
             return probes_.albedos.begin() + static_cast<std::ptrdiff_t>(a);
         };
         const MuSamples sampled = mu_samples(probes_, samples);
-        const auto layers =
-            solve_layers(probes_, {albedo(first), albedo(end)}, probes_.ladder, sampled.grid.mu());
-        return errors_of_layers(probes_, layers.size(), layers.empty() ? 0 : layers[0].size(),
-                                [&](std::size_t a, std::size_t d, Errors& errors) {
-                                    add_mu_errors(probes_, expected_[first + a][d], layers[a][d],
-                                                  sampled, errors);
-                                });
+        return errors_of_solutions(
+            probes_, {albedo(first), albedo(end)}, sampled.grid.mu(),
+            [&](std::size_t a, std::size_t d, const LayerSolution& solution, Errors& errors) {
+                add_mu_errors(probes_, expected_[first + a][d], solution, sampled, errors);
+            });
     }
 
     const Probes& probes_;
@@ -378,14 +376,14 @@ Choice choose_nodes(Probes& probes) {
     for (const int candidate : candidates) {
         if (probes.path_law && candidate < fewest_with_path_law) continue;
         const int coarser = std::exchange(nodes, candidate);
-        const ProbedLayers layers = std::exchange(probes.layers, {});
+        ProbedLayers layers = std::exchange(probes.layers, {});
         probed_layers(probes);
         if (layers.empty()) continue;
         left_before = std::exchange(left, change(probes, layers, probes.layers));
         finer_before = std::exchange(finest, coarser);
         if (left > max_change) continue;
         nodes = coarser;
-        probes.layers = layers;
+        probes.layers = std::move(layers);
         note_choice(probes, "nodes " + std::to_string(nodes), left, "more nodes change");
         return {static_cast<double>(nodes)};
     }

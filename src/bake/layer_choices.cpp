@@ -245,9 +245,6 @@ FamilyStep solve_family_step(const Recipe& recipe, double max_error, const BakeO
     DirectionGrid directions = directions_at(recipe, few_cosines(recipe), probes.path_law);
     ProbedLayers layers =
         solve_layers(probes, probes.albedos, ladder_to_deepest(probes), directions);
-    for (auto& of_albedo : layers)
-        for (ProbedLayer& layer : of_albedo)  // a hundred megabytes otherwise
-            layer.solution.reflection_modes = layer.solution.transmission_modes = {};
     return {std::move(probes), std::move(directions), std::move(layers)};
 }
 

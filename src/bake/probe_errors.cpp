@@ -24,8 +24,12 @@ Errors errors_of_layers(
         const auto at = static_cast<std::size_t>(n);
         measure(at / depths, at % depths, of_layer[at]);
     });
+    return joined(of_layer);
+}
+
+Errors joined(const std::vector<Errors>& lists) {
     Errors all;
-    for (const Errors& errors : of_layer) all.insert(all.end(), errors.begin(), errors.end());
+    for (const Errors& errors : lists) all.insert(all.end(), errors.begin(), errors.end());
     return all;
 }
 

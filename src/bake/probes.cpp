@@ -169,16 +169,31 @@ void solve_ladders_with(SolverOptions solver, const Probes& probes,
     });
 }
 
+/// A solved layer at all directions; the solution keeps albedo and depth alone.
+ProbedLayer probe(const Recipe& recipe, const LayerSolution& solution,
+                  const DirectionGrid& directions) {
+    ProbedLayer layer;
+    layer.solution.albedo = solution.albedo;
+    layer.solution.optical_depth = solution.optical_depth;
+    for (const Side side : asked_sides(recipe))
+        layer.side[side] = probe_side(solution, side, directions, error_floor(solution, side));
+    return layer;
+}
+
 std::vector<ProbedLayers> solve_ladders_with(const SolverOptions& solver, const Probes& probes,
                                              const std::vector<double>& albedos,
                                              const std::vector<DepthLadder>& ladders,
-                                             const DirectionGrid& directions, Share share = {}) {
+                                             const DirectionGrid& directions, Share share = {},
+                                             bool keeps_solutions = false) {
     std::vector<ProbedLayers> layers(ladders.size(), ProbedLayers(albedos.size()));
     solve_ladders_with(
         solver, probes, albedos, ladders, directions.mu(), share,
         [&](std::size_t ladder, std::size_t a, std::vector<LayerSolution> solutions) {
-            for (LayerSolution& solution : solutions)
-                layers[ladder][a].push_back(probe(probes.recipe, std::move(solution), directions));
+            for (LayerSolution& solution : solutions) {
+                ProbedLayer& layer =
+                    layers[ladder][a].emplace_back(probe(probes.recipe, solution, directions));
+                if (keeps_solutions) layer.solution = std::move(solution);
+            }
         });
     return layers;
 }
@@ -300,21 +315,22 @@ const ProbedLayers& probed_layers(Probes& probes) {
     if (!probes.layers.empty()) return probes.layers;
     SolverOptions solver = solver_options(probes.recipe);
     solver.modes = 0;
-    probes.layers =
-        solve_layers_with(solver, probes, probes.albedos, probes.ladder, probes.directions);
+    probes.layers = std::move(solve_ladders_with(solver, probes, probes.albedos, {probes.ladder},
+                                                 probes.directions, {}, true)[0]);
     return probes.layers;
 }
 
-std::vector<std::vector<LayerSolution>> solve_layers(const Probes& probes,
-                                                     const std::vector<double>& albedos,
-                                                     const DepthLadder& ladder,
-                                                     const std::vector<double>& mu) {
-    std::vector<std::vector<LayerSolution>> layers(albedos.size());
-    solve_ladders_with(solver_options(probes.recipe), probes, albedos, {ladder}, mu, {},
+Errors errors_of_solutions(
+    const Probes& probes, const std::vector<double>& albedos, const std::vector<double>& mu,
+    const std::function<void(std::size_t albedo, std::size_t depth, const LayerSolution& solution,
+                             Errors& errors)>& measure) {
+    std::vector<Errors> of_albedo(albedos.size());
+    solve_ladders_with(solver_options(probes.recipe), probes, albedos, {probes.ladder}, mu, {},
                        [&](std::size_t, std::size_t a, std::vector<LayerSolution> solutions) {
-                           layers[a] = std::move(solutions);
+                           for (std::size_t d = 0; d < solutions.size(); ++d)
+                               measure(a, d, solutions[d], of_albedo[a]);
                        });
-    return layers;
+    return joined(of_albedo);
 }
 
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
@@ -389,14 +405,6 @@ ProbedLayers probe_again(Probes& probes, const DirectionGrid& directions) {
                              probe_side(layer.solution, side, directions, layer.side[side].floor);
                  });
     return again;
-}
-
-ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {
-    ProbedLayer layer;
-    for (const Side side : asked_sides(recipe))
-        layer.side[side] = probe_side(solution, side, directions, error_floor(solution, side));
-    layer.solution = std::move(solution);
-    return layer;
 }
 
 DepthLadder ladder_to_deepest(const Probes& probes) {

@@ -89,6 +89,10 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
                           const Use& use) {
     const PerSide<std::vector<std::size_t>> positions{numbers_.positions(directions.reflection),
                                                       numbers_.positions(directions.transmission)};
+    std::vector<SomePositions> some(table_.member_count());
+    for (const Side side : both_sides)
+        for (std::size_t m = 0; m < some.size() && positions[side].size() < numbers_.count(); ++m)
+            some[m][side] = std::make_unique<GridPositions>(units_.grid(m), side, positions[side]);
     const auto unit = [&](int piece) -> const Unit& {
         return units[static_cast<std::size_t>(piece)];
     };
@@ -96,7 +100,9 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
     Pieces pieces;
     pieces.count = static_cast<int>(units.size());
     pieces.name = [&](int piece) { return request + units_.unit_name(unit(piece)); };
-    pieces.solve = [&](int piece) { return solve_unit(unit(piece), is_asked_for, positions); };
+    pieces.solve = [&](int piece) {
+        return solve_unit(unit(piece), is_asked_for, positions, some[unit(piece).member]);
+    };
     pieces.take = [&](int piece, std::span<const char> result) {
         take(unit(piece), is_asked_for, directions, result, use);
     };
@@ -119,9 +125,9 @@ std::vector<float> SolvedSamples::flux_values(const LayerSolution& solution) con
 }
 
 /// Layer by layer: the samples of either side, then its fluxes.
-std::vector<char> SolvedSamples::solve_unit(
-    const Unit& unit, const Choice& is_asked_for,
-    const PerSide<std::vector<std::size_t>>& positions) const {
+std::vector<char> SolvedSamples::solve_unit(const Unit& unit, const Choice& is_asked_for,
+                                            const PerSide<std::vector<std::size_t>>& positions,
+                                            const SomePositions& some) const {
     std::vector<SolvedLayer> layers = units_.solve(unit);
     std::erase_if(layers, [&](const SolvedLayer& layer) { return !is_asked_for(layer.number); });
     std::vector<const LayerSolution*> solutions;
@@ -129,8 +135,7 @@ std::vector<char> SolvedSamples::solve_unit(
     const DirectionGrid& grid = units_.grid(unit.member);
     PerSide<std::vector<std::vector<double>>> samples;  // of each layer
     for (const Side side : both_sides)
-        if (sides_[side] && positions[side].size() < numbers_.count())
-            samples[side] = evaluate_tabulated(solutions, side, grid, positions[side]);
+        if (sides_[side] && some[side]) samples[side] = some[side]->evaluate_tabulated(solutions);
     std::vector<float> numbers;
     for (std::size_t l = 0; l < layers.size(); ++l) {
         for (const Side side : both_sides) {

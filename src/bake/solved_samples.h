@@ -8,6 +8,7 @@
 #include "table_units.h"
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -28,12 +29,15 @@ class SolvedSamples : public LayerSamples {
   private:
     /// Whether a layer of the units that are solved is asked for.
     using Choice = std::function<bool(int layer)>;
+    /// Of one member, where not all of a side's are asked for.
+    using SomePositions = PerSide<std::unique_ptr<const GridPositions>>;
 
     void make_room();
     void solve(const std::string& stage, const std::vector<Unit>& units, const Choice& is_asked_for,
                const PerSide<DirectionList>& directions, const Use& use);
     std::vector<char> solve_unit(const Unit& unit, const Choice& is_asked_for,
-                                 const PerSide<std::vector<std::size_t>>& positions) const;
+                                 const PerSide<std::vector<std::size_t>>& positions,
+                                 const SomePositions& some) const;
     void take(const Unit& unit, const Choice& is_asked_for,
               const PerSide<DirectionList>& directions, std::span<const char> result,
               const Use& use);

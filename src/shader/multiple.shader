@@ -346,8 +346,9 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
 float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
     float steps = stratus_z(stratus_field(side, 11));
     if (steps == 0.0f) return 0.0f;
-    float v = 0.5f * (albedo + albedo * albedo);
-    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), v * steps);
+    float held = max(albedo, stratus_x(stratus_field(side, 9)));  // from the least albedo on
+    float place = 0.5f * (held + held * held) * steps;
+    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), place);
     vec4 angle = stratus_path_angle(side, path);
     int channel = int(stratus_w(stratus_field(side, 12)));
     int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
@@ -365,7 +366,7 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
             sum = sum * shrunk + stratus_component(at.weight, k) *
                                      stratus_path_transmission(first + k * channel, depth, angle,
                                                                path);
-        sum = sum / stratus_transmitted(rate * (v * steps - at.first));
+        sum = sum / stratus_transmitted(rate * (place - at.first));
     }
     return sum * albedo * albedo;
 }

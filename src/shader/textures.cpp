@@ -42,9 +42,11 @@ void append_phase(const PhaseCurveView& curve, std::size_t width, std::vector<Te
 }
 
 /// H and dH/ds at each angle beside the next.
-void append_path(const PathSheetView& sheet, int steps, std::vector<Texel>& numbers) {
+void append_path(const PackedSide& side, std::vector<Texel>& numbers) {
+    const PathSheetView& sheet = side.path;
     const std::size_t angles = 2 * size(sheet.angles),
-                      rows = size(sheet.channel) / (2 * angles) * size(steps + 1);
+                      rows = size(sheet.channel) / (2 * angles) *
+                             static_cast<std::size_t>(side.path_steps + 1 - side.path_first);
     for (std::size_t row = 0; row < rows; ++row)
         for (std::size_t a = 0; a < angles; ++a) {
             const float* const at = sheet.sample + 2 * (row * angles + a);
@@ -166,7 +168,7 @@ SharedTexels append_shared(const PackedTable& table, bool filtered, bool bound, 
     SharedTexels shared{stack, of_albedo, to.numbers.size(), side.path, 0};
     if (side.path.sample == nullptr || filtered) return shared;
     shared.path_steps = side.path_steps;
-    append_path(shared.path, static_cast<int>(shared.path_steps), to.numbers);
+    append_path(side, to.numbers);
     return shared;
 }
 
@@ -203,7 +205,8 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
          side.extrapolation_length},
         {side.surface_albedo, side.boundary_quarter_albedo, shared.path_steps, path.last_depth},
         {path.offset, exactly(path.first_angle), exactly(path.angles), exactly(path.channel / 2)},
-        {exactly(shared.of_albedo), exactly(cells), exactly(phase), exactly(shared.first_of_path)},
+        {exactly(shared.of_albedo), exactly(cells), exactly(phase),
+         exactly(shared.first_of_path) - side.path_first * exactly(path.channel / 2)},
         {as_float(held), as_float(view.has_lower_boundary()), side.path_growth,
          exactly(side.functions / 4)},
         shared.stack};

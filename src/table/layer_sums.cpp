@@ -139,8 +139,8 @@ class SideSearch {
             sums_.shapes.emplace_back(table, side, static_cast<int>(m));
         everywhere_.resize(sums_.numbers().count());
         std::iota(everywhere_.begin(), everywhere_.end(), std::size_t{0});
-        sketched_.resize(table.member_count() * size(albedos_) * size(depths_));
-        sums_.importance.resize(sketched_.size());
+        sums_.values.resize(table.member_count() * size(albedos_) * size(depths_));
+        sums_.importance.resize(sums_.values.size());
     }
 
     const DirectionList& sketch() const { return sums_.sketch; }
@@ -153,11 +153,18 @@ class SideSearch {
         full_[layer] = {std::move(samples), std::move(of_layer), 0};
     }
 
+    /// Makes room for all layers at the sketch at once, not between what is freed as they are solved.
+    void expect_sketch() {
+        for (std::vector<std::vector<float>>* const all : {&sums_.values, &sums_.importance})
+            for (std::vector<float>& of_layer : *all) of_layer.resize(sums_.sketch.size());
+    }
+
     /// A layer's samples at the sketch.
     void see_in_sketch(int layer, std::vector<float> samples) {
         layer_shapes(layer).divide(albedo(layer), depth(layer), sums_.sketch, samples);
-        sums_.importance[size(layer)] = importance(layer, sums_.sketch, samples);
-        sketched_[size(layer)] = std::move(samples);
+        const std::vector<float> of_layer = importance(layer, sums_.sketch, samples);
+        std::copy(of_layer.begin(), of_layer.end(), sums_.importance[size(layer)].begin());
+        std::copy(samples.begin(), samples.end(), sums_.values[size(layer)].begin());
     }
 
     /// Functions for all layers that were seen in full, and a sketch that shows them unless it is to
@@ -201,10 +208,9 @@ class SideSearch {
         misses_ = false;
         if (!sums_.is_spanned()) return missed;
         fit();
-        std::vector<std::vector<float>> left(sketched_.size());
-        std::vector<float> error(sketched_.size(), 0.0f);
-        for (std::size_t layer = 0; layer < sketched_.size(); ++layer) {
-            left[layer] = sketched_[layer];
+        std::vector<std::vector<float>> left = sums_.values;
+        std::vector<float> error(left.size(), 0.0f);
+        for (std::size_t layer = 0; layer < left.size(); ++layer) {
             subtract_sum(at_sketch_, fit_.coefficients(left[layer]), left[layer]);
             error[layer] = largest_product(left[layer], sums_.importance[layer]);
         }
@@ -222,16 +228,16 @@ class SideSearch {
     }
 
     LayerSums take() {
-        if (!sums_.is_spanned()) {
-            for (std::size_t layer = 0; layer < sketched_.size(); ++layer)
-                sums_.values.push_back(sketched_[served_by(static_cast<int>(layer))]);
-            return std::move(sums_);
+        std::vector<std::vector<float>>& values = sums_.values;
+        for (std::size_t layer = 0; layer < values.size(); ++layer) {
+            const std::size_t serves = served_by(static_cast<int>(layer));
+            if (serves != layer) values[layer] = values[serves];
         }
+        if (!sums_.is_spanned()) return std::move(sums_);
         fit();
-        for (std::size_t layer = 0; layer < sketched_.size(); ++layer) {
-            sums_.coefficient.push_back(
-                fit_.coefficients(sketched_[served_by(static_cast<int>(layer))]));
-            sums_.values.push_back(weighted_sum(at_sketch_, sums_.coefficient.back()));
+        for (std::vector<float>& of_layer : values) {
+            sums_.coefficient.push_back(fit_.coefficients(of_layer));
+            of_layer = weighted_sum(at_sketch_, sums_.coefficient.back());
         }
         return std::move(sums_);
     }
@@ -377,7 +383,6 @@ class SideSearch {
     std::mutex mutex_;
     std::map<int, Seen> full_;
     bool are_unlike_ = false, misses_ = false, settled_ = false;
-    std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions
     SketchFit fit_;
@@ -417,7 +422,10 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
     };
     samples.in_full(pilot_layers(table), see_in_full);
     search_both(true);
-    for_each_side([](SideSearch& side) { side.settle(); });
+    for_each_side([](SideSearch& side) {
+        side.settle();
+        side.expect_sketch();
+    });
     const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {
         if (!values.empty()) search[side].see_in_sketch(layer, std::move(values));
     };
@@ -431,8 +439,11 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
         search_both(false);
     }
     PerSide<DirectionList> again;
-    for (const Side side : both_sides)
-        if (sides[side] && search[side].settle()) again[side] = search[side].sketch();
+    for_each_side([&](SideSearch& side) {
+        if (!side.settle()) return;
+        side.expect_sketch();
+        again[&side == &search.reflection ? Side::reflection : Side::transmission] = side.sketch();
+    });
     samples.at(again, see_in_sketch);
     PerSide<LayerSums> sums;
     for (const Side side : both_sides)

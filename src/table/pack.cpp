@@ -170,8 +170,9 @@ void add_path_law(TensorWriter& file, const Table& table) {
     file.set(path_offset_name, shortest_text(double{law.offset()}));
     file.set(path_deepest_name, shortest_text(law.deepest()));
     if (orders <= most_summed_orders) return;
-    const PathSheet sheet = squared_path_sheet(law, table.highest_order);
-    const std::size_t albedos = size(path_sheet_steps(law) + 1);
+    const int first = first_path_step(law, table.view());
+    const PathSheet sheet = squared_path_sheet(law, first, table.highest_order);
+    const std::size_t albedos = size(path_sheet_steps(law) + 1 - first);
     file.add(path_sheet_name, {albedos, sheet.sample_count() / albedos / 2 / angles, angles, 2},
              sheet.view().sample);
 }
@@ -232,6 +233,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         if (!samples.is_first_rank()) break;
         if (sides[side]) groups[side] = grouped_blocks(sums[side], {0, members});
         pivots[side] = pivot_layers(groups[side]);
+        sums[side].values = sums[side].importance = {};  // blocks are found
     }
     see_in_full(pivots, sums, samples);
     if (!samples.is_first_rank()) return {};

@@ -402,21 +402,22 @@ void require_aligned(const void* data, const std::string& name) {
             "address of " + name, "a multiple of 64 bytes", "another");
 }
 
-PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
+PathSheet squared_path_sheet(const PathOrders& law, int first, int highest_order) {
     const int steps = path_sheet_steps(law);
     std::vector<double> albedo;
-    for (int i = 0; i <= steps; ++i) albedo.push_back(path_sheet_albedo(i, steps));
-    return PathSheet(law, albedo.data(), steps + 1, highest_order, 2);
+    for (int i = first; i <= steps; ++i) albedo.push_back(path_sheet_albedo(i, steps));
+    return PathSheet(law, albedo.data(), static_cast<int>(albedo.size()), highest_order, 2);
 }
 
 PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& own) {
     if (!table.path_law || table.varies_parameters()) return {};
     const PathOrders& law = *table.path_law;
+    const int first = first_path_step(law, table.view());
     if (!file.has(path_sheet_name)) {
         const std::size_t orders = size(law.order_count() - 2);
         require(orders <= most_summed_orders, packed_caller, path_sheet_name,
                 "given for more than " + std::to_string(most_summed_orders) + " orders", orders);
-        own = squared_path_sheet(law, table.highest_order);
+        own = squared_path_sheet(law, first, table.highest_order);
         return own.view();
     }
     const TensorOf<float> sheet = file.numbers<float>(path_sheet_name, 4);
@@ -424,8 +425,9 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
     constexpr std::size_t most_depths = std::size_t{16} << PathSheet::depth_bits;  // 16 octaves
     require(depths >= 2 && depths <= most_depths, packed_caller, "depths of path_sheet",
             "in [2, " + std::to_string(most_depths) + "]", depths);
-    require_shape(sheet, path_sheet_name,
-                  {size(path_sheet_steps(law) + 1), depths, 2 * size(law.angle_count()), 2});
+    require_shape(
+        sheet, path_sheet_name,
+        {size(path_sheet_steps(law) + 1 - first), depths, 2 * size(law.angle_count()), 2});
     return PathSheet::make_view(sheet.data, law.offset(), law.angle_count(),
                                 static_cast<int>(depths));
 }
@@ -450,7 +452,10 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
                  sample.extrapolation_length, which, side);
         set_directions(view, side);
         side.view.path = sheet;
-        if (has_sheet) side.view.path_steps = static_cast<float>(path_sheet_steps(*table.path_law));
+        if (has_sheet) {
+            side.view.path_steps = static_cast<float>(path_sheet_steps(*table.path_law));
+            side.view.path_first = static_cast<float>(first_path_step(*table.path_law, view));
+        }
         side.view.path_growth = growth;
         const std::string owner =
             member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);

@@ -83,8 +83,16 @@ inline double path_sheet_albedo(int i, int steps) {
     return std::max(1e-3, 0.5 * (std::sqrt(1 + 8.0 * i / steps) - 1));
 }
 
-/// The path law divided by w^2, tabulated over the albedo.
-PathSheet squared_path_sheet(const PathOrders& law, int highest_order);
+/// The first step that lookups of a table read: a sheet holds those from there on.
+inline int first_path_step(const PathOrders& law, const TableView& table) {
+    constexpr double rounding = 1e-6;  // of lookups
+    const int steps = path_sheet_steps(law);
+    const double w = table.albedo.lowest, place = steps * 0.5 * (w + w * w) * (1 - rounding);
+    return std::clamp(static_cast<int>(place) - 1, 0, steps - stencil_size + 1);
+}
+
+/// The path law divided by w^2, tabulated over the albedo from its `first` step on.
+PathSheet squared_path_sheet(const PathOrders& law, int first, int highest_order);
 
 /// One side, with the memory that its view points to.
 struct SideMemory {

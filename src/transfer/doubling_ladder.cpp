@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 #include <stdexcept>
 #include <utility>
 
@@ -57,11 +56,8 @@ class Handout {
 };
 
 template <class Number>
-double* allocated(long count) {
-    const long packs = (count * static_cast<long>(sizeof(Number)) + 63) / 64;
-    void* memory = std::aligned_alloc(pack_alignment, size(packs) * sizeof(Pack));
-    if (!memory) throw std::bad_alloc();
-    return static_cast<double*>(memory);
+PackMemory allocated(long count) {
+    return PackMemory(size(count) * sizeof(Number) / sizeof(double));
 }
 
 template <class Number>
@@ -147,9 +143,9 @@ void DoublingLadder<Number>::allocate(const std::vector<double>& moments,
     set_size(layer_, directions_.nodes, directions_.size());
     const int n = layer_.directions;
     const long moment_count = count_modes(moments);  // the rest is zero
-    memory_.reset(allocated<Number>(
+    memory_ = allocated<Number>(
         8 * size_of_matrix(layer_) + static_cast<long>(layer_.gauss) * layer_.elimination_stride +
-        (3 + 3) * padded_stride<Number>(n) + 2 * moment_count * layer_.stride));
+        (3 + 3) * padded_stride<Number>(n) + 2 * moment_count * layer_.stride);
     Handout<Number> memory(memory_.get());
     for (SimdMatrix<Number>* m :
          {&layer_.scatter_odd, &layer_.scatter_even, &layer_.Y, &layer_.Z, &layer_.reflection,
@@ -193,9 +189,9 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     const long rows = static_cast<long>(grazing.directions) * groups_.row_stride;
     const long columns = static_cast<long>(steep.directions) * groups_.column_stride;
     const long square = static_cast<long>(grazing.directions) * grazing.stride;
-    memory_of_groups_.reset(allocated<Number>(
-        2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
-        3L * (groups_.row_stride + groups_.column_stride) + 8 * columns + 5 * rows + 3 * square));
+    memory_of_groups_ = allocated<Number>(2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
+                                          3L * (groups_.row_stride + groups_.column_stride) +
+                                          8 * columns + 5 * rows + 3 * square);
     Handout<Number> memory(memory_of_groups_.get());
     for (SimdMatrix<Number>* m : {&steep.Y, &steep.Z}) *m = memory.matrix(steep);
     for (SimdMatrix<Number>* m :

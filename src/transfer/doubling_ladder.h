@@ -5,7 +5,8 @@
 #include "layer.h"
 #include "simd/doubling_steps.h"
 
-#include <cstdlib>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -17,6 +18,25 @@ struct DoublingTask {
     double albedo;
     double co_albedo;
     double first_depth;
+};
+
+/// Doubles, of no value yet, from a pack's boundary on. Room for that is left here: aligned_alloc of
+/// glibc before 2.38 asks for more than it frees, and the heap would grow from one ladder to the next.
+class PackMemory {
+  public:
+    PackMemory() = default;
+    explicit PackMemory(std::size_t count)
+        : all_(new double[count + pack_alignment / sizeof(double)]) {}
+
+    /// Null while there is none.
+    double* get() const {
+        constexpr std::uintptr_t last = pack_alignment - 1;
+        return reinterpret_cast<double*>((reinterpret_cast<std::uintptr_t>(all_.get()) + last) &
+                                         ~last);
+    }
+
+  private:
+    std::unique_ptr<double[]> all_;
 };
 
 /// Places of the grazing and of the steep directions, Gauss nodes first.
@@ -61,18 +81,13 @@ class DoublingLadder {
     const SimdLayer<Number>& layer() const { return layer_; }
 
   private:
-    struct Free {
-        void operator()(double* memory) const { std::free(memory); }
-    };
-    using Memory = std::unique_ptr<double, Free>;
-
     void allocate(const std::vector<double>& moments, PhaseSeries<Number>& phase);
     void allocate(const DirectionGroups& groups);
     void double_depth(SimdLayer<Number>& layer) const;
 
     const Directions& directions_;
     const DoublingSteps<Number>& steps_;
-    Memory memory_, memory_of_groups_;
+    PackMemory memory_, memory_of_groups_;
     SimdLayer<Number> layer_{};
     DirectionGroups directions_of_groups_;
     SimdGroups<Number> groups_{};

@@ -238,8 +238,6 @@ std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
     return evaluate_parts(solution, side, grid, false).tabulated;
 }
 
-namespace {
-
 /// One pair of cosines among positions of a grid, and what solutions share there.
 struct SketchedPair {
     int in, out;
@@ -265,6 +263,17 @@ struct SketchedPair {
     }
     std::size_t size() const { return places.size(); }
 };
+
+GridPositions::GridPositions(const DirectionGrid& grid, Side side,
+                             const std::vector<std::size_t>& positions)
+    : grid_(grid), side_(side), count_(positions.size()) {
+    for (std::size_t first = 0; first < positions.size(); first += pairs_.back().size())
+        pairs_.emplace_back(grid, side, positions, first);
+}
+
+GridPositions::~GridPositions() = default;
+
+namespace {
 
 /// Sets what a solution leaves to tables at a pair, but for the rest of a path law.
 void evaluate_pair(const LayerSolution& solution, Side side, const DirectionGrid& grid,
@@ -297,9 +306,9 @@ class RestOfPaths {
         }
     }
 
-    /// Sums over l first, which all solutions share, and along the paths of one depth once.
-    void add(Side side, const SketchedPair& pair, std::vector<std::vector<double>>& values) const {
-        const MatrixXd rest = any_.path->rest_of_orders(pair.cosine);
+    /// Sums along the paths of one depth once; `rest`: the sums over l at the pair.
+    void add(Side side, const SketchedPair& pair, const MatrixXd& rest,
+             std::vector<std::vector<double>>& values) const {
         for (const auto& [optical_depth, depth] : depths_) {
             const PathWeights along =
                 path_weights(side, static_cast<int>(depth.orders[0].size()), optical_depth,
@@ -328,24 +337,23 @@ class RestOfPaths {
 
 }  // namespace
 
-std::vector<std::vector<double>> evaluate_tabulated(
-    const std::vector<const LayerSolution*>& solutions, Side side, const DirectionGrid& grid,
-    const std::vector<std::size_t>& positions) {
-    std::vector<std::vector<double>> values(solutions.size(),
-                                            std::vector<double>(positions.size()));
+std::vector<std::vector<double>> GridPositions::evaluate_tabulated(
+    const std::vector<const LayerSolution*>& solutions) const {
+    std::vector<std::vector<double>> values(solutions.size(), std::vector<double>(count_));
     if (solutions.empty() ||
-        (side == Side::transmission && solutions[0]->lower_boundary.is_present()))
+        (side_ == Side::transmission && solutions[0]->lower_boundary.is_present()))
         return values;
-    std::vector<SketchedPair> pairs;
-    for (std::size_t first = 0; first < positions.size(); first += pairs.back().size())
-        pairs.emplace_back(grid, side, positions, first);
     for (std::size_t n = 0; n < solutions.size(); ++n)
-        for (const SketchedPair& pair : pairs)
-            evaluate_pair(*solutions[n], side, grid, pair,
+        for (const SketchedPair& pair : pairs_)
+            evaluate_pair(*solutions[n], side_, grid_, pair,
                           std::span(values[n]).subspan(pair.first, pair.size()));
-    if (grid.path_law() == nullptr || solutions[0]->stack) return values;
+    if (grid_.path_law() == nullptr || solutions[0]->stack) return values;
+    std::call_once(has_rest_, [&] {
+        for (const SketchedPair& pair : pairs_)
+            rest_.push_back(solutions[0]->path->rest_of_orders(pair.cosine));
+    });
     const RestOfPaths rest(solutions);
-    for (const SketchedPair& pair : pairs) rest.add(side, pair, values);
+    for (std::size_t p = 0; p < pairs_.size(); ++p) rest.add(side_, pairs_[p], rest_[p], values);
     return values;
 }
 

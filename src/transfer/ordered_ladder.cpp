@@ -4,9 +4,8 @@
 
 #include "layer.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <new>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -47,13 +46,12 @@ OrderedLadder::Series OrderedLadder::nothing() const {
 
 /// The kernel of one order, created as zeros if empty.
 Pack* OrderedLadder::kernel(Series& of, std::size_t order) const {
-    Kernel& K = of.K[order];
-    if (K) return packs(K.get());
+    PackMemory& K = of.K[order];
+    if (K.get() != nullptr) return packs(K.get());
     const SimdLayer<Pack>& layer = start_.layer();
-    const std::size_t bytes = size(layer.directions) * size(layer.stride) * sizeof(Pack);
-    K.reset(static_cast<double*>(std::aligned_alloc(pack_alignment, bytes)));
-    if (!K) throw std::bad_alloc();
-    std::memset(K.get(), 0, bytes);
+    const std::size_t count = size(layer.directions) * size(layer.stride) * lane_count;
+    K = PackMemory(count);
+    std::fill_n(K.get(), count, 0.0);
     return packs(K.get());
 }
 

@@ -13,8 +13,6 @@
 #include "doubling_ladder.h"
 #include "layer.h"
 
-#include <cstdlib>
-#include <memory>
 #include <vector>
 
 namespace stratus {
@@ -37,15 +35,10 @@ class OrderedLadder {
     std::vector<PhaseKernels> kernels() const { return start_.kernels(); }
 
   private:
-    struct Free {
-        void operator()(double* memory) const { std::free(memory); }
-    };
-    using Kernel = std::unique_ptr<double, Free>;  // Packs, as in SimdLayer
-
     /// sum_k w^k (diag(d_k) + K_k), over all directions; zero parts are empty, K_0 always is.
     struct Series {
         std::vector<Eigen::VectorXd> d;
-        std::vector<Kernel> K;
+        std::vector<PackMemory> K;  // as in SimdLayer
     };
 
     Series nothing() const;

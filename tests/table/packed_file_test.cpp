@@ -229,6 +229,26 @@ TEST(PackedFile, LooksThePathLawUpWhetherHeldOrWorkedOut) {
     }
 }
 
+TEST(PackedFile, HoldsThePathSheetOfItsOwnAlbedosAlone) {
+    Table table = with_path_law("henyey_greenstein:g=0.985");  // and nothing else
+    for (std::vector<float>* const samples :
+         {&table.reflection_multiple, &table.transmission_multiple})
+        std::fill(samples->begin(), samples->end(), 0.0f);
+    const Forged whole(table);
+    table.albedo = make_axis(AxisScale::square_root_of_complement, 0.9, 1, 5);
+    prepare(table);
+    const Forged part(table);
+    EXPECT_EQ(whole.tensors_.at(path_sheet_name).shape[0], 26u);  // steps 1 to 26
+    EXPECT_EQ(part.tensors_.at(path_sheet_name).shape[0], 6u);    // steps 21 to 26
+    const PackedTable expected(whole.bytes()), found(part.bytes());
+    for (const Side side : both_sides)
+        for (const double albedo : {0.9, 0.93, 0.999, 1.0}) {
+            const Geometry at{0.9, 0.8, 0.1};
+            EXPECT_EQ(found.scattering(side, albedo, 2, at).multiple,
+                      expected.scattering(side, albedo, 2, at).multiple);
+        }
+}
+
 TEST(PackedFile, HoldsThePathLawInHalvesWhereTheToleranceIsWide) {
     Table table = with_path_law("henyey_greenstein:g=0.85");
     table.tolerance = 1e-2;
@@ -246,17 +266,15 @@ TEST(PackedFile, LooksUpThePathSheetOfFewOrdersWhereAFileHoldsIt) {
     const Table table = with_path_law("henyey_greenstein:g=0.85");
     Forged file(table);
     const PackedTable expected(file.bytes());
-    const int steps = path_sheet_steps(*table.path_law);
-    std::vector<double> albedo;
-    for (int i = 0; i <= steps; ++i) albedo.push_back(path_sheet_albedo(i, steps));
-    const PathSheet sheet(*table.path_law, albedo.data(), steps + 1, 0, 2);
-    const auto angles = 2 * static_cast<std::size_t>(table.path_law->angle_count());
+    const int first = first_path_step(*table.path_law, table.view());
+    const PathSheet sheet = squared_path_sheet(*table.path_law, first, 0);
+    const auto albedos = static_cast<std::size_t>(path_sheet_steps(*table.path_law) + 1 - first),
+               angles = 2 * static_cast<std::size_t>(table.path_law->angle_count());
     const std::size_t count = sheet.sample_count();
-    const auto* const first = reinterpret_cast<const char*>(sheet.view().sample);
-    file.tensors_[path_sheet_name] = {
-        TensorType::f32,
-        {albedo.size(), count / albedo.size() / angles / 2, angles, 2},
-        {first, first + count * sizeof(float)}};
+    const auto* const samples = reinterpret_cast<const char*>(sheet.view().sample);
+    file.tensors_[path_sheet_name] = {TensorType::f32,
+                                      {albedos, count / albedos / angles / 2, angles, 2},
+                                      {samples, samples + count * sizeof(float)}};
     const PackedTable packed(file.bytes());
     for (const Geometry& at : {Geometry{0.9, 0.8, 0.1}, Geometry{0.4, 0.4, 3}}) {
         EXPECT_EQ(packed.reflection(0.95, 2, at).multiple,

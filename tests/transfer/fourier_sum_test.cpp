@@ -60,7 +60,7 @@ void expect_sketch_of_all(const std::vector<LayerSolution>& layers, const Direct
     std::vector<std::size_t> positions;
     for (std::size_t at = 2; at < grid.size(); at += 7) positions.push_back(at);
     for (const Side side : {Side::reflection, Side::transmission}) {
-        const auto some = evaluate_tabulated(solutions, side, grid, positions);
+        const auto some = GridPositions(grid, side, positions).evaluate_tabulated(solutions);
         for (std::size_t n = 0; n < layers.size(); ++n) {
             const std::vector<double> all = evaluate_tabulated(layers[n], side, grid);
             for (std::size_t k = 0; k < positions.size(); ++k)

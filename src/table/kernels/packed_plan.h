@@ -299,13 +299,14 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
 template <Side which, class F>
 STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo, F depth) {
     const PathSheetView& sheet = side.path;
-    const F square = albedo * albedo, place = (albedo + square) * (0.5f * side.path_steps);
-    const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
+    const F square = albedo * albedo,
+            place = at_least(side.path_first, (albedo + square) * (0.5f * side.path_steps));
+    const F first = clamped(whole(place) - 1.0f, side.path_first, side.path_steps - 3);
     F weight[stencil_size];
     cubic_weights(place - first, weight);
     const auto angle = path_angle(sheet, path);
     const auto channel = [&](int a) {
-        return truncated(first + static_cast<float>(a)) * sheet.channel;
+        return truncated(first - side.path_first + static_cast<float>(a)) * sheet.channel;
     };
     F sum(0.0f);
     if constexpr (which == Side::reflection) {

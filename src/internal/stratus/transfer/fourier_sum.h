@@ -19,6 +19,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 namespace stratus {
@@ -105,13 +106,30 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
 std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
                                        const DirectionGrid& grid);
 
-/// Evaluates what some solutions leave to tables at some positions of the grid alone, ascending: a
-/// list of values for each solution. They differ in albedo and depth, not in phase function, lower
-/// boundary and options.
-///
-/// Cost     that of the pairs of cosines among the positions; all positions are faster at once.
-std::vector<std::vector<double>> evaluate_tabulated(
-    const std::vector<const LayerSolution*>& solutions, Side side, const DirectionGrid& grid,
-    const std::vector<std::size_t>& positions);
+struct SketchedPair;  // fourier_sum.cpp
+
+/// Some positions of a grid, ascending, for solutions that differ in albedo and depth, not in phase
+/// function, lower boundary and options.
+class GridPositions {
+  public:
+    /// `grid` outlives this.
+    GridPositions(const DirectionGrid& grid, Side side, const std::vector<std::size_t>& positions);
+    ~GridPositions();
+
+    /// Evaluates what some solutions leave to tables at these positions alone: a list of values for each
+    /// solution.
+    ///
+    /// Cost     that of the pairs of cosines among the positions; all positions are faster at once.
+    std::vector<std::vector<double>> evaluate_tabulated(
+        const std::vector<const LayerSolution*>& solutions) const;
+
+  private:
+    const DirectionGrid& grid_;
+    Side side_;
+    std::size_t count_;
+    std::vector<SketchedPair> pairs_;
+    mutable std::once_flag has_rest_;
+    mutable std::vector<Eigen::MatrixXd> rest_;  // of a path law's orders, at each pair
+};
 
 }  // namespace stratus

@@ -76,6 +76,7 @@ struct PackedSide {
 
     PathSheetView path;    // divided by w^2, over (w + w^2) / 2; null samples: none
     float path_steps = 0;  // from w = 0 to 1
+    float path_first = 0;  // of these, that `path` begins with
     float path_growth = 0;
 };
 

@@ -29,7 +29,7 @@ class SolvedSamples : public LayerSamples {
   private:
     /// Whether a layer of the units that are solved is asked for.
     using Choice = std::function<bool(int layer)>;
-    /// Of one member, where not all of a side's are asked for.
+    /// The positions of a member's samples, where not all of a side's are asked for.
     using SomePositions = PerSide<std::unique_ptr<const GridPositions>>;
 
     void make_room();

@@ -154,7 +154,7 @@ Mie::Scattering compute_scattering(const Droplets& droplets) {
     return all;
 }
 
-/// As a store keeps it.
+/// The numbers that a store keeps.
 std::vector<double> to_numbers(const Mie::Scattering& all) {
     std::vector<double> numbers{all.albedo, all.extinction_efficiency, all.intervals,
                                 static_cast<double>(all.chi.size())};

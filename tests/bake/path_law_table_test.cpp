@@ -22,7 +22,7 @@ namespace {
 Recipe path_law_recipe(const std::string& phase_function, const std::string& more = "") {
     return parse_recipe("phase_function = '" + phase_function +
                         "'\n"
-                        "tolerance = 1e-2\n"
+                        "tolerance = 1e-3\n"
                         "optical_depth = { min = 0.5, max = 4.0 }\n"
                         "albedo = { min = 0.9, max = 1.0 }\n" +
                         more +

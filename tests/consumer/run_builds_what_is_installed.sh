@@ -10,8 +10,13 @@ target=$(sed -n '/^run_install()/,/^}/s/^ *build install build \([a-z_]*\)$/\1/p
 [ -n "$target" ] || { echo "./run install names no target"; exit 1; }
 commands=$("$ninja" -C "$build" -t commands "$target")
 
-# Programs and libraries in the installation scripts that CMake has written.
-mapfile -t installed < <(find "$build" -name cmake_install.cmake -not -path '*/tests/*' -exec cat {} + |
+# Programs and libraries in the installation scripts that CMake has written: the first, and what it includes.
+scripts() {
+    cat "$1"
+    sed -n 's/^ *include("\(.*\/cmake_install.cmake\)")$/\1/p' "$1" |
+        while read -r script; do case $script in */tests/*) ;; *) scripts "$script" ;; esac; done
+}
+mapfile -t installed < <(scripts "$build/cmake_install.cmake" |
     tr '\n' ' ' | grep -oE 'TYPE (STATIC_LIBRARY|SHARED_LIBRARY|EXECUTABLE) FILES( +"[^"]+")+' |
     grep -oE '"[^"]+"' | tr -d '"' | xargs -n 1 realpath --relative-to="$build" | sort -u)
 [ "${#installed[@]}" -ge 2 ] || { echo "nothing is installed"; exit 1; }

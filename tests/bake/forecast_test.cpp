@@ -18,10 +18,11 @@ Recipe out_of_reach() {
         "phase_function = 'isotropic'\n"
         "tolerance = 1e-6\n"
         "optical_depth = { min = inf, max = inf }\n"
-        "albedo = { min = 0.9, max = 0.9 }\n"
+        "albedo = { min = 0.8999, max = 0.9 }\n"
         "sides = ['reflection']\n"
         "[discretisation]\n"
-        "nodes = 16\n");
+        "nodes = 16\n"
+        "albedo_samples = 2\n");
 }
 
 TEST(Forecast, HasTheSizeOfTheTable) {

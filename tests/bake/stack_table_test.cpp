@@ -168,6 +168,16 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
         {"ocean or rpv in recipes"});
 }
 
+TEST(StackTable, OverAThinBlackLayerHasAsManyCosinesAsItTakes) {
+    Recipe recipe = stack_recipe(layer("rayleigh", 1, "0.112") + layer("isotropic", 1, "4.64") +
+                                 layer("henyey_greenstein:g=0.823", 0.039, "0.0185"));
+    recipe.tolerance = 3.4e-3;
+    recipe.reflection = false;
+    const Table table = bake(recipe);
+    EXPECT_GT(table.mu_out.values.size(), 56u);
+    EXPECT_TRUE(verify(table, {400}).meets(recipe.tolerance));
+}
+
 TEST(StackTable, OfInfiniteDepthMatchesTheSolver) {
     const Table deep = bake(stack_recipe(air + layer("lambert_sphere", 0.9, "inf")));
     EXPECT_TRUE(deep.transmission_multiple.empty());

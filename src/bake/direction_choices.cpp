@@ -422,7 +422,7 @@ Choice choose_mu_samples(Probes& probes) {
     const Recipe& recipe = probes.recipe;
     const bool one_layer = recipe.optical_depth.min == recipe.optical_depth.max &&
                            recipe.albedo.min == recipe.albedo.max && recipe.family.empty();
-    const int most = one_layer ? 128 : 56;  // tables of more layers would grow large
+    const std::size_t most = one_layer ? 128 : 56;  // tables of more layers would grow large
     const auto counts = [&](int candidate) {
         return std::vector{mu_axis(recipe.mu_in, candidate).values.size(),
                            mu_axis(recipe.mu_out, candidate).values.size()};

@@ -439,11 +439,11 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
         search_both(false);
     }
     PerSide<DirectionList> again;
-    for_each_side([&](SideSearch& side) {
-        if (!side.settle()) return;
-        side.expect_sketch();
-        again[&side == &search.reflection ? Side::reflection : Side::transmission] = side.sketch();
-    });
+    for (const Side side : both_sides) {
+        if (!sides[side] || !search[side].settle()) continue;
+        search[side].expect_sketch();
+        again[side] = search[side].sketch();
+    }
     samples.at(again, see_in_sketch);
     PerSide<LayerSums> sums;
     for (const Side side : both_sides)

@@ -112,9 +112,14 @@ DepthLadder ladder_to_deepest(const Probes& probes);
 
 // ---- errors -------------------------------------------------------------------------------------
 
-using Errors = std::vector<double>;
+/// The error at a probed direction, and how many of a table's random points (accuracy.h) it stands for.
+struct ProbedError {
+    double error, weight;
+};
 
-/// The share of the probed values that must be within a choice's limit.
+using Errors = std::vector<ProbedError>;
+
+/// The share of the probed values, by their weights, that must be within a choice's limit.
 constexpr double probed_share = 0.999;
 
 /// The errors that measure(albedo, depth, errors) adds for all albedos and depths, this share's.
@@ -132,8 +137,8 @@ Errors errors_of_solutions(
 /// Several lists one after the other.
 Errors joined(const std::vector<Errors>& lists);
 
-/// error_quantile of the errors of all shares, list by list. Ranks tell each other no more than the
-/// largest of theirs.
+/// The errors of all shares that a share of the weights does not exceed, list by list. Ranks tell each
+/// other no more than the largest of theirs.
 std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists, double share);
 double quantile_of_all(const Probes& probes, Errors errors, double share);
 
@@ -142,27 +147,39 @@ double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
 
-/// Adds the errors of found(side, i, j, k) at all pairs of the cosines and at all azimuths,
-/// for both sides of `expected` that the recipe asks for; of a narrow peak at the cosines that
-/// count there (accuracy.h).
+/// How many random points are nearest to each of a grid's cosines and azimuths, as shares of the
+/// way along the ranges that are judged: 0 at cosines that are not.
+struct DirectionWeights {
+    std::vector<double> in, out, azimuth;
+};
+
+DirectionWeights direction_weights(const Recipe& recipe, const DirectionGrid& directions);
+
+/// Adds the errors of found(side, i, j, k) at all pairs of the cosines and at all azimuths that are judged,
+/// for both sides of `expected` that the recipe asks for.
 template <class Found>
 void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
                 Errors& errors, const Found& found) {
-    const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
+    const DirectionWeights weight = direction_weights(recipe, directions);
+    const bool is_symmetric = directions.pairs().are_symmetric();
     for (const Side side : both_sides) {
         if (side == Side::reflection
                 ? !recipe.reflection
                 : !recipe.transmission || std::isinf(expected.solution.optical_depth))
             continue;
         const ProbedSide& values = expected.side[side];
-        for (int i = 0; i < directions.in_count(); ++i)
-            for (int j = directions.pairs().are_symmetric() ? i : 0; j < directions.out_count();
-                 ++j) {
-                if (std::min(directions.mu_in(i), directions.mu_out(j)) < least) continue;
-                for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) {
-                    const std::size_t at = directions.at(i, j, k);
-                    errors.push_back(std::abs(found(side, i, j, k) - values.tabulated[at]) /
-                                     std::max(values.total[at], values.floor));
+        for (std::size_t i = 0; i < weight.in.size(); ++i)
+            for (std::size_t j = is_symmetric ? i : 0; j < weight.out.size(); ++j) {
+                const double ways = is_symmetric && i < j ? 2 : 1;
+                const double of_pair = ways * weight.in[i] * weight.out[j];
+                if (of_pair == 0) continue;
+                for (std::size_t k = 0; k < weight.azimuth.size(); ++k) {
+                    const int in = static_cast<int>(i), out = static_cast<int>(j),
+                              azimuth = static_cast<int>(k);
+                    const std::size_t at = directions.at(in, out, azimuth);
+                    errors.push_back({std::abs(found(side, in, out, azimuth) - values.tabulated[at]) /
+                                          std::max(values.total[at], values.floor),
+                                      of_pair * weight.azimuth[k]});
                 }
             }
     }

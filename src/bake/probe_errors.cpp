@@ -1,4 +1,5 @@
 #include <stratus/bake/parallel.h>
+#include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
 
 #include "choices.h"
@@ -35,39 +36,48 @@ Errors joined(const std::vector<Errors>& lists) {
 
 std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists,
                                      double share) {
-    std::vector<double> counts;
-    for (const Errors& errors : lists) counts.push_back(static_cast<double>(errors.size()));
-    const std::vector<std::vector<double>> counts_of_share = gather(probes, counts);
-    std::vector<std::size_t> places;  // of the quantiles, among all errors in descending order
-    std::vector<double> largest;
-    for (std::size_t n = 0; n < lists.size(); ++n) {
-        std::size_t count = 0;
-        for (const auto& of_one : counts_of_share) count += static_cast<std::size_t>(of_one[n]);
-        places.push_back(count > 0 ? count - 1 - quantile_place(count, share) : 0);
-        Errors& errors = lists[n];
-        if (places[n] + 1 < errors.size()) {
-            const auto end = errors.begin() + static_cast<std::ptrdiff_t>(places[n] + 1);
-            std::ranges::nth_element(errors, end, std::greater{});
-            errors.erase(end, errors.end());
-        }
-        largest.insert(largest.end(), errors.begin(), errors.end());
+    std::vector<double> weights;
+    for (const Errors& errors : lists) {
+        double sum = 0;
+        for (const ProbedError& each : errors) sum += each.weight;
+        weights.push_back(sum);
     }
-    const std::vector<std::vector<double>> largest_of_share = gather(probes, largest);
-    std::vector<const double*> next;
-    for (const auto& of_one : largest_of_share) next.push_back(of_one.data());
+    std::vector<double> exceeding(lists.size(), 0.0);  // the weight that may exceed each quantile
+    for (const std::vector<double>& of_share : gather(probes, weights))
+        for (std::size_t n = 0; n < lists.size(); ++n)
+            exceeding[n] += (1 - share) * (1 + 1e-9) * of_share[n];
+    /// Leaves the largest errors, descending, up to the first that the weights of the others reach.
+    const auto keep_largest = [](Errors& errors, double weight) {
+        std::size_t kept = 0, sorted = 0;
+        for (; kept < errors.size() && weight >= 0; weight -= errors[kept++].weight) {
+            if (kept < sorted) continue;
+            sorted = std::min(errors.size(), 4 * sorted + 64);
+            std::ranges::partial_sort(errors.begin() + static_cast<std::ptrdiff_t>(kept),
+                                      errors.begin() + static_cast<std::ptrdiff_t>(sorted),
+                                      errors.end(), std::ranges::greater{}, &ProbedError::error);
+        }
+        errors.resize(kept);
+    };
+    std::vector<double> largest;  // of each list how many, then errors and weights
+    for (std::size_t n = 0; n < lists.size(); ++n) {
+        keep_largest(lists[n], exceeding[n]);
+        largest.push_back(static_cast<double>(lists[n].size()));
+        for (const auto& [error, weight] : lists[n]) {
+            largest.push_back(error);
+            largest.push_back(weight);
+        }
+    }
+    lists.assign(lists.size(), {});
+    for (const std::vector<double>& of_share : gather(probes, largest)) {
+        const double* next = of_share.data();
+        for (Errors& all : lists)
+            for (auto left = static_cast<std::size_t>(*next++); left > 0; --left, next += 2)
+                all.push_back({next[0], next[1]});
+    }
     std::vector<double> quantiles;
     for (std::size_t n = 0; n < lists.size(); ++n) {
-        Errors all;
-        for (std::size_t s = 0; s < next.size(); ++s) {
-            const auto told =
-                std::min(places[n] + 1, static_cast<std::size_t>(counts_of_share[s][n]));
-            all.insert(all.end(), next[s], next[s] + told);
-            next[s] += told;
-        }
-        if (!all.empty())
-            std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(places[n]),
-                                     std::greater{});
-        quantiles.push_back(all.empty() ? 0 : all[places[n]]);
+        keep_largest(lists[n], exceeding[n]);
+        quantiles.push_back(lists[n].empty() ? 0 : lists[n].back().error);
     }
     return quantiles;
 }
@@ -83,6 +93,45 @@ double measure_layers(
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
     return quantile_of_all(probes, errors_of_layers(probes, albedos, depths, measure),
                            probed_share);
+}
+
+namespace {
+
+/// The lengths of the parts of [low, high] that are nearest to each place, 0 for places outside; 1 where
+/// there is no way between the ends.
+std::vector<double> nearest_lengths(const std::vector<double>& places, double low, double high) {
+    const auto is_inside = [&](double place) { return place >= low && place <= high; };
+    std::vector<double> sorted;
+    std::ranges::copy_if(places, std::back_inserter(sorted), is_inside);
+    std::ranges::sort(sorted);
+    std::vector<double> lengths;
+    for (const double place : places) {
+        if (!is_inside(place)) {
+            lengths.push_back(0);
+            continue;
+        }
+        const auto here = std::ranges::lower_bound(sorted, place);
+        const double first = here == sorted.begin() ? low : (*std::prev(here) + place) / 2;
+        const double last = std::next(here) == sorted.end() ? high : (place + *std::next(here)) / 2;
+        lengths.push_back(low < high ? last - first : 1);
+    }
+    return lengths;
+}
+
+}  // namespace
+
+DirectionWeights direction_weights(const Recipe& recipe, const DirectionGrid& directions) {
+    const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
+    const auto weights = [&](Range range, const std::vector<int>& of_cosines) {
+        std::vector<double> roots;
+        for (const int at : of_cosines)
+            roots.push_back(std::sqrt(directions.mu()[static_cast<std::size_t>(at)]));
+        return nearest_lengths(roots, std::sqrt(std::max(range.min, least)), std::sqrt(range.max));
+    };
+    const bool all_around = !is_narrow(recipe.azimuth, all_azimuths);
+    return {weights(recipe.mu_in, directions.pairs().in), weights(recipe.mu_out, directions.pairs().out),
+            nearest_lengths(directions.azimuth(), all_around ? 0 : radians(recipe.azimuth.min),
+                            all_around ? pi : radians(recipe.azimuth.max))};
 }
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,

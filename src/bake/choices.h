@@ -137,51 +137,63 @@ Errors errors_of_solutions(
 /// Several lists one after the other.
 Errors joined(const std::vector<Errors>& lists);
 
-/// The errors of all shares that a share of the weights does not exceed, list by list. Ranks tell each
-/// other no more than the largest of theirs.
+/// The errors of all shares that a share of the weights does not exceed, list by list; a fifth of the largest
+/// where that is more (largest_over_tolerance). Ranks tell each other no more than the largest of theirs.
 std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists, double share);
 double quantile_of_all(const Probes& probes, Errors errors, double share);
 
-/// Returns the quantile of 99.9 % of the errors of all shares.
+/// Same, of one list, for 99.9 %.
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
 
-/// How many random points are nearest to each of a grid's cosines and azimuths, as shares of the
-/// way along the ranges that are judged: 0 at cosines that are not.
-struct DirectionWeights {
-    std::vector<double> in, out, azimuth;
-};
+/// Calls use(i, j, k) for all directions of a grid, once for those that are the same both ways round.
+template <class Use>
+void for_each_direction(const DirectionGrid& directions, const Use& use) {
+    for (int i = 0; i < directions.in_count(); ++i)
+        for (int j = directions.pairs().are_symmetric() ? i : 0; j < directions.out_count(); ++j)
+            for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) use(i, j, k);
+}
 
-DirectionWeights direction_weights(const Recipe& recipe, const DirectionGrid& directions);
+/// How many random points (accuracy.h) each direction of a grid stands for: as many of the even ones as are
+/// nearest to its cosines and azimuth, none where a cosine is not judged. Of a peaked phase function, directions
+/// near forward, of which 99 % are judged by themselves, have a tenth of all weight: 99.9 % of all are as strict.
+class DirectionWeights {
+  public:
+    DirectionWeights(const Recipe& recipe, const DirectionGrid& directions);
+
+    /// At mu_in(i), mu_out(j), azimuth()[k].
+    double operator()(Side side, int i, int j, int k) const;
+
+  private:
+    bool is_forward(Side side, int i, int j, int k) const;
+    double even(int i, int j, int k) const;
+
+    const DirectionGrid& directions_;
+    std::vector<double> in_, out_, azimuth_;
+    PerSide<double> forward_{1, 1};  // by what weights near forward are multiplied
+};
 
 /// Adds the errors of found(side, i, j, k) at all pairs of the cosines and at all azimuths that are judged,
 /// for both sides of `expected` that the recipe asks for.
 template <class Found>
 void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
                 Errors& errors, const Found& found) {
-    const DirectionWeights weight = direction_weights(recipe, directions);
-    const bool is_symmetric = directions.pairs().are_symmetric();
+    const DirectionWeights weight_at(recipe, directions);
     for (const Side side : both_sides) {
         if (side == Side::reflection
                 ? !recipe.reflection
                 : !recipe.transmission || std::isinf(expected.solution.optical_depth))
             continue;
         const ProbedSide& values = expected.side[side];
-        for (std::size_t i = 0; i < weight.in.size(); ++i)
-            for (std::size_t j = is_symmetric ? i : 0; j < weight.out.size(); ++j) {
-                const double ways = is_symmetric && i < j ? 2 : 1;
-                const double of_pair = ways * weight.in[i] * weight.out[j];
-                if (of_pair == 0) continue;
-                for (std::size_t k = 0; k < weight.azimuth.size(); ++k) {
-                    const int in = static_cast<int>(i), out = static_cast<int>(j),
-                              azimuth = static_cast<int>(k);
-                    const std::size_t at = directions.at(in, out, azimuth);
-                    errors.push_back({std::abs(found(side, in, out, azimuth) - values.tabulated[at]) /
-                                          std::max(values.total[at], values.floor),
-                                      of_pair * weight.azimuth[k]});
-                }
-            }
+        for_each_direction(directions, [&](int i, int j, int k) {
+            const double weight = weight_at(side, i, j, k);
+            if (weight == 0) return;
+            const std::size_t at = directions.at(i, j, k);
+            errors.push_back({std::abs(found(side, i, j, k) - values.tabulated[at]) /
+                                  std::max(values.total[at], values.floor),
+                              weight});
+        });
     }
 }
 

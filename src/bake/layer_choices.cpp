@@ -39,7 +39,8 @@ void add_depth_errors(const Probes& probes, const DirectionGrid& directions,
     add_blend_errors(probes.recipe, target, directions, blend, errors, along);
 }
 
-/// Returns the error at the worst depth beyond the finite depth `last`: most depths are at the limit.
+/// Returns the largest error at the depths beyond the finite depth `last`: most depths are at the limit, and few
+/// albedos are probed.
 double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t last) {
     const ProbedLayers& layers = probed_layers(probes);
     const double length = probes.extrapolation_length;
@@ -68,7 +69,7 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
         measure(layers, depth);
         measure(between, depth);
     }
-    return std::ranges::max(quantiles_of_all(probes, std::move(at_depths), probed_share));
+    return std::ranges::max(quantiles_of_all(probes, std::move(at_depths), 1));
 }
 
 /// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are

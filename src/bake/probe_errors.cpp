@@ -4,6 +4,7 @@
 
 #include "choices.h"
 #include "piece_of_work.h"
+#include "table_units.h"
 
 namespace stratus {
 
@@ -77,7 +78,10 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
     std::vector<double> quantiles;
     for (std::size_t n = 0; n < lists.size(); ++n) {
         keep_largest(lists[n], exceeding[n]);
-        quantiles.push_back(lists[n].empty() ? 0 : lists[n].back().error);
+        const Errors& errors = lists[n];
+        quantiles.push_back(errors.empty() ? 0
+                                           : std::max(errors.back().error,
+                                                      errors[0].error / largest_over_tolerance));
     }
     return quantiles;
 }
@@ -120,7 +124,8 @@ std::vector<double> nearest_lengths(const std::vector<double>& places, double lo
 
 }  // namespace
 
-DirectionWeights direction_weights(const Recipe& recipe, const DirectionGrid& directions) {
+DirectionWeights::DirectionWeights(const Recipe& recipe, const DirectionGrid& directions)
+    : directions_(directions) {
     const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
     const auto weights = [&](Range range, const std::vector<int>& of_cosines) {
         std::vector<double> roots;
@@ -128,10 +133,42 @@ DirectionWeights direction_weights(const Recipe& recipe, const DirectionGrid& di
             roots.push_back(std::sqrt(directions.mu()[static_cast<std::size_t>(at)]));
         return nearest_lengths(roots, std::sqrt(std::max(range.min, least)), std::sqrt(range.max));
     };
+    in_ = weights(recipe.mu_in, directions.pairs().in);
+    out_ = weights(recipe.mu_out, directions.pairs().out);
     const bool all_around = !is_narrow(recipe.azimuth, all_azimuths);
-    return {weights(recipe.mu_in, directions.pairs().in), weights(recipe.mu_out, directions.pairs().out),
-            nearest_lengths(directions.azimuth(), all_around ? 0 : radians(recipe.azimuth.min),
-                            all_around ? pi : radians(recipe.azimuth.max))};
+    azimuth_ = nearest_lengths(directions.azimuth(), all_around ? 0 : radians(recipe.azimuth.min),
+                               all_around ? pi : radians(recipe.azimuth.max));
+    if (std::ranges::none_of(
+            list_phase_functions(recipe.layers, recipe.phase_function, recipe.lower_boundary),
+            is_peaked))
+        return;
+    for (const Side side : both_sides) {
+        double all = 0, forward = 0;
+        for_each_direction(directions, [&](int i, int j, int k) {
+            all += even(i, j, k);
+            if (is_forward(side, i, j, k)) forward += even(i, j, k);
+        });
+        constexpr double share = 0.1;
+        if (forward > 0) forward_[side] = std::max(1.0, share / (1 - share) * (all - forward) / forward);
+    }
+}
+
+double DirectionWeights::even(int i, int j, int k) const {
+    const double ways = directions_.pairs().are_symmetric() && i < j ? 2 : 1;
+    return ways * in_[static_cast<std::size_t>(i)] * out_[static_cast<std::size_t>(j)] *
+           azimuth_[static_cast<std::size_t>(k)];
+}
+
+bool DirectionWeights::is_forward(Side side, int i, int j, int k) const {
+    const double in = directions_.mu_in(i),
+                 out = side == Side::reflection ? -directions_.mu_out(j) : directions_.mu_out(j);
+    const double cosine = in * out + std::sqrt((1 - in * in) * (1 - out * out)) *
+                                         std::cos(directions_.azimuth()[static_cast<std::size_t>(k)]);
+    return cosine > std::cos(radians(forward_cone));
+}
+
+double DirectionWeights::operator()(Side side, int i, int j, int k) const {
+    return even(i, j, k) * (is_forward(side, i, j, k) ? forward_[side] : 1);
 }
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,

@@ -137,8 +137,9 @@ Errors errors_of_solutions(
 /// Several lists one after the other.
 Errors joined(const std::vector<Errors>& lists);
 
-/// The errors of all shares that a share of the weights does not exceed, list by list; a fifth of the largest
-/// where that is more (largest_over_tolerance). Ranks tell each other no more than the largest of theirs.
+/// The errors of all shares that a share of the weights does not exceed, list by list; as the largest error of a
+/// check may be five times its tolerance, a fifth of what a fifth of the others do not exceed where that is more.
+/// Ranks tell each other no more than the largest of theirs.
 std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists, double share);
 double quantile_of_all(const Probes& probes, Errors errors, double share);
 

@@ -77,11 +77,12 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
     }
     std::vector<double> quantiles;
     for (std::size_t n = 0; n < lists.size(); ++n) {
-        keep_largest(lists[n], exceeding[n]);
-        const Errors& errors = lists[n];
-        quantiles.push_back(errors.empty() ? 0
-                                           : std::max(errors.back().error,
-                                                      errors[0].error / largest_over_tolerance));
+        double quantile = 0;
+        for (const double times : {1.0, largest_over_tolerance}) {
+            keep_largest(lists[n], exceeding[n] / times);
+            if (!lists[n].empty()) quantile = std::max(quantile, lists[n].back().error / times);
+        }
+        quantiles.push_back(quantile);
     }
     return quantiles;
 }

@@ -153,7 +153,7 @@ struct Steps {
 /// Their first modes suffice: later ones are of light scattered a few times, which is a short
 /// polynomial of the albedo.
 struct FineAlbedos {
-    static constexpr std::size_t fine = 120;
+    static constexpr std::size_t fine = 720;
     static constexpr int modes = 4;
     static constexpr double unknown = -1;
     AxisScale scale;
@@ -352,7 +352,7 @@ ScaledChoice choose_albedo_samples(Probes& probes) {
     const auto fixed = recipe.discretisation.albedo_scale;
     if (recipe.albedo.min == recipe.albedo.max) return {fixed.value_or(scales.usual), {1}};
     std::optional<FineAlbedos> fine;
-    return choose_scaled(probes, scales, fixed, {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, 13,
+    return choose_scaled(probes, scales, fixed, {4, 5, 6, 7, 9, 10, 11, 13, 16, 17, 19, 21, 25, 31, 37, 41, 46, 49, 61}, 13,
                          [&](AxisScale scale, int candidate) {
                              if (!fine || fine->scale != scale) fine.emplace(probes, scale);
                              return albedo_error(probes, *fine, candidate);

@@ -388,13 +388,27 @@ class SideSearch {
     SketchFit fit_;
 };
 
+/// Depths all over the table, octaves apart: a baker solves them at once.
+std::vector<int> pilot_depth_samples(const AxisView& depth) {
+    const int octave = std::max(1, static_cast<int>(std::lround(depth.inverse_step)));
+    std::vector<int> samples;
+    for (int d = (depth.count - 1) % octave; d >= 0 && d < depth.count; d += octave)
+        samples.push_back(d);
+    if (depth.ends_at_infinity) samples.push_back(depth.count);
+    std::vector<int> some;
+    for (const int n : spread(static_cast<int>(samples.size()), pilot_depths))
+        some.push_back(samples[size(n)]);
+    return some;
+}
+
 /// Layers all over the table.
 std::vector<int> pilot_layers(const Table& table) {
     const auto count = [](const Axis& axis) { return static_cast<int>(axis.values.size()); };
+    const std::vector<int> depths = pilot_depth_samples(table.optical_depth.view());
     std::vector<int> layers;
     for (const int member : spread(static_cast<int>(table.member_count()), pilot_members))
         for (const int albedo : spread(count(table.albedo), pilot_albedos))
-            for (const int depth : spread(count(table.optical_depth), pilot_depths))
+            for (const int depth : depths)
                 layers.push_back(
                     (member * count(table.albedo) + albedo) * count(table.optical_depth) + depth);
     return layers;

@@ -161,11 +161,8 @@ double DirectionWeights::even(int i, int j, int k) const {
 }
 
 bool DirectionWeights::is_forward(Side side, int i, int j, int k) const {
-    const double in = directions_.mu_in(i),
-                 out = side == Side::reflection ? -directions_.mu_out(j) : directions_.mu_out(j);
-    const double cosine = in * out + std::sqrt((1 - in * in) * (1 - out * out)) *
-                                         std::cos(directions_.azimuth()[static_cast<std::size_t>(k)]);
-    return cosine > std::cos(radians(forward_cone));
+    static const double least = std::cos(radians(forward_cone));
+    return directions_.cos_scattering_angle(side)[directions_.at(i, j, k)] > least;
 }
 
 double DirectionWeights::operator()(Side side, int i, int j, int k) const {

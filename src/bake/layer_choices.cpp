@@ -352,8 +352,9 @@ ScaledChoice choose_albedo_samples(Probes& probes) {
     const auto fixed = recipe.discretisation.albedo_scale;
     if (recipe.albedo.min == recipe.albedo.max) return {fixed.value_or(scales.usual), {1}};
     std::optional<FineAlbedos> fine;
-    return choose_scaled(probes, scales, fixed, {4, 5, 6, 7, 9, 10, 11, 13, 16, 17, 19, 21, 25, 31, 37, 41, 46, 49, 61}, 13,
-                         [&](AxisScale scale, int candidate) {
+    return choose_scaled(probes, scales, fixed,
+                         {4, 5, 6, 7, 9, 10, 11, 13, 16, 17, 19, 21, 25, 31, 37, 41, 46, 49, 61},
+                         13, [&](AxisScale scale, int candidate) {
                              if (!fine || fine->scale != scale) fine.emplace(probes, scale);
                              return albedo_error(probes, *fine, candidate);
                          });

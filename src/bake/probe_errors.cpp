@@ -150,7 +150,8 @@ DirectionWeights::DirectionWeights(const Recipe& recipe, const DirectionGrid& di
             if (is_forward(side, i, j, k)) forward += even(i, j, k);
         });
         constexpr double share = 0.1;
-        if (forward > 0) forward_[side] = std::max(1.0, share / (1 - share) * (all - forward) / forward);
+        if (forward > 0)
+            forward_[side] = std::max(1.0, share / (1 - share) * (all - forward) / forward);
     }
 }
 

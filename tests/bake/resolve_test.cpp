@@ -1,4 +1,5 @@
 #include <stratus/bake/bake.h>
+#include <stratus/base/constants.h>
 
 #include "choices.h"
 #include "refusal.h"
@@ -8,6 +9,7 @@
 
 #include <cmath>
 #include <functional>
+#include <random>
 #include <set>
 #include <string>
 #include <utility>
@@ -158,6 +160,69 @@ TEST(Resolve, NotesEveryChoice) {
         const std::string begin = std::string(name) + " " + std::to_string(value) + ": ";
         expect_holds(notes, {begin});
     }
+}
+
+/// Even points, as accuracy.h draws them, that fall near each probed direction.
+TEST(Choices, WeighDirectionsByTheRandomPointsNearestToThem) {
+    for (const char* const phase : {"rayleigh", "henyey_greenstein:g=0.85"}) {
+        Recipe recipe = rayleigh_recipe();
+        recipe.phase_function = parse_phase_function(phase);
+        const Probes probes = place_probes(recipe, 1e-3, {});
+        const DirectionGrid& grid = probes.directions;
+        const bool is_peaked = grid.path_law() != nullptr;
+        const double least = is_peaked ? std::sqrt(least_judged_cosine) : 0;
+        const DirectionWeights weight(recipe, grid);
+        PerSide<double> all, forward;
+        std::vector<double> of_out(static_cast<std::size_t>(grid.out_count()));  // R
+        for_each_direction(grid, [&](int i, int j, int k) {
+            for (const Side side : both_sides) {
+                all[side] += weight(side, i, j, k);
+                if (grid.cos_scattering_angle(side)[grid.at(i, j, k)] > std::cos(radians(10)))
+                    forward[side] += weight(side, i, j, k);
+            }
+            for (const int place : {i, j})
+                of_out[static_cast<std::size_t>(place)] += weight(Side::reflection, i, j, k) / 2;
+        });
+        EXPECT_NEAR(all.reflection, pi * std::pow(1 - least, 2), 1e-9) << phase;
+        EXPECT_NEAR(forward.transmission / all.transmission, is_peaked ? 0.1 : 0.027, 0.01)
+            << phase;
+        std::mt19937 random(1);
+        std::uniform_real_distribution<double> root(least, 1);
+        std::vector<double> drawn(of_out.size());
+        constexpr int draws = 100000;
+        for (int n = 0; n < draws; ++n) {
+            const double x = root(random);
+            std::size_t nearest = drawn.size();
+            for (std::size_t j = 0; j < drawn.size(); ++j) {
+                const double mu = grid.mu_out(static_cast<int>(j));
+                if (std::sqrt(mu) < least) continue;
+                if (nearest == drawn.size() ||
+                    std::abs(std::sqrt(mu) - x) <
+                        std::abs(std::sqrt(grid.mu_out(static_cast<int>(nearest))) - x))
+                    nearest = j;
+            }
+            drawn[nearest] += all.reflection / draws;
+        }
+        for (std::size_t j = 0; j < drawn.size(); ++j)
+            EXPECT_NEAR(of_out[j], drawn[j], 0.01) << phase << ' ' << j;
+    }
+}
+
+TEST(Choices, LetOneInAThousandBeLargerAndOneInFiveThousandFiveTimes) {
+    const Probes probes = place_probes(rayleigh_recipe(), 1e-3, {});
+    Errors errors(9990, {1.0, 1.0});
+    errors.insert(errors.end(), 10, {4.0, 1.0});
+    EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 1);
+    errors.insert(errors.end(), {4.0, 0.1});
+    EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 4);
+    errors.assign(9990, {1.0, 1.0});
+    errors.insert(errors.end(), 8, {1.0, 1.0});
+    errors.insert(errors.end(), 2, {40.0, 1.0});
+    EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 1);
+    errors.insert(errors.end(), {40.0, 0.1});
+    EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 8);
+    EXPECT_EQ(quantile_of_all(probes, {{3.0, 1.0}, {2.0, 5.0}}, 0.999), 3);
+    EXPECT_EQ(quantile_of_all(probes, {}, 0.999), 0);
 }
 
 TEST(Choices, TakeTheFirstCandidateThatHolds) {

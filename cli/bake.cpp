@@ -1,37 +1,21 @@
 // `stratus bake`: a recipe in, a table out.
-#include <stratus/bake/bake.h>
 
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
-#include <stratus/io/checkpoint.h>
 #include <stratus/io/file_bytes.h>
-#include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
-#include <stratus/table/packed_table.h>
 
 #include "bake.h"
 #include "options.h"
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <dlfcn.h>
-#include <filesystem>
 #include <future>
-#include <initializer_list>
-#include <memory>
-#include <new>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <system_error>
-#include <thread>
 #include <unistd.h>
 
 namespace stratus {

@@ -9,10 +9,8 @@
 #include "query.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 #include <memory>
-#include <stdexcept>
 
 namespace stratus {
 namespace {

@@ -5,12 +5,7 @@
 // for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
-#include <stratus/base/number_text.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/layer/effects.h>
-#include <stratus/table/lookup.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
 
 #include "options.h"
 #include "progress.h"
@@ -18,13 +13,8 @@
 
 #include <cmath>
 #include <iostream>
-#include <map>
-#include <memory>
 #include <ostream>
-#include <stdexcept>
-#include <string>
 #include <tuple>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,23 +1,14 @@
 // `stratus export`: one layer or stack as a material file of another renderer.
 #include <stratus/bake/parallel.h>
-#include <stratus/bake/stack_file.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/material/material.h>
-#include <stratus/table/member_and_ground.h>
-#include <stratus/table/table.h>
 
 #include "options.h"
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

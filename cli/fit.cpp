@@ -7,22 +7,14 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/table_file.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <limits>
-#include <memory>
 #include <ostream>
 #include <set>
-#include <stdexcept>
-#include <utility>
 
 namespace stratus {
 namespace {

@@ -2,17 +2,12 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/transfer/reference/solvers.h>
-#include <stratus/transfer/solve.h>
-#include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
 
 #include "query.h"
 
-#include <algorithm>
-#include <limits>
 #include <map>
 #include <ostream>
 

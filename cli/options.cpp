@@ -2,17 +2,10 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/table/member_and_ground.h>
 
-#include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
-#include <sstream>
-#include <stdexcept>
 
 namespace stratus {
 namespace {

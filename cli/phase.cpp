@@ -2,21 +2,15 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/table_file.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <ostream>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -2,7 +2,6 @@
 // its table.
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/io/file_bytes.h>
@@ -14,21 +13,12 @@
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <map>
-#include <memory>
-#include <optional>
 #include <set>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

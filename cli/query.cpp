@@ -7,16 +7,11 @@
 
 #include "progress.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <iostream>
-#include <sstream>
-#include <stdexcept>
-#include <system_error>
 #include <unistd.h>
 
 namespace stratus {

@@ -12,19 +12,9 @@
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -5,24 +5,13 @@
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 #include <stratus/shader/shader.h>
-#include <stratus/table/packed_table.h>
 #include <stratus/view/page.h>
 
 #include "options.h"
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
-#include <cstddef>
-#include <filesystem>
-#include <functional>
 #include <iostream>
-#include <memory>
-#include <optional>
-#include <sstream>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -3,8 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/table_file.h>
-#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "methods.h"
@@ -12,15 +10,10 @@
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 #include <ostream>
 #include <set>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,11 +1,8 @@
-#include <stratus/bake/bake.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/checkpoint.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/table/packed_table.h>
 
@@ -13,21 +10,11 @@
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <iostream>
 #include <map>
 #include <mutex>
-#include <new>
-#include <optional>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

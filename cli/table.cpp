@@ -7,10 +7,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/io/file_bytes.h>
-#include <stratus/io/table_file.h>
 #include <stratus/scene/render.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
 
 #include "options.h"
 #include "progress.h"
@@ -18,14 +15,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
-#include <limits>
-#include <memory>
 #include <sstream>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -10,20 +10,12 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
-#include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 #include <stratus/io/write_options.h>
 
 #include "solved_stack.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <memory>
-#include <sstream>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

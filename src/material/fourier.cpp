@@ -3,20 +3,15 @@
 // mu_o is that of the outgoing direction, mu_i that of the propagation of the incident light, so
 // that mu_o mu_i < 0 is reflection; azimuth 0 is forward. A series is of f |mu_i|.
 #include <stratus/bake/parallel.h>
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 
 #include "solved_stack.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
-#include <string>
-#include <utility>
 
 namespace stratus {
 namespace {

@@ -1,4 +1,3 @@
-#include <stratus/material/material.h>
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
@@ -9,9 +8,7 @@
 
 #include "solved_stack.h"
 
-#include <algorithm>
 #include <memory>
-#include <stdexcept>
 
 namespace stratus {
 namespace {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <stratus/bake/stack_file.h>
-#include <stratus/io/file_bytes.h>
 #include <stratus/material/material.h>
 #include <stratus/transfer/stack.h>
 

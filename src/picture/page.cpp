@@ -8,13 +8,8 @@
 #include <cairo-svg.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <stdexcept>
 
 namespace stratus {
 namespace {

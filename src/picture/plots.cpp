@@ -5,14 +5,9 @@
 
 #include "page.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <functional>
 #include <initializer_list>
 #include <iterator>
 #include <limits>
-#include <utility>
 
 namespace stratus {
 

@@ -1,7 +1,5 @@
 #include <stratus/scene/contents.h>
 
-#include <stratus/base/constants.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,17 +1,11 @@
-#include <stratus/scene/layer_light.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/base/argument.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/contents.h>
 
 #include "layer_fluxes.h"
 #include "ring_light.h"
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
-#include <type_traits>
 
 namespace stratus {
 namespace {

@@ -3,12 +3,8 @@
 #include <stratus/base/argument.h>
 #include <stratus/table/member_and_ground.h>
 
-#include <algorithm>
-#include <cstddef>
 #include <map>
 #include <span>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 namespace stratus {

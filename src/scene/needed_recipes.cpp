@@ -5,10 +5,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <string>
 #include <utility>
 
 namespace stratus {

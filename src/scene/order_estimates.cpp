@@ -1,10 +1,7 @@
 #include <stratus/scene/plan.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/contents.h>
-#include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
 #include <algorithm>

@@ -1,14 +1,8 @@
 // Planets, the shells of their layers, and slabs.
-#include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
 #include "ring_light.h"
 #include "subjects.h"
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 
 namespace stratus {
 namespace {

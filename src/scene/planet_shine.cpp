@@ -1,15 +1,9 @@
 #include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
 #include "subjects.h"
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 
 namespace stratus {
 namespace {

@@ -1,16 +1,11 @@
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 
 #include "ring_light.h"
 #include "subjects.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <numbers>
 #include <variant>
 
 namespace stratus {

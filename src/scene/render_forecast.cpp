@@ -5,10 +5,8 @@
 #include <stratus/scene/render.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <span>
-#include <string>
 
 namespace stratus {
 namespace {

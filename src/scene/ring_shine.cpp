@@ -1,18 +1,12 @@
 #include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/base/size.h>
 
 #include "subjects.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

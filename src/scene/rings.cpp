@@ -1,15 +1,9 @@
 // Rings: their light along a ray, then the orders of scattering that it is made of.
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 
 #include "ring_light.h"
 #include "subjects.h"
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
 
 namespace stratus {
 namespace {

@@ -1,4 +1,3 @@
-#include <stratus/scene/scene.h>
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
@@ -6,16 +5,7 @@
 
 #include "sections.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace stratus {
 namespace scene_file {

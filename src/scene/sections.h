@@ -4,7 +4,6 @@
 #include <stratus/bake/toml_section.h>
 #include <stratus/scene/scene.h>
 
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <map>

@@ -1,11 +1,7 @@
 // Surfaces and the background: colours, patterns, images.
-#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 
 #include "sections.h"
-
-#include <algorithm>
-#include <string>
 
 namespace stratus::scene_file {
 namespace {

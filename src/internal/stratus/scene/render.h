@@ -11,7 +11,6 @@
 #include <stratus/table/table.h>
 
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 

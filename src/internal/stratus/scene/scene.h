@@ -29,7 +29,6 @@
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>
 
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>

@@ -21,19 +21,6 @@
 namespace stratus {
 namespace {
 
-struct BakeCommand {
-    std::string recipe, output, exr, h5, sweep;
-    int threads = 0;
-    bool quiet = false;
-    bool resume = false;
-    bool accept = false;
-    bool dry_run = false;
-    double rank_timeout = 120;
-
-    /// Files of all samples are written beside the output.
-    bool keeps_samples() const { return !exr.empty() || !h5.empty(); }
-};
-
 std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
 
 /// The checkpoint of an interrupted bake, or a new one.
@@ -292,27 +279,26 @@ void bake_on_ranks(const BakeCommand& command, std::unique_ptr<RankTransport> tr
     });
 }
 
-void sweep_on_ranks(const SweepCommand& command, double rank_timeout,
-                    std::unique_ptr<RankTransport> transport) {
+void sweep_on_ranks(const BakeCommand& command, std::unique_ptr<RankTransport> transport) {
     const StopOnSignal stop;
     RanksOptions options;
-    options.time_limit = rank_timeout;
+    options.time_limit = command.rank_timeout;
     options.stop = [&] { return stop.signal(); };
-    options.kept = [&] { return sentence_of_kept(command.folder); };
+    options.kept = [&] { return sentence_of_kept(command.output); };
     on_ranks(std::move(transport), options, [&](Ranks& ranks) { run_sweep(command, &ranks); });
 }
 
 void run_bake(BakeCommand command) {
+    if (!command.dry_run && command.output_option->count() == 0)
+        throw CLI::RequiredError("--output");
     if (command.dry_run) return run_dry(command);
     auto transport = started_ranks();
     if (transport && command.threads == 0) command.threads = threads_of_rank(*transport);
     if (!command.sweep.empty() || has_sweep(command.recipe)) {
         require(!command.keeps_samples(), "bake", command.exr.empty() ? "--h5" : "--exr",
                 "left out for a sweep", command.exr.empty() ? command.h5 : command.exr);
-        const SweepCommand sweep{command.recipe, command.sweep,  command.output, command.threads,
-                                 command.quiet,  command.resume, command.accept};
-        if (!transport) return run_sweep(sweep);
-        return sweep_on_ranks(sweep, command.rank_timeout, std::move(transport));
+        if (!transport) return run_sweep(command);
+        return sweep_on_ranks(command, std::move(transport));
     }
     if (transport) return bake_on_ranks(command, std::move(transport));
     bake_to_file(command, nullptr);
@@ -321,49 +307,48 @@ void run_bake(BakeCommand command) {
 }  // namespace
 
 void add_bake(CLI::App& app) {
-    auto command = std::make_shared<BakeCommand>();
-    CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
-    bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required()->check(file_name());
-    const CLI::Option* const output = bake->add_option(
-        "-o,--output", command->output,
+    const auto [command, options] =
+        add_command<BakeCommand>(app, "bake", "Bake a table from a recipe", run_bake);
+    add_file(command, "RECIPE", options.recipe, "Recipe, .toml")->required();
+    options.output_option = command.add_option(
+        "-o,--output", options.output,
         "Table to write: .stratus, packed, which lookups and renderers read, or .h5 with all "
         "samples; folder of a sweep's tables; required to bake");
-    CLI::Option* const dry_run = bake->add_flag(
-        "--dry-run", command->dry_run,
+    CLI::Option* const dry_run = command.add_flag(
+        "--dry-run", options.dry_run,
         "Only choose the discretisation, and print it with the table's size, the time that solving "
         "and checking it will take, and every axis at its cap");
     CLI::Option* const exr =
-        bake->add_option("--exr", command->exr,
-                         "Also write all samples as a picture file, .exr, from the same solutions")
-            ->check(file_name());
+        add_file(command, "--exr", options.exr,
+                 "Also write all samples as a picture file, .exr, from the same solutions");
     CLI::Option* const h5 =
-        bake->add_option("--h5", command->h5, "Also write all samples for other programs, .h5")
-            ->check(file_name());
-    bake->add_option("--sweep", command->sweep,
-                     "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
-                     "column name naming the tables; a recipe's own [sweep] needs no option. A "
-                     "summary goes to standard output and to summary.csv. --resume bakes what the "
-                     "folder lacks or has damaged, as after a power cut: tables are flushed to "
-                     "disk together at the end")
-        ->check(file_name())
+        add_file(command, "--h5", options.h5, "Also write all samples for other programs, .h5");
+    add_file(command, "--sweep", options.sweep,
+             "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
+             "column name naming the tables; a recipe's own [sweep] needs no option. A "
+             "summary goes to standard output and to summary.csv. --resume bakes what the "
+             "folder lacks or has damaged, as after a power cut: tables are flushed to "
+             "disk together at the end")
         ->excludes(dry_run)
         ->excludes(exr)
         ->excludes(h5);
-    add_threads(*bake, command->threads);
-    bake->add_flag("--resume", command->resume,
-                   "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
-                   "table is complete. The table is the same, byte for byte. Without a checkpoint, "
-                   "bake from the start");
-    bake->add_flag("--accept", command->accept,
-                   "Exit code 0 even where the table misses its tolerance");
-    bake->add_option("--rank-timeout", command->rank_timeout,
-                     "Started by mpirun or srun: seconds without a sign of life after which a rank "
-                     "counts as lost, and the bake ends")
+    add_threads(command, options.threads);
+    command.add_flag(
+        "--resume", options.resume,
+        "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
+        "table is complete. The table is the same, byte for byte. Without a checkpoint, "
+        "bake from the start");
+    command.add_flag("--accept", options.accept,
+                     "Exit code 0 even where the table misses its tolerance");
+    command
+        .add_option("--rank-timeout", options.rank_timeout,
+                    "Started by mpirun or srun: seconds without a sign of life after which a rank "
+                    "counts as lost, and the bake ends")
         ->capture_default_str()
         ->check(number("at least 1", [](double seconds) { return seconds >= 1; }));
-    add_quiet(*bake, command->quiet);
-    add_keys(*bake, "recipes", recipe_keys());
-    bake->footer(
+    add_quiet(command, options.quiet);
+    add_keys(command, "recipes", recipe_keys());
+    command.footer(
         "Before the first solve, a note tells size and time, and a warning every axis at its cap: "
         "what it misses, how many samples would do and at what cost.\n"
         "Exit code 1 when the table misses its tolerance; it is written all the same, and the last "
@@ -376,10 +361,6 @@ void add_bake(CLI::App& app) {
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.stratus\n"
         "  stratus bake tables/saturn_rings.toml -o rings.stratus --h5 rings.h5 --exr rings.exr\n"
         "  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
-    bake->callback([command, output] {
-        if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
-        run_bake(*command);
-    });
 }
 
 namespace {
@@ -387,7 +368,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A number in the environment; 0 where there is none.
-int number_in(const char* variable) {
+int environment_number(const char* variable) {
     const char* const text = std::getenv(variable);
     return text == nullptr ? 0 : std::max(0, std::atoi(text));
 }
@@ -396,9 +377,9 @@ int number_in(const char* variable) {
 int announced_count() {
     int count = 1;
     for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-        count = std::max(count, number_in(variable));
+        count = std::max(count, environment_number(variable));
     if (std::getenv("PMIX_RANK") != nullptr)
-        count = std::max(count, number_in("SLURM_STEP_NUM_TASKS"));
+        count = std::max(count, environment_number("SLURM_STEP_NUM_TASKS"));
     return count;
 }
 

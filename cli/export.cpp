@@ -157,21 +157,20 @@ void run_export(ExportCommand command) {
 }
 
 void add_layer_options(CLI::App& app, ExportCommand& command) {
-    app.add_option(
-           "TABLE|STACK.toml", command.inputs,
-           "Table (.h5, .exr, .stratus), of which phase function and ground are taken, or a stack "
-           "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
-           "red, green and blue differ")
-        ->required()
-        ->check(file_name());
+    add_file(
+        app, "TABLE|STACK.toml", command.inputs,
+        "Table (.h5, .exr, .stratus), of which phase function and ground are taken, or a stack "
+        "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
+        "red, green and blue differ")
+        ->required();
     app.add_option("--optical-depth", command.optical_depth,
                    "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(number_in_0_inf());
+        ->check(number_in("[0, inf]"));
     app.add_option("--albedo", command.albedo,
                    "Its single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
-        ->check(number_in_0_1());
+        ->check(number_in("[0, 1]"));
     app.add_option("--at", command.at, at_help(". Given three times, it is of red, green and blue"))
         ->allow_extra_args(false);  // or it would take TABLE too
     app.add_option("--over", command.over,
@@ -185,35 +184,31 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
 }  // namespace
 
 void add_export(CLI::App& app) {
-    auto command = std::make_shared<ExportCommand>();
-    CLI::App* export_app =
-        app.add_subcommand("export", "Write a layer or stack as a material of other renderers");
-    export_app->description(
+    const auto [command, options] = add_command<ExportCommand>(
+        app, "export", "Write a layer or stack as a material of other renderers", run_export);
+    command.description(
         "Write a layer or stack as a material of other renderers.\n\nThe layer is solved again, at "
         "the directions that the format samples: of a table only the phase function and the ground "
         "are taken, and any depth and albedo may be asked. The beam straight through, "
         "exp(-tau/mu), "
         "is in no file.");
-    add_layer_options(*export_app, *command);
-    export_app
-        ->add_option("--format", command->format,
-                     "fourier (.bsdf, SCATFUN: reflection and transmission)\n"
-                     "tensor (.bsdf, spectral), tensor-rgb (.bsdf): reflection\n"
-                     "netcdf (.nc, Eradiate's mqdiffuse): reflection, one colour\n"
-                     "exr-atlas (.exr and .json, for shaders): reflection and transmission\n"
-                     "slice (.safetensors, arrays for any program): reflection and transmission")
+    add_layer_options(command, options);
+    command
+        .add_option("--format", options.format,
+                    "fourier (.bsdf, SCATFUN: reflection and transmission)\n"
+                    "tensor (.bsdf, spectral), tensor-rgb (.bsdf): reflection\n"
+                    "netcdf (.nc, Eradiate's mqdiffuse): reflection, one colour\n"
+                    "exr-atlas (.exr and .json, for shaders): reflection and transmission\n"
+                    "slice (.safetensors, arrays for any program): reflection and transmission")
         ->required()
         ->check(CLI::IsMember(material_format_names()));
-    export_app->add_option("-o,--output", command->output, "File to write")
-        ->required()
-        ->check(file_name());
-    export_app->add_option("--title", command->title, "Text kept in the file");
-    add_accuracy(*export_app, command->options.nodes, command->options.tolerance,
-                 command->options.accept);
-    add_threads(*export_app, command->options.threads);
-    add_max_memory(*export_app, command->reading);
-    add_quiet(*export_app, command->quiet);
-    export_app->footer(
+    add_file(command, "-o,--output", options.output, "File to write")->required();
+    command.add_option("--title", options.title, "Text kept in the file");
+    add_accuracy(command, options.options.nodes, options.options.tolerance, options.options.accept);
+    add_threads(command, options.options.threads);
+    add_max_memory(command, options.reading);
+    add_quiet(command, options.quiet);
+    command.footer(
         "Examples:\n"
         "  stratus export baked/saturn_rings.stratus --optical-depth 1.5 --albedo 0.95,0.93,0.8 "
         "\\\n"
@@ -226,7 +221,6 @@ void add_export(CLI::App& app) {
         "    --at radius=8,wavelength=0.55 --at radius=8,wavelength=0.45 --optical-depth 8 \\\n"
         "    --albedo 1 --format fourier -o cloud.bsdf\n"
         "  stratus export tables/stacks/haze_over_ground.toml --format netcdf -o haze.nc");
-    export_app->callback([command] { run_export(*command); });
 }
 
 }  // namespace stratus

@@ -83,10 +83,8 @@ FamilyPoint known_point(const Row& row, const std::vector<FamilyAxis>& family) {
     for (const FamilyAxis& axis : family) {
         known.push_back(row.has(axis.name()) ? row[axis.name()]
                                              : std::numeric_limits<double>::quiet_NaN());
-        if (row.has(axis.name()) && !holds(axis, known.back()))
-            throw std::invalid_argument(row.place() + ": " + axis.name() + " must be " +
-                                        allowed_text(axis) + ", got " +
-                                        shortest_text(known.back()));
+        require(!row.has(axis.name()) || holds(axis, known.back()), row.place().c_str(),
+                axis.name(), allowed_text(axis), known.back());
     }
     return FamilyPoint(known);
 }
@@ -101,9 +99,8 @@ std::vector<Bin> make_bins(const Query& query, const LayerModel& model) {
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         const Row row = query.row(r);
         const Light light = observed_light(query.directions[r]);
-        if (!model.has(light))
-            throw std::invalid_argument(
-                row.place() + ": side must be one that the table holds, got " + light_word(light));
+        require(model.has(light), row.place().c_str(), "side", "one that the table holds",
+                light_word(light));
         const double place = place_column.empty() ? 0 : row[place_column];
         auto bin = std::ranges::find(bins, place, &Bin::place);
         if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
@@ -148,8 +145,8 @@ int require_parameter(const std::string& option, const std::string& form, const 
         names.push_back(option_name(model, p));
         if (names.back() == name) return p;
     }
-    throw std::invalid_argument("fit: " + option + " must be " + form + " out of " + joined(names) +
-                                ", got " + met);
+    require(false, "fit", option, form + " out of " + joined(names), met);
+    return 0;
 }
 
 FitOptions make_options(const FitCommand& command, const LayerModel& model) {
@@ -162,8 +159,7 @@ FitOptions make_options(const FitCommand& command, const LayerModel& model) {
         const int p = require_parameter("--fix", "NAME=VALUE with a name", model, name, text);
         const double value =
             parse_value(equals == std::string::npos ? "" : text.substr(equals + 1), name);
-        if (std::isnan(value))
-            throw std::invalid_argument("fit: --fix must be NAME=VALUE, got " + text);
+        require(!std::isnan(value), "fit", "--fix", "NAME=VALUE", text);
         std::optional<double>& held = options.*held_fields[size(p)];
         if (held)
             throw std::invalid_argument("fit: --fix must name " + option_name(model, p) +
@@ -211,8 +207,7 @@ Prediction make_prediction(const FitCommand& command, bool beams_alone) {
     } else if (beams_alone) {
         prediction.model = beam_model();
     } else {
-        throw std::invalid_argument(
-            "fit: --table or --phase must be given unless all rows are beams, got neither");
+        require(false, "fit", "--table or --phase", "given unless all rows are beams", "neither");
     }
     return prediction;
 }
@@ -374,23 +369,19 @@ void run_fit(const FitCommand& command) {
     const std::vector<double> by_model = model_values(bins, fits, rows.rows.size());
     if (!command.rows.empty())
         write_answer(command.rows, [&](std::ostream& out) { write_rows(out, query, by_model); });
-    if (command.svg.empty()) return;
-    write_file(command.svg, [&](const std::filesystem::path& temporary) {
-        draw_residual_plot(plot_of_rows(query, by_model), temporary);
-    });
+    if (!command.svg.empty())
+        write_file(command.svg, std::bind_front(draw_residual_plot, plot_of_rows(query, by_model)));
 }
 
 void add_model_options(CLI::App& fit, FitCommand& command) {
     fit.add_option("--table", command.table,
                    "Baked table that predicts all orders, .h5, .exr or .stratus");
     add_max_memory(fit, command.reading);
-    fit.add_option("--phase", command.phase,
-                   "Without a table: the phase function. All orders are solved at the rows' own "
-                   "geometries, some seconds a radius")
-        ->check(file_name());
-    fit.add_option("--second-phase", command.second_phase,
-                   "Phase function of the second kind of particles, whose albedo is w2")
-        ->check(file_name());
+    add_file(fit, "--phase", command.phase,
+             "Without a table: the phase function. All orders are solved at the rows' own "
+             "geometries, some seconds a radius");
+    add_file(fit, "--second-phase", command.second_phase,
+             "Phase function of the second kind of particles, whose albedo is w2");
     fit.add_flag("--single", command.single,
                  "Light scattered once alone, in closed form: the paper's own inversion");
     fit.add_option("--fix", command.fixed,
@@ -411,33 +402,27 @@ void add_model_options(CLI::App& fit, FitCommand& command) {
 }  // namespace
 
 void add_fit(CLI::App& app) {
-    auto command = std::make_shared<FitCommand>();
-    CLI::App* fit = app.add_subcommand(
-        "fit",
-        "Fit albedos, the optical depth, and asymmetries or droplets to observed brightnesses");
-    fit->add_option(
-           "OBSERVATIONS", command->observations,
-           "CSV with columns " + direction_columns_help +
-               ", and brightness, sigma, in any order; "
-               "side (lit, unlit or beam); for a fit of each, radius (of rings) or pixel; "
-               "and wavelength or others that a table's family varies, where they are known "
-               "row by row; -: standard input")
-        ->required()
-        ->check(file_name());
-    add_model_options(*fit, *command);
-    add_csv_output(*fit, command->output);
-    fit->add_option(
-           "--rows", command->rows,
-           "CSV to write: the rows of OBSERVATIONS with columns model, what the fit makes of "
-           "brightness, and residual, brightness less it")
-        ->check(file_name());
-    fit->add_option(
-           "--svg", command->svg,
-           "Figure to draw, .svg: observed, model and residuals over the wavelength where that "
-           "is a column, else over the phase or the emission angle, whichever takes more values")
-        ->check(file_name());
-    add_threads(*fit, command->threads);
-    fit->footer(
+    const auto [command, options] = add_command<FitCommand>(
+        app, "fit",
+        "Fit albedos, the optical depth, and asymmetries or droplets to observed brightnesses",
+        run_fit);
+    add_file(command, "OBSERVATIONS", options.observations,
+             "CSV with columns " + direction_columns_help +
+                 ", and brightness, sigma, in any order; "
+                 "side (lit, unlit or beam); for a fit of each, radius (of rings) or pixel; "
+                 "and wavelength or others that a table's family varies, where they are known "
+                 "row by row; -: standard input")
+        ->required();
+    add_model_options(command, options);
+    add_csv_output(command, options.output);
+    add_file(command, "--rows", options.rows,
+             "CSV to write: the rows of OBSERVATIONS with columns model, what the fit makes of "
+             "brightness, and residual, brightness less it");
+    add_file(command, "--svg", options.svg,
+             "Figure to draw, .svg: observed, model and residuals over the wavelength where that "
+             "is a column, else over the phase or the emission angle, whichever takes more values");
+    add_threads(command, options.threads);
+    command.footer(
         "brightness is I/F = mu_in R on the side lit, mu_in T on the side unlit (R = pi I / (mu_in "
         "F0)); sigma is its standard deviation. Without the column side, rows with mu_out < 0 are "
         "of the unlit side, and so are those with emission_deg beyond 90; phase_deg is 180 degrees "
@@ -465,7 +450,6 @@ void add_fit(CLI::App& app) {
         "    --second-phase henyey_greenstein:g=0.5 --free g2\n"
         "  stratus fit cloud.csv --table stratus_clouds.h5 --fix w=1\n"
         "  printf 'side,mu_out,brightness,sigma\\nbeam,0.5,0.3,0.01\\n' | stratus fit -");
-    fit->callback([command] { run_fit(*command); });
 }
 
 }  // namespace stratus

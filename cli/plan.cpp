@@ -126,9 +126,7 @@ void write_change_picture(const SceneFile& file, const std::vector<PlanReport>& 
     for (std::size_t k = 0; k < reports.size(); ++k)
         draw_scene(reports[k], panel_name(file, k), file.panels[k].white, tops[k], page);
     draw_scale(tops.back(), page);
-    write_file(path, [&](const std::filesystem::path& temporary) {
-        write_png(page.image, 1, page.labels, temporary);
-    });
+    write_file(path, std::bind_front(write_png, std::cref(page.image), 1, page.labels));
 }
 
 // ---- The command
@@ -362,11 +360,6 @@ std::string path_with(const std::filesystem::path& path, const std::string& endi
     return (path.parent_path() / name).string();
 }
 
-void write_recipe(const std::string& recipe, const std::string& path) {
-    const SignalsHeld held;
-    write_content_atomically(path, recipe);
-}
-
 void run_plan(const PlanCommand& command) {
     if (!command.recipe.empty()) require_output("plan", "--write", command.recipe, {command.scene});
     if (!command.picture.empty())
@@ -380,9 +373,7 @@ void run_plan(const PlanCommand& command) {
     const SceneFile& file = film[0];
     const double reading = processor_seconds() - started;
     progress.notes(notes);
-    if (file.figure)
-        throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
-                                    command.scene);
+    require(!file.figure, "plan", "SCENE", "a picture", "a figure: " + command.scene);
     change({{}, split(command.drop), command.width, command.tolerance}, film);
     const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
     BakeOptions options;
@@ -418,36 +409,34 @@ void run_plan(const PlanCommand& command) {
             " needs.\n" + resolved_text(recipe);
         std::cout << "\n" << recipe_text;
         if (!command.recipe.empty())
-            write_recipe(recipe_text, recipes.size() == 1
-                                          ? command.recipe
-                                          : path_with(command.recipe, planned.ending));
+            write_content_held(
+                recipes.size() == 1 ? command.recipe : path_with(command.recipe, planned.ending),
+                recipe_text);
     }
 }
 
 }  // namespace
 
 void add_plan(CLI::App& app) {
-    auto command = std::make_shared<PlanCommand>();
-    CLI::App* plan = app.add_subcommand("plan", "Which effects a scene needs, and what they cost");
-    plan->add_option("SCENE", command->scene, "Scene, .toml")->required()->check(file_name());
-    plan->add_option("--tolerance", command->tolerance,
-                     "Relative change of a pixel that is tolerated, instead of the scene's own")
-        ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
-    plan->add_option(
-            "--write", command->recipe,
-            "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
-            "paths with tables of their own, NAME_red.toml and so on for a phase "
-            "function or stack each, and NAME_planet.toml for a planet's layer within rings")
-        ->check(file_name());
-    plan->add_option("--picture", command->picture,
-                     "Picture of where each effect changes the scene, in false colours, .png")
-        ->check(file_name());
-    add_drop(*plan, command->drop);
-    add_width(*plan, command->width);
-    add_cache(*plan, command->cache);
-    add_threads(*plan, command->threads);
-    add_quiet(*plan, command->quiet);
-    plan->footer(
+    const auto [command, options] = add_command<PlanCommand>(
+        app, "plan", "Which effects a scene needs, and what they cost", run_plan);
+    add_file(command, "SCENE", options.scene, "Scene, .toml")->required();
+    command
+        .add_option("--tolerance", options.tolerance,
+                    "Relative change of a pixel that is tolerated, instead of the scene's own")
+        ->check(number_in("[1e-6, 0.5]"));
+    add_file(command, "--write", options.recipe,
+             "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
+             "paths with tables of their own, NAME_red.toml and so on for a phase "
+             "function or stack each, and NAME_planet.toml for a planet's layer within rings");
+    add_file(command, "--picture", options.picture,
+             "Picture of where each effect changes the scene, in false colours, .png");
+    add_drop(command, options.drop);
+    add_width(command, options.width);
+    add_cache(command, options.cache);
+    add_threads(command, options.threads);
+    add_quiet(command, options.quiet);
+    command.footer(
         "The first line says what to simulate. Largest changes with ~ are estimates over all that "
         "the\n"
         "scene contains: its albedos, depths and the directions that it sees, by the solver "
@@ -465,7 +454,6 @@ void add_plan(CLI::App& app) {
         "its tables that the plan made. The recipe is that of `stratus bake RECIPE -o TABLE.h5`,\n"
         "`stratus render SCENE --table TABLE.h5`.\n"
         "Example:\n  stratus plan tables/scenes/saturn_lit.toml --write saturn_lit_needs.toml");
-    plan->callback([command] { run_plan(*command); });
 }
 
 }  // namespace stratus

@@ -9,6 +9,7 @@
 #include <stratus/base/direction.h>
 #include <stratus/io/csv.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
@@ -17,6 +18,23 @@
 #include <vector>
 
 namespace stratus {
+
+/// The numbers between two ends, which a square bracket includes and a round one does not: "[0, 1)".
+struct NumberRange {
+    NumberRange(const char* numbers) : text(numbers) {
+        std::sscanf(numbers, "%c%lf, %lf%c", &first, &min, &max, &last);
+    }
+
+    /// False of nan.
+    bool holds(double value) const {
+        return (first == '[' ? value >= min : value > min) &&
+               (last == ']' ? value <= max : value < max);
+    }
+
+    std::string text;
+    char first, last;  // the brackets
+    double min, max;
+};
 
 /// The direction of a row, and the only side that it asks for, where it asks for one.
 struct RowDirection {
@@ -87,7 +105,8 @@ void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
 void write_answer(const std::filesystem::path& path,
                   const std::function<void(std::ostream&)>& write);
 
-/// Writes a file atomically while Ctrl-C is held back (file_bytes.h, progress.h).
+/// Writes a file's content, or a file, atomically while Ctrl-C is held back (file_bytes.h, progress.h).
+void write_content_held(const std::filesystem::path& path, std::string_view content);
 void write_file(const std::filesystem::path& path,
                 const std::function<void(const std::filesystem::path& temporary)>& write);
 

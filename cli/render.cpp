@@ -259,45 +259,33 @@ void run_render(const RenderCommand& command) {
 }  // namespace
 
 void add_render(CLI::App& app) {
-    auto command = std::make_shared<RenderCommand>();
-    CLI::App* render =
-        app.add_subcommand("render", "Render a scene: rings, a planet, clouds, or a figure");
-    render->add_option("SCENE", command->scene, "Scene, .toml")->required()->check(file_name());
-    render
-        ->add_option("-o,--output", command->outputs,
-                     "Picture to write, .png or .exr; may be repeated; for figures, .svg")
+    const auto [command, options] = add_command<RenderCommand>(
+        app, "render", "Render a scene: rings, a planet, clouds, or a figure", run_render);
+    add_file(command, "SCENE", options.scene, "Scene, .toml")->required();
+    add_file(command, "-o,--output", options.outputs,
+             "Picture to write, .png or .exr; may be repeated; for figures, .svg")
         ->required()
-        ->allow_extra_args(false)
-        ->check(file_name());
-    render
-        ->add_option(
-            "--table", command->tables,
-            "Table to look up instead of baking, .h5, .exr or .stratus; as often as `stratus "
-            "plan` has recipes, for light paths or colours with tables of their own, or "
-            "fewer that serve several")
-        ->allow_extra_args(false)
-        ->check(file_name());
-    render
-        ->add_option(
-            "--frames", command->frames,
-            "Frames A to B of the scene's [animation], as A:B; the output's name has their "
-            "number in place of %d, or %04d. Default: the first alone")
-        ->check(file_name());
-    add_max_memory(*render, command->reading);
+        ->allow_extra_args(false);
+    add_file(command, "--table", options.tables,
+             "Table to look up instead of baking, .h5, .exr or .stratus; as often as `stratus "
+             "plan` has recipes, for light paths or colours with tables of their own, or "
+             "fewer that serve several")
+        ->allow_extra_args(false);
+    add_file(command, "--frames", options.frames,
+             "Frames A to B of the scene's [animation], as A:B; the output's name has their "
+             "number in place of %d, or %04d. Default: the first alone");
+    add_max_memory(command, options.reading);
     std::string names;
     for (const auto& effect : scene_effects()) names += std::string(", ") + effect.first;
-    render
-        ->add_option(
-            "--effects", command->effects,
-            "Effects, instead of the scene's own: all" + names + "; -NAME switches one off")
-        ->check(file_name());
-    add_drop(*render, command->drop);
-    add_cache(*render, command->cache);
-    add_width(*render, command->width);
-    add_threads(*render, command->threads);
-    add_quiet(*render, command->quiet);
-    add_keys(*render, "scenes", scene_keys());
-    render->footer(
+    add_file(command, "--effects", options.effects,
+             "Effects, instead of the scene's own: all" + names + "; -NAME switches one off");
+    add_drop(command, options.drop);
+    add_cache(command, options.cache);
+    add_width(command, options.width);
+    add_threads(command, options.threads);
+    add_quiet(command, options.quiet);
+    add_keys(command, "scenes", scene_keys());
+    command.footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"
         "What is estimated to change no light by more than half the scene's tolerance is left out, "
@@ -306,7 +294,6 @@ void add_render(CLI::App& app) {
         "$STRATUS_CACHE, $XDG_CACHE_HOME/stratus or ~/.cache/stratus.\n"
         "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "
         "--width 512\n  stratus render film.toml --frames 0:99 -o frame_%04d.png");
-    render->callback([command] { run_render(*command); });
 }
 
 }  // namespace stratus

@@ -165,36 +165,34 @@ void run_shader(const ShaderOptions& options) {
 }  // namespace
 
 void add_shader(CLI::App& app) {
-    auto options = std::make_shared<ShaderOptions>();
-    CLI::App* command =
-        app.add_subcommand("shader", "Write a table's lookup as shader code, with its textures");
-    command->add_option("TABLE", options->input, "Packed table (.stratus), or one to be packed")
-        ->required()
-        ->check(file_name());
-    command
-        ->add_option("--language", options->language,
-                     "glsl (ES 3.00, 4.50), hlsl, osl, or cpp (C++17)")
-        ->required()
-        ->check(CLI::IsMember(shader_language_names()));
-    command->add_option("-o,--output", options->folder, "Folder to write into; made if missing")
+    const auto [command, options] = add_command<ShaderOptions>(
+        app, "shader", "Write a table's lookup as shader code, with its textures", run_shader);
+    add_file(command, "TABLE", options.input, "Packed table (.stratus), or one to be packed")
         ->required();
     command
-        ->add_option("--optical-depth", options->optical_depth,
-                     "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
-        ->delimiter(',')
-        ->check(number_in_0_inf());
+        .add_option("--language", options.language,
+                    "glsl (ES 3.00, 4.50), hlsl, osl, or cpp (C++17)")
+        ->required()
+        ->check(CLI::IsMember(shader_language_names()));
+    command.add_option("-o,--output", options.folder, "Folder to write into; made if missing")
+        ->required();
     command
-        ->add_option("--albedo", options->albedo,
-                     "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
+        .add_option("--optical-depth", options.optical_depth,
+                    "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(number_in_0_1());
-    command->add_flag("--filtered", options->filtered,
-                      "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
-                      "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
-    command->add_option("--at", options->at, at_help());
-    command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
-    add_max_memory(*command, options->reading);
-    command->footer(
+        ->check(number_in("[0, inf]"));
+    command
+        .add_option("--albedo", options.albedo,
+                    "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
+        ->delimiter(',')
+        ->check(number_in("[0, 1]"));
+    command.add_flag("--filtered", options.filtered,
+                     "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
+                     "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
+    command.add_option("--at", options.at, at_help());
+    command.add_flag("--quiet", options.quiet, "No notes, no report of the size");
+    add_max_memory(command, options.reading);
+    command.footer(
         "The text, stratus.glsl, stratus.hlsl or stratus.osl.h, is the same for all tables; the\n"
         "textures are the table. --language cpp writes stratus_lookup.h, which needs nothing but "
         "the table:\n"
@@ -206,7 +204,6 @@ void add_shader(CLI::App& app) {
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
         "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
         "    --albedo 0.95,0.93,0.8 -o rings");
-    command->callback([options] { run_shader(*options); });
 }
 
 namespace {
@@ -221,10 +218,7 @@ void run_view(const ViewOptions& options) {
     require_output("view", "--output", options.output, {options.table}, {".html"});
     const std::string page =
         view_page(read_member("view", options.table, options.reading, options.at));
-    {
-        const SignalsHeld held;
-        write_content_atomically(options.output, page);
-    }
+    write_content_held(options.output, page);
     if (!options.quiet)
         std::cerr << "stratus: " << options.output << ": "
                   << short_number(static_cast<double>(page.size()) / 1e6, 3) << " MB\n";
@@ -233,20 +227,19 @@ void run_view(const ViewOptions& options) {
 }  // namespace
 
 void add_view(CLI::App& app) {
-    auto options = std::make_shared<ViewOptions>();
-    CLI::App* command = app.add_subcommand("view", "Write a web page on which to look at a table");
-    command->add_option("TABLE", options->table, "Table, .stratus, .h5 or .exr")->required();
-    command->add_option("-o,--output", options->output, "File to write, .html")->required();
-    command->add_option("--at", options->at, at_help());
-    command->add_flag("--quiet", options->quiet, "Do not report the size");
-    add_max_memory(*command, options->reading);
-    command->footer(
+    const auto [command, options] = add_command<ViewOptions>(
+        app, "view", "Write a web page on which to look at a table", run_view);
+    command.add_option("TABLE", options.table, "Table, .stratus, .h5 or .exr")->required();
+    command.add_option("-o,--output", options.output, "File to write, .html")->required();
+    command.add_option("--at", options.at, at_help());
+    command.add_flag("--quiet", options.quiet, "Do not report the size");
+    add_max_memory(command, options.reading);
+    command.footer(
         "The page is one file, needs no network, and draws by WebGL2: a lit sphere, rings, a slab "
         "over ground, and\n"
         "lobes, light scattered once beside all orders; of what can be lit from above alone, no "
         "rings. Tables\nmust be of both sides and all directions.\n\n"
         "Example:\n  stratus view saturn_rings.stratus -o saturn_rings.html");
-    command->callback([options] { run_view(*options); });
 }
 
 }  // namespace stratus

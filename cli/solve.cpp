@@ -22,7 +22,7 @@ struct SolveCommand {
     std::string phase, albedo, over, layers, query, output;
     SolveRequest request;
     std::vector<double> mu_in, levels;
-    bool asked = false;  // a query was given
+    const CLI::App* given = nullptr;
     bool accept = false;
     bool quiet = false;
 };
@@ -178,42 +178,7 @@ std::string answer_levels(const SolveCommand& command, const Stack& stack) {
                                command.query,
                                command.output,
                                make_options(command.request)};
-    return command.asked ? answer_query_inside(inside) : answer_fluxes_inside(inside);
-}
-
-void run_solve(SolveCommand command) {
-    std::vector<std::string> notes;
-    const auto note = [&](const std::string& text) {
-        if (!command.quiet) say("note: " + text);
-    };
-    const SolveRequest& request = command.request;
-    const Stack stack = make_stack(command, notes);
-    for (const std::string& text : notes) note(text);
-    const auto refuse_unless_accepted = [&](const std::string& missing) {
-        if (missing.empty() || command.accept) return;
-        throw std::runtime_error("solve: the tolerance of " + shortest_text(request.tolerance) +
-                                 " is missed, and 512 nodes would not reach it: " + missing +
-                                 " (--accept: exit code 0)");
-    };
-    if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
-    const bool is_layer = command.layers.empty() && command.over.empty();
-    const Method method = is_layer ? make_method(request) : make_method(stack, request);
-    if (!command.asked) {
-        const bool misses = answer_fluxes(command, method, describe_medium(command, stack));
-        return refuse_unless_accepted(misses ? "see error" : "");
-    }
-    const Findings findings = answer_query(command, method);
-    if (findings.negative > 0)
-        note(std::to_string(findings.negative) + " values are negative, down to " +
-             shortest_text(findings.lowest) +
-             (request.scheme == "photons"
-                  ? ": chance, see their errors"
-                  : ": the phase function's series is, as far as these --nodes reach"));
-    if (findings.missing > 0)
-        refuse_unless_accepted("by " + std::to_string(findings.missing) + " of " +
-                               std::to_string(findings.rows) + " rows, most by " + findings.worst +
-                               ", whose relative error is some " +
-                               short_number(findings.worst_error));
+    return !command.query.empty() ? answer_query_inside(inside) : answer_fluxes_inside(inside);
 }
 
 /// Options that some schemes alone know.
@@ -242,6 +207,42 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
                 "--scheme", joined(schemes, " or ") + " with " + name, scheme);
 }
 
+void run_solve(SolveCommand command) {
+    check_given(*command.given, command.request.scheme);
+    std::vector<std::string> notes;
+    const auto note = [&](const std::string& text) {
+        if (!command.quiet) say("note: " + text);
+    };
+    const SolveRequest& request = command.request;
+    const Stack stack = make_stack(command, notes);
+    for (const std::string& text : notes) note(text);
+    const auto refuse_unless_accepted = [&](const std::string& missing) {
+        if (missing.empty() || command.accept) return;
+        throw std::runtime_error("solve: the tolerance of " + shortest_text(request.tolerance) +
+                                 " is missed, and 512 nodes would not reach it: " + missing +
+                                 " (--accept: exit code 0)");
+    };
+    if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
+    const bool is_layer = command.layers.empty() && command.over.empty();
+    const Method method = is_layer ? make_method(request) : make_method(stack, request);
+    if (command.query.empty()) {
+        const bool misses = answer_fluxes(command, method, describe_medium(command, stack));
+        return refuse_unless_accepted(misses ? "see error" : "");
+    }
+    const Findings findings = answer_query(command, method);
+    if (findings.negative > 0)
+        note(std::to_string(findings.negative) + " values are negative, down to " +
+             shortest_text(findings.lowest) +
+             (request.scheme == "photons"
+                  ? ": chance, see their errors"
+                  : ": the phase function's series is, as far as these --nodes reach"));
+    if (findings.missing > 0)
+        refuse_unless_accepted("by " + std::to_string(findings.missing) + " of " +
+                               std::to_string(findings.rows) + " rows, most by " + findings.worst +
+                               ", whose relative error is some " +
+                               short_number(findings.worst_error));
+}
+
 void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve.add_option("--phase", command.phase, "Phase function, one of\n" + phase_function_help());
     const CLI::Validator albedo =
@@ -255,7 +256,7 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--optical-depth", command.request.optical_depth,
                     "Vertical optical depth, [0, inf]")
-        ->check(number_in_0_inf());
+        ->check(number_in("[0, inf]"));
     solve
         .add_option("--over", command.over,
                     "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +
@@ -287,7 +288,7 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
         .add_option("--start-depth", command.request.start_depth,
                     "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
                     "1e-3 of the smallest cosine")
-        ->check(number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
+        ->check(number_in("[1e-15, 1]"));
     solve
         .add_option("--sublayers", command.request.sublayers,
                     "markov: sublayers, even, [4, 1024]. Default: 32")
@@ -311,25 +312,21 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
 
 /// Stacks, and what is asked.
 void add_request_options(CLI::App& solve, SolveCommand& command) {
-    solve
-        .add_option("--layers", command.layers,
-                    "TOML file of a stack: tables [[layers]], top first, with phase_function, "
-                    "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, "
-                    "with ground (as --over), or with phase_function and albedo")
-        ->check(file_name())
+    add_file(solve, "--layers", command.layers,
+             "TOML file of a stack: tables [[layers]], top first, with phase_function, "
+             "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, "
+             "with ground (as --over), or with phase_function and albedo")
         ->excludes(solve.get_option("--phase"), solve.get_option("--albedo"),
                    solve.get_option("--optical-depth"), solve.get_option("--over"),
                    solve.get_option("--scheme"));
-    CLI::Option* const query = solve
-                                   .add_option("--query", command.query,
-                                               "CSV with columns " + direction_columns_help +
-                                                   "; - is standard input. Without: fluxes only")
-                                   ->check(file_name());
+    CLI::Option* const query = add_file(solve, "--query", command.query,
+                                        "CSV with columns " + direction_columns_help +
+                                            "; - is standard input. Without: fluxes only");
     solve
         .add_option("--mu-in", command.mu_in,
                     "Cosines at which fluxes are given, (0, 1], comma between")
         ->delimiter(',')
-        ->check(number("in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }))
+        ->check(number_in("(0, 1]"))
         ->excludes(query);
     solve
         .add_option(
@@ -338,24 +335,22 @@ void add_request_options(CLI::App& solve, SolveCommand& command) {
             "at --mu-in (default 1), or with --query radiance. Comma between, in [0, the whole "
             "depth]")
         ->delimiter(',')
-        ->check(
-            number("in [0, inf)", [](double depth) { return depth >= 0 && std::isfinite(depth); }))
+        ->check(number_in("[0, inf)"))
         ->excludes(solve.get_option("--orders"));
-    solve.add_option("-o,--output", command.output, "File to write. Default or -: standard output")
-        ->check(file_name());
+    add_file(solve, "-o,--output", command.output, "File to write. Default or -: standard output");
     solve.add_flag("--quiet", command.quiet, "No notes");
 }
 
 }  // namespace
 
 void add_solve(CLI::App& app) {
-    auto command = std::make_shared<SolveCommand>();
-    CLI::App* solve =
-        app.add_subcommand("solve", "Solve a layer or a stack exactly, without a table");
-    add_layer_options(*solve, *command);
-    add_scheme_options(*solve, *command);
-    add_request_options(*solve, *command);
-    solve->footer(
+    const auto [command, options] = add_command<SolveCommand>(
+        app, "solve", "Solve a layer or a stack exactly, without a table", run_solve);
+    options.given = &command;
+    add_layer_options(command, options);
+    add_scheme_options(command, options);
+    add_request_options(command, options);
+    command.footer(
         observed_angles_help +
         "Answers of the side that a row of such angles does not see are nan.\n"
         "With --levels fluxes are over the incident flux: direct_flux, exp(-level / mu_in), and "
@@ -376,11 +371,6 @@ void add_solve(CLI::App& app) {
         "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5,1\n"
         "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5 --levels "
         "0,0.1,0.2");
-    solve->callback([=] {
-        check_given(*solve, command->request.scheme);
-        command->asked = solve->get_option("--query")->count() > 0;
-        run_solve(*command);
-    });
 }
 
 }  // namespace stratus

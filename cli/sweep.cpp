@@ -199,7 +199,7 @@ RankedStage row_stage(const std::vector<SweepRow>& rows, const Alike& alike, int
 
 /// Bakes all rows; what has come out of each.
 std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFolder& folder,
-                               const SweepCommand& command, Progress& progress, Ranks* ranks) {
+                               const BakeCommand& command, Progress& progress, Ranks* ranks) {
     const Alike alike = find_alike(rows);
     std::vector<Outcome> outcomes(rows.size());
     std::mutex telling;
@@ -277,7 +277,7 @@ void write_summary(std::ostream& out, const std::vector<SweepRow>& rows,
 }
 
 /// Throws where a table failed, or missed its tolerance.
-void judge(const std::vector<Outcome>& outcomes, const SweepCommand& command) {
+void judge(const std::vector<Outcome>& outcomes, const BakeCommand& command) {
     const auto count = [&](auto holds) {
         return std::to_string(std::ranges::count_if(outcomes, holds)) + " of " +
                std::to_string(outcomes.size()) + " tables ";
@@ -291,7 +291,7 @@ void judge(const std::vector<Outcome>& outcomes, const SweepCommand& command) {
         sentences.push_back(count(has_missed) + "miss their tolerance" +
                             (command.accept ? "" : " (--accept: exit code 0)"));
     if (sentences.empty()) return;
-    const std::string line = "bake: " + command.folder + ": " + joined(sentences, "; ");
+    const std::string line = "bake: " + command.output + ": " + joined(sentences, "; ");
     if (any_failed || !command.accept) throw std::runtime_error(line);
     std::fprintf(stderr, "stratus: %s\n", line.c_str());
 }
@@ -316,18 +316,18 @@ void refuse_left_over(const std::vector<SweepRow>& rows, const SweepFolder& fold
 
 }  // namespace
 
-void run_sweep(const SweepCommand& command, Ranks* ranks) {
+void run_sweep(const BakeCommand& command, Ranks* ranks) {
     std::vector<std::string> notes;
-    const std::vector<SweepRow> rows = command.csv.empty()
+    const std::vector<SweepRow> rows = command.sweep.empty()
                                            ? read_sweep(command.recipe, &notes)
-                                           : read_sweep(command.recipe, command.csv, &notes);
+                                           : read_sweep(command.recipe, command.sweep, &notes);
     if (ranks && !ranks->is_first()) {
         const Alike alike = find_alike(rows);
         ranks->run(row_stage(rows, alike, command.threads), command.threads);
         ranks->finish();
         return;
     }
-    const SweepFolder folder(command.folder, command.resume);
+    const SweepFolder folder(command.output, command.resume);
     if (!command.resume) refuse_left_over(rows, folder);
     std::vector<Outcome> outcomes;
     {
@@ -338,7 +338,7 @@ void run_sweep(const SweepCommand& command, Ranks* ranks) {
         try {
             outcomes = bake_rows(rows, folder, command, progress, ranks);
         } catch (const WorkStopped&) {
-            throw EndedBySignal(stop->signal(), "interrupted; " + sentence_of_kept(command.folder));
+            throw EndedBySignal(stop->signal(), "interrupted; " + sentence_of_kept(command.output));
         }
     }
     flush(rows, outcomes, folder);

@@ -176,18 +176,14 @@ void print_attributes(const Table& table) {
     }
 }
 
-void draw_picture(const AnyTable& table, const InfoOptions& options) {
-    const Portrait portrait = make_portrait(table.table(), table.view());
-    write_file(options.picture,
-               [&](const std::filesystem::path& temporary) { draw_portrait(portrait, temporary); });
-}
-
 void run_info(const InfoOptions& options) {
     if (!options.picture.empty())
         require_output("info", "--picture", options.picture, {options.table}, {".png"});
     const AnyTable given = read_intact_table(options.table, options.reading);
     const Table& table = given.table();
-    if (!options.picture.empty()) draw_picture(given, options);
+    if (!options.picture.empty())
+        write_file(options.picture,
+                   std::bind_front(draw_portrait, make_portrait(table, given.view())));
     print_content(table, given.view());
     print_size(given, options.table);
     print_accuracy(table);
@@ -198,13 +194,12 @@ void run_info(const InfoOptions& options) {
 }  // namespace
 
 void add_info(CLI::App& app) {
-    auto options = std::make_shared<InfoOptions>();
-    CLI::App* command = app.add_subcommand("info", "Show what a table holds and how it was made");
-    add_table(*command, options->table);
-    command->add_option("--picture", options->picture, "Portrait of the table to draw, .png");
-    add_max_memory(*command, options->reading);
-    command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
-    command->callback([options] { run_info(*options); });
+    const auto [command, options] = add_command<InfoOptions>(
+        app, "info", "Show what a table holds and how it was made", run_info);
+    add_table(command, options.table);
+    command.add_option("--picture", options.picture, "Portrait of the table to draw, .png");
+    add_max_memory(command, options.reading);
+    command.footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
 }
 
 // `stratus convert`: all samples in the other file format, lossless both ways; those of a packed table as its
@@ -213,13 +208,13 @@ void add_info(CLI::App& app) {
 
 namespace {
 
-struct ConvertOptions {
-    std::string input;
-    std::string output;
+struct ChangeOptions {
+    std::string input, output;
     ReadOptions reading;
+    bool quiet = false;
 };
 
-void run_convert(const ConvertOptions& options) {
+void run_convert(const ChangeOptions& options) {
     if (!is_packed(options.input)) require_table_ending("convert", "IN", options.input);
     require_table_ending("convert", "OUT", options.output);
     require_different_files("convert", options.input, options.output);
@@ -228,23 +223,13 @@ void run_convert(const ConvertOptions& options) {
     write_table(table, options.output);
 }
 
-struct PackOptions {
-    std::string input, output;
-    ReadOptions reading;
-    bool quiet = false;
-};
-
-void run_pack(const PackOptions& options) {
+void run_pack(const ChangeOptions& options) {
     require_writable("pack", "--output", options.output, {packed_ending});
     require_different_files("pack", options.input, options.output);
-    if (is_packed(options.input))
-        throw std::invalid_argument("pack: TABLE must end in .h5 or .exr, got " + options.input);
+    if (is_packed(options.input)) require_table_ending("pack", "TABLE", options.input);
     const Table table = read_table(options.input, options.reading);
     const std::vector<char> packed = pack(table);
-    {
-        const SignalsHeld held;
-        write_content_atomically(options.output, packed);
-    }
+    write_content_held(options.output, {packed.data(), packed.size()});
     if (options.quiet) return;
     const double samples = 4.0 * static_cast<double>(table.reflection_multiple.size() +
                                                      table.transmission_multiple.size());
@@ -253,19 +238,14 @@ void run_pack(const PackOptions& options) {
               << short_number(100 * size / samples, 3) << " % of the table's samples\n";
 }
 
-struct SealOptions {
-    std::string table, output;
-    ReadOptions reading;
-};
-
-void run_seal(const SealOptions& options) {
-    const std::string output = options.output.empty() ? options.table : options.output;
-    require_table_ending("seal", "TABLE", options.table);
+void run_seal(const ChangeOptions& options) {
+    const std::string output = options.output.empty() ? options.input : options.output;
+    require_table_ending("seal", "TABLE", options.input);
     require_table_ending("seal", "--output", output);
     require_writable("seal", "--output", output);
     ReadOptions reading = options.reading;
     reading.ignore_checksums = true;
-    const Table table = read_table(options.table, reading);
+    const Table table = read_table(options.input, reading);
     const SignalsHeld held;
     write_table(table, output);
 }
@@ -273,50 +253,45 @@ void run_seal(const SealOptions& options) {
 }  // namespace
 
 void add_convert(CLI::App& app) {
-    auto options = std::make_shared<ConvertOptions>();
-    CLI::App* command =
-        app.add_subcommand("convert", "Write a table's samples in another file format");
+    const auto [command, options] = add_command<ChangeOptions>(
+        app, "convert", "Write a table's samples in another file format", run_convert);
     command
-        ->add_option("IN", options->input,
-                     "Table to read, .h5 or .exr, losslessly, or .stratus, whose lookups are "
-                     "evaluated at its samples")
+        .add_option("IN", options.input,
+                    "Table to read, .h5 or .exr, losslessly, or .stratus, whose lookups are "
+                    "evaluated at its samples")
         ->required();
-    command->add_option("OUT", options->output, "Table to write, .h5 or .exr")->required();
-    add_max_memory(*command, options->reading);
-    command->footer("Example:\n  stratus convert saturn_rings.h5 saturn_rings.exr");
-    command->callback([options] { run_convert(*options); });
+    command.add_option("OUT", options.output, "Table to write, .h5 or .exr")->required();
+    add_max_memory(command, options.reading);
+    command.footer("Example:\n  stratus convert saturn_rings.h5 saturn_rings.exr");
 }
 
 void add_pack(CLI::App& app) {
-    auto options = std::make_shared<PackOptions>();
-    CLI::App* command = app.add_subcommand(
-        "pack", "Write the small file of a table that fast lookups map into memory");
-    command->add_option("TABLE", options->input, "Table to read, .h5 or .exr")->required();
-    command->add_option("-o,--output", options->output, "File to write, .stratus")->required();
-    command->add_flag("--quiet", options->quiet, "Do not report the size");
-    add_max_memory(*command, options->reading);
-    command->footer(
+    const auto [command, options] = add_command<ChangeOptions>(
+        app, "pack", "Write the small file of a table that fast lookups map into memory", run_pack);
+    command.add_option("TABLE", options.input, "Table to read, .h5 or .exr")->required();
+    command.add_option("-o,--output", options.output, "File to write, .stratus")->required();
+    command.add_flag("--quiet", options.quiet, "Do not report the size");
+    add_max_memory(command, options.reading);
+    command.footer(
         "eval, verify, info and render --table read it as they read a table; its accuracy is what\n"
         "`stratus verify` says. Keep the table: bind, edit and convert what is exact.\n\n"
         "Example:\n  stratus pack saturn_rings.h5 -o saturn_rings.stratus");
-    command->callback([options] { run_pack(*options); });
 }
 
 void add_seal(CLI::App& app) {
-    auto options = std::make_shared<SealOptions>();
-    CLI::App* command = app.add_subcommand(
-        "seal", "Write a table that was changed on purpose with checksums of what it holds now");
-    command->add_option("TABLE", options->table, "Table that was changed, .h5 or .exr")->required();
-    command->add_option("-o,--output", options->output,
-                        "File to write, .h5 or .exr. Default: TABLE itself");
-    add_max_memory(*command, options->reading);
-    command->footer(
+    const auto [command, options] = add_command<ChangeOptions>(
+        app, "seal",
+        "Write a table that was changed on purpose with checksums of what it holds now", run_seal);
+    command.add_option("TABLE", options.input, "Table that was changed, .h5 or .exr")->required();
+    command.add_option("-o,--output", options.output,
+                       "File to write, .h5 or .exr. Default: TABLE itself");
+    add_max_memory(command, options.reading);
+    command.footer(
         "What it holds must be a valid table. Its measured error is still that of the bake; see\n"
         "`stratus verify`. Attributes of your own are kept if they are text or numbers, datasets "
         "of\n"
         "your own are not.\n\n"
         "Example:\n  stratus seal saturn_rings.h5");
-    command->callback([options] { run_seal(*options); });
 }
 
 // `stratus verify`: compares lookups at random points with fresh solutions.
@@ -450,22 +425,21 @@ void run_verify(const VerifyCommand& command) {
 }  // namespace
 
 void add_verify(CLI::App& app) {
-    auto command = std::make_shared<VerifyCommand>();
-    CLI::App* verify =
-        app.add_subcommand("verify", "Check a table against the solver at random points");
-    add_table(*verify, command->table);
-    verify->add_option("--samples", command->options.samples, "Random points")
+    const auto [command, options] = add_command<VerifyCommand>(
+        app, "verify", "Check a table against the solver at random points", run_verify);
+    add_table(command, options.table);
+    command.add_option("--samples", options.options.samples, "Random points")
         ->capture_default_str()
         ->check(whole_number(1, 100000000));
-    verify->add_option("--seed", command->options.seed, "Seed of the random points")
+    command.add_option("--seed", options.options.seed, "Seed of the random points")
         ->capture_default_str()
         ->check(whole_number(0, std::numeric_limits<unsigned>::max()));
-    add_threads(*verify, command->options.threads);
-    verify->add_flag("--bound", command->options.bound,
+    add_threads(command, options.options.threads);
+    command.add_flag("--bound", options.options.bound,
                      "Look up through bound slices, as renderers do, instead of five axes at once");
-    verify->add_flag("--quiet", command->quiet, "No progress");
-    add_max_memory(*verify, command->reading);
-    verify->footer(
+    command.add_flag("--quiet", options.quiet, "No progress");
+    add_max_memory(command, options.reading);
+    command.footer(
         "Exit code 1 when the table misses the tolerance that it states: 99.9 % of values within "
         "it, "
         "all within five times it. Peaked phase functions are also judged at points drawn near "
@@ -473,7 +447,6 @@ void add_verify(CLI::App& app) {
         "(Henyey-Greenstein: g from 0.84 on) directions with a cosine below 0.15 are shown apart "
         "and not judged.\nExample:\n"
         "  stratus verify saturn_rings.h5 --samples 2000");
-    verify->callback([command] { run_verify(*command); });
 }
 
 }  // namespace stratus

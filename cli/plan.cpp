@@ -183,9 +183,8 @@ void print_contents(const Scene& scene) {
     const SeenDirections seen = seen_directions(scene);
     Range depth{infinity, 0}, albedo{1, 0};
     for (const MatterSpan& span : matter_spans(scene)) {
-        for (const double value : {span.optical_depth.min, span.optical_depth.max})
-            widen(depth, value);
-        for (const double value : {span.albedo.min, span.albedo.max}) widen(albedo, value);
+        widen(depth, span.optical_depth);
+        widen(albedo, span.albedo);
     }
     std::vector<std::string> sides;
     if (light.reflection) sides.emplace_back("the lit side");

@@ -18,7 +18,7 @@ std::vector<double> per_intercepted(const std::vector<float>& fluxes, const Tabl
     return divided;
 }
 
-LayerFluxes::Weights wide_weights(const AxisView& axis, double value) noexcept {
+LayerFluxes::Weights wide_weights(const AxisView& axis, double value) {
     const Stencil stencil = axis.stencil(value);
     LayerFluxes::Weights wide{stencil.first, {}};
     for (std::size_t i = 0; i < wide.weight.size(); ++i) wide.weight[i] = double{stencil.weight[i]};
@@ -60,18 +60,18 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
                 if (!flux.empty()) flux.resize(flux.size() + stencil_size, 0.0);
 }
 
-void LayerFluxes::set_cosine(Place& place, double mu) const noexcept {
+void LayerFluxes::set_cosine(Place& place, double mu) const {
     place.cosine = mu;
     place.mu = wide_weights(mu_, mu);
 }
 
-void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) const noexcept {
+void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) const {
     const bool own = albedo == own_albedo_[channel];
     place.values = own ? &own_[channel] : &all_;
     place.albedo = own ? Weights{} : wide_weights(albedo_, albedo);
 }
 
-void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const noexcept {
+void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const {
     place.intercepted = intercepted_share(optical_depth, place.cosine);
     place.thinness = 1;
     if (optical_depth_.count == 0 || std::isinf(optical_depth)) {
@@ -82,7 +82,7 @@ void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const no
     place.thinness = std::min(1.0, optical_depth / optical_depth_.lowest);
 }
 
-double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const noexcept {
+double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const {
     const std::vector<double>& values = (*place.values)[table][flux];
     if (values.empty()) return 0;
     const bool of_all_cosines = flux == spherical_albedo;

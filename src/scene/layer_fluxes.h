@@ -36,13 +36,13 @@ class LayerFluxes {
     /// `tables` differ in their mixtures alone; `albedo` of the layer in each channel.
     LayerFluxes(const std::vector<Table>& tables, const std::array<double, 3>& albedo);
 
-    void set_albedo(Place& place, std::size_t channel, double albedo) const noexcept;
-    void set_cosine(Place& place, double mu) const noexcept;
+    void set_albedo(Place& place, std::size_t channel, double albedo) const;
+    void set_cosine(Place& place, double mu) const;
     /// After the cosine.
-    void set_optical_depth(Place& place, double optical_depth) const noexcept;
+    void set_optical_depth(Place& place, double optical_depth) const;
 
     /// By one of the tables, at a place whose parts are all set; 0 where it has no such flux.
-    double at(const Place& place, Flux flux, std::size_t table = 0) const noexcept;
+    double at(const Place& place, Flux flux, std::size_t table = 0) const;
 
   private:
     AxisView albedo_, optical_depth_, mu_;

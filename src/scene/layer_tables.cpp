@@ -128,7 +128,7 @@ class GivenTable {
         return made;
     }
 
-    bool has_served() const noexcept { return served_; }
+    bool has_served() const { return served_; }
 
   private:
     std::optional<Table> family_;

@@ -352,12 +352,12 @@ bool are_alike(const SceneLayer& one, const SceneLayer& other) {
            text(one) == text(other);
 }
 
-double seen_shell(const Scene& scene) noexcept {
+double seen_shell(const Scene& scene) {
     const Planet* const planet = std::get_if<Planet>(&scene.subject);
     return planet && scene.effects.shell && scene.layer.optical_depth.max > 0 ? planet->shell : 0;
 }
 
-double seen_depth(const Scene& scene, double optical_depth) noexcept {
+double seen_depth(const Scene& scene, double optical_depth) {
     return scene.effects.density ? effective_optical_depth(optical_depth, scene.layer.density)
                                  : optical_depth;
 }

@@ -69,12 +69,9 @@ class SideSeries {
     std::vector<ChannelSeries> series_;
 };
 
-using Values = std::vector<SolvedValue> (SolvedStack::*)(int in, int out,
-                                                         const std::vector<double>& azimuths) const;
-
 /// `symmetric`: half of the pairs are worked out.
-SideSeries make_series(const std::vector<SolvedStack>& colours, Values values, std::size_t count,
-                       bool symmetric, int threads) {
+SideSeries make_series(const std::vector<SolvedStack>& colours, SideValues values,
+                       std::size_t count, bool symmetric, int threads) {
     SideSeries all(count);
     parallel_for(static_cast<int>(count), threads, [&](int in) {
         for (int out = symmetric ? in : 0; out < static_cast<int>(count); ++out) {
@@ -131,7 +128,7 @@ std::array<double, 4> midway_shares(const std::vector<double>& mu, int place) {
 
 /// The largest relative error of splines through f |mu_i| at azimuths between pairs of nodes: `mu` has
 /// 0 and the nodes above it, a colour is solved there and then midway after each of `tried_after`.
-double spline_error(const SolvedStack& colour, Values values, const std::vector<double>& mu,
+double spline_error(const SolvedStack& colour, SideValues values, const std::vector<double>& mu,
                     int threads) {
     constexpr int tried = static_cast<int>(tried_after.size()), steps = 32;
     std::vector<double> azimuths;  // dense forward and back, where droplets have peaks
@@ -179,7 +176,7 @@ class FourierTable {
         channels_ = static_cast<int>(colours.size());
         const bool symmetric = std::all_of(colours.begin(), colours.end(),
                                            [](const auto& of) { return of.is_symmetric(); });
-        const auto side = [&](Values values, bool symmetric_side, double& error) {
+        const auto side = [&](SideValues values, bool symmetric_side, double& error) {
             for (const SolvedStack& colour : colours)
                 error = std::max(error, spline_error(colour, values, nodes, options.threads));
             return make_series(colours, values, nodes.size(), symmetric_side, options.threads);

@@ -44,6 +44,16 @@ std::vector<SolvedValue> SolvedStack::transmission(int in, int out,
     return above_.values(Side::transmission, in, out, azimuths);
 }
 
+std::vector<double> SolvedStack::plane_albedo() const {
+    return {above_.plane_albedo.begin(), above_.plane_albedo.end()};
+}
+
+std::vector<double> SolvedStack::diffuse_transmittance() const {
+    const auto& shares = above_.diffuse_transmittance;
+    if (!transparent_) return std::vector<double>(size(shares.size()));
+    return {shares.begin(), shares.end()};
+}
+
 std::vector<double> even_cosines(int count) {
     std::vector<double> mu;
     for (int k = 0; k < count; ++k) {
@@ -175,16 +185,8 @@ double spread(double mu) { return std::pow(2 / pi * std::asin(std::min(1.0, mu))
 }  // namespace
 
 double single_reflection(const Stack& stack, const Geometry& geometry) {
-    const double cosine = cos_scattering_angle_reflected(geometry);
-    double sum = 0, above = 0;
-    for (const StackLayer& layer : stack.layers) {
-        sum += direct_transmittance(above, geometry.mu_in) *
-               direct_transmittance(above, geometry.mu_out) *
-               single_reflection(layer.phase_function(cosine), layer.albedo, layer.optical_depth,
-                                 geometry.mu_in, geometry.mu_out);
-        above += layer.optical_depth;
-    }
-    return sum + single_reflection_of_boundary(stack.lower_boundary, above, geometry);
+    return stack_single_scattering(Side::reflection, stack.layers, geometry) +
+           single_reflection_of_boundary(stack.lower_boundary, stack.optical_depth(), geometry);
 }
 
 std::vector<double> ReflectionField::cosines(int count) {

@@ -38,7 +38,9 @@ class SolvedStack {
     std::vector<SolvedValue> transmission(int in, int out,
                                           const std::vector<double>& azimuths) const;
 
-    const ModeSolution& solution() const { return above_; }
+    /// Fluxes lit from above, over mu_in.
+    std::vector<double> plane_albedo() const;
+    std::vector<double> diffuse_transmittance() const;  // 0 of what is opaque
 
     /// Whether T is the same with the cosines exchanged, and R from either side.
     bool is_symmetric() const { return !below_.has_value(); }
@@ -50,6 +52,10 @@ class SolvedStack {
     std::optional<StackSolution> below_;  // of layers that differ and let light through
     bool transparent_ = false;
 };
+
+/// One of its functions of azimuth.
+using SideValues = std::vector<SolvedValue> (SolvedStack::*)(
+    int in, int out, const std::vector<double>& azimuths) const;
 
 // Grids that strangers look up: cosines even in u = asin(sqrt(mu)) 2 / pi, azimuths even from 0 to
 // pi, and R or T times mu_in + mu_out. That factor removes the growth at grazing angles; in u
@@ -64,8 +70,7 @@ std::vector<double> even_azimuths(int count);
 /// A side that light leaves, by the side that it came from.
 struct LitSide {
     const char* name;
-    std::vector<SolvedValue> (SolvedStack::*values)(int in, int out,
-                                                    const std::vector<double>& azimuths) const;
+    SideValues values;
 };
 
 /// Reflection; transmission, where light passes; reflection_below, where it is another.

@@ -159,10 +159,8 @@ struct RankZero {
 /// Tells what the ranks did.
 void note_tallies(const std::vector<RankTally>& tallies, Progress& progress) {
     for (std::size_t rank = 0; rank < tallies.size(); ++rank) {
-        char line[96];
-        std::snprintf(line, sizeof line, "rank %zu: %d pieces, %.2f s of processor time", rank,
-                      tallies[rank].pieces, tallies[rank].seconds);
-        progress.note(line);
+        progress.note(formatted("rank %zu: %d pieces, %.2f s of processor time", rank,
+                                tallies[rank].pieces, tallies[rank].seconds));
     }
 }
 
@@ -215,18 +213,16 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     checkpoint->remove();
     if (of) note_tallies(of->ranks.finish(), progress);
 
-    char line[160];
-    std::snprintf(line, sizeof line,
-                  "%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
+    progress.note(
+        formatted("%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
                   "%.2g, asked for %.2g",
                   table.sample_count(),
                   static_cast<double>(std::filesystem::file_size(command.output)) / 1048576,
-                  seconds_since(started), table.measured_error, table.tolerance);
-    progress.note(line);
+                  seconds_since(started), table.measured_error, table.tolerance));
     if (missed.empty()) return;
     missed = "bake: " + command.output + ": " + missed;
     if (!command.accept) throw std::runtime_error(missed + " (--accept: exit code 0)");
-    std::fprintf(stderr, "stratus: %s\n", missed.c_str());
+    say(missed);
 }
 
 /// Does what rank 0 has to give.

@@ -12,7 +12,6 @@
 #include "query.h"
 
 #include <cmath>
-#include <iostream>
 #include <ostream>
 #include <tuple>
 
@@ -275,9 +274,8 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
             list +=
                 (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " + names[axis];
     if (list.empty()) return;
-    std::cerr << "stratus: warning: of " << points.size()
-              << " rows some lie outside the table; multiple scattering there is that of its edge: "
-              << list << '\n';
+    say("warning: of " + std::to_string(points.size()) +
+        " rows some lie outside the table; multiple scattering there is that of its edge: " + list);
 }
 
 /// A column of an answer, and what stands in it.

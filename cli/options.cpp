@@ -19,8 +19,7 @@ std::string refusal(const std::string& allowed, const std::string& met) {
 void add_mebibytes(CLI::App& command, const std::string& name, std::uintmax_t& bytes, int min,
                    const std::string& help) {
     const auto set = [&bytes](const long long& mebibytes) { bytes = size(mebibytes) << 20; };
-    command.add_option_function<long long>(name, set, help)
-        ->check(whole_number(min, 1LL << 40));
+    command.add_option_function<long long>(name, set, help)->check(whole_number(min, 1LL << 40));
 }
 
 /// A family's first member, as an example.

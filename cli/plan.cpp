@@ -141,13 +141,6 @@ struct PlanCommand {
 
 constexpr double shown_pixels = 16384;  // of each panel of --picture
 
-template <class... Arguments>
-std::string text(const char* format, Arguments... arguments) {
-    char line[512];
-    std::snprintf(line, sizeof line, format, arguments...);
-    return line;
-}
-
 std::string short_text(const std::string& whole) {
     constexpr std::size_t max_length = 60;
     return whole.size() <= max_length ? whole : whole.substr(0, max_length - 3) + "...";
@@ -155,8 +148,8 @@ std::string short_text(const std::string& whole) {
 
 std::string range_text(const Range& range, const char* unit = "") {
     if (range.min > range.max) return "none";
-    return range.min == range.max ? text("%.3g%s", range.min, unit)
-                                  : text("%.3g to %.3g%s", range.min, range.max, unit);
+    return range.min == range.max ? formatted("%.3g%s", range.min, unit)
+                                  : formatted("%.3g to %.3g%s", range.min, range.max, unit);
 }
 
 void print_contents(const Scene& scene) {
@@ -219,10 +212,10 @@ std::string describe_plan(const PlanReport& report) {
                               : name == "azimuth" ? "their azimuth"
                                                   : "the shell") +
                   " may be left out, without which light changes by " +
-                  (change.change > 0 ? text("about %.2g at most", change.change) : "nothing");
+                  (change.change > 0 ? formatted("about %.2g at most", change.change) : "nothing");
     if (report.plan.left_out.empty()) answer += "; leave out nothing";
     if (!idle.empty()) answer += " but " + listed(idle) + ", which shows nowhere";
-    return answer + text(" (tolerance %.2g)", report.plan.tolerance);
+    return answer + formatted(" (tolerance %.2g)", report.plan.tolerance);
 }
 
 /// Prints what to simulate: one line for all panels with the same answer.
@@ -247,12 +240,12 @@ void print_orders(const OrderReport& orders) {
     double left = 1;
     for (std::size_t n = 0; n < orders.share.size(); ++n) {
         left -= orders.share[n];
-        std::cout << text("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
-                          std::max(0.0, left));
+        std::cout << formatted("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
+                               std::max(0.0, left));
     }
     const bool listed = orders.enough <= std::ssize(orders.share);
     std::cout << (listed ? "" : "about ")
-              << text("%d orders suffice for the tolerance there.\n", orders.enough);
+              << formatted("%d orders suffice for the tolerance there.\n", orders.enough);
 }
 
 void print_plan(const PlanReport& report) {
@@ -260,13 +253,13 @@ void print_plan(const PlanReport& report) {
                  "change is\n";
     for (const EffectShare& share : report.shares) {
         if (!share.seen) {
-            std::cout << text("%-12s        -         -          -         -  %s\n",
-                              share.name.c_str(), share.fate.c_str());
+            std::cout << formatted("%-12s        -         -          -         -  %s\n",
+                                   share.name.c_str(), share.fate.c_str());
             continue;
         }
-        std::cout << text("%-12s %7.2g  %s%7.2g  %9.2f %9.2f  ", share.name.c_str(), share.mean,
-                          share.estimated ? "~ " : "  ", share.max, share.table_seconds,
-                          share.table_bytes * 1e-6)
+        std::cout << formatted("%-12s %7.2g  %s%7.2g  %9.2f %9.2f  ", share.name.c_str(),
+                               share.mean, share.estimated ? "~ " : "  ", share.max,
+                               share.table_seconds, share.table_bytes * 1e-6)
                   << share.fate << (share.where.empty() ? "" : "; " + share.where) << '\n';
     }
     std::cout
@@ -281,7 +274,7 @@ void print_cost(const FileReport& report, int frames, double reading, int thread
     const TableCost& tables = report.cost.tables;
     const double seconds = reading + report.cost.seconds(),
                  next = report.cost.light_seconds + report.cost.ray_seconds;
-    std::cout << text(
+    std::cout << formatted(
         "\nrender takes about %.2f s of processor time, %.2f s on %d thread%s: reading %.2f, "
         "choosing %.2f, solving %.2f, checking %.2f, packing tables %.2f, preparing light %.2f, "
         "rays %.2f\n",
@@ -289,16 +282,16 @@ void print_cost(const FileReport& report, int frames, double reading, int thread
         reading, tables.choose_seconds, tables.solve_seconds, tables.check_seconds,
         tables.pack_seconds, report.cost.light_seconds, report.cost.ray_seconds);
     if (frames > 1)
-        std::cout << text(
+        std::cout << formatted(
             "that is the first frame, of which all is told above; tables serve all %d, each "
             "further one "
             "takes about %.2f s of processor time if it is alike, all together %.2f s\n",
             frames, next, seconds + (frames - 1) * next);
-    std::cout << text("planning took %.2f s, %.2f s of processor time", planning,
-                      planning_processor)
+    std::cout << formatted("planning took %.2f s, %.2f s of processor time", planning,
+                           planning_processor)
               << (report.kept_seconds > 0
-                      ? text(", of which %.2f s made choices that render will find",
-                             report.kept_seconds)
+                      ? formatted(", of which %.2f s made choices that render will find",
+                                  report.kept_seconds)
                       : "")
               << "\n";
 }

@@ -248,10 +248,6 @@ void require_writable_answer(const std::string& command, const std::filesystem::
         require_writable(command, "--output", path);
 }
 
-std::string full_text(double value) {
-    char text[32];
-    const int length = std::snprintf(text, sizeof text, "%.17g", value);
-    return {text, static_cast<std::size_t>(length)};
-}
+std::string full_text(double value) { return formatted("%.17g", value); }
 
 }  // namespace stratus

@@ -198,11 +198,9 @@ void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
             write_picture(file, image, frame_output(command, output, k));
         if (k == frames.first) note_exposure(command, image, file.panels[0].white, progress);
         if (k < frames.last) continue;
-        char line[160];
-        std::snprintf(line, sizeof line, "%s%d x %d pixels; tables %.2f s, all %.2f s",
-                      count > 1 ? (std::to_string(count) + " frames of ").c_str() : "", image.width,
-                      image.height, baked, seconds_since(started));
-        progress.note(line);
+        progress.note(formatted("%s%d x %d pixels; tables %.2f s, all %.2f s",
+                                count > 1 ? (std::to_string(count) + " frames of ").c_str() : "",
+                                image.width, image.height, baked, seconds_since(started)));
     }
 }
 

@@ -11,8 +11,6 @@
 #include "progress.h"
 #include "query.h"
 
-#include <iostream>
-
 namespace stratus {
 namespace {
 
@@ -151,15 +149,15 @@ void run_shader(const ShaderOptions& options) {
         bytes += static_cast<double>(std::filesystem::file_size(path));
     }
     if (options.quiet) return;
-    std::cerr << "stratus: " << options.folder << ": " << files.size() << " files, "
-              << short_number(bytes / 1e6, 3) << " MB\n";
-    if (filtered)
-        std::cerr << "stratus: " << filtered->light().name << ": " << filtered->light().width
-                  << " x " << filtered->light().height << " x " << filtered->light().depth
-                  << " texels; R and T are off by " << short_number(filtered->median_error, 2)
-                  << " of them in the median, " << short_number(filtered->usual_error, 2)
-                  << " for all but one in a thousand, " << short_number(filtered->worst_error, 2)
-                  << " at most, at 5000 random directions\n";
+    say(options.folder + ": " + std::to_string(files.size()) + " files, " +
+        short_number(bytes / 1e6, 3) + " MB");
+    if (!filtered) return;
+    const ShaderTexture& light = filtered->light();
+    say(formatted(
+        "%s: %d x %d x %d texels; R and T are off by %.2g of them in the median, %.2g for "
+        "all but one in a thousand, %.2g at most, at 5000 random directions",
+        light.name.c_str(), light.width, light.height, light.depth, filtered->median_error,
+        filtered->usual_error, filtered->worst_error));
 }
 
 }  // namespace
@@ -220,8 +218,8 @@ void run_view(const ViewOptions& options) {
         view_page(read_member("view", options.table, options.reading, options.at));
     write_content_held(options.output, page);
     if (!options.quiet)
-        std::cerr << "stratus: " << options.output << ": "
-                  << short_number(static_cast<double>(page.size()) / 1e6, 3) << " MB\n";
+        say(options.output + ": " + short_number(static_cast<double>(page.size()) / 1e6, 3) +
+            " MB");
 }
 
 }  // namespace

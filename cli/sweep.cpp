@@ -293,7 +293,7 @@ void judge(const std::vector<Outcome>& outcomes, const BakeCommand& command) {
     if (sentences.empty()) return;
     const std::string line = "bake: " + command.output + ": " + joined(sentences, "; ");
     if (any_failed || !command.accept) throw std::runtime_error(line);
-    std::fprintf(stderr, "stratus: %s\n", line.c_str());
+    say(line);
 }
 
 /// Flushes all tables to disk. Each would have waited for the disk by itself; a power cut before

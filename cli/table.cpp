@@ -30,11 +30,7 @@ struct InfoOptions {
 constexpr std::size_t label_width = 22;
 constexpr int digits = 6;  // of numbers
 
-std::string megabytes(double bytes) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.2f MB", bytes / 1e6);
-    return text;
-}
+std::string megabytes(double bytes) { return formatted("%.2f MB", bytes / 1e6); }
 
 /// A text may list a thousand numbers; the file has all of them.
 std::string shortened(const std::string& text) {
@@ -57,7 +53,7 @@ std::string attribute(const Table& table, const std::string& name) {
     return found == table.attributes.end() ? "" : found->second;
 }
 
-std::string described(const Axis& axis, const char* scale_name, double unit = 1,
+std::string described(const Axis& axis, const std::string& scale_name, double unit = 1,
                       const char* unit_name = "") {
     const std::vector<double>& values = axis.values;
     std::string text =
@@ -67,7 +63,7 @@ std::string described(const Axis& axis, const char* scale_name, double unit = 1,
     if (axis.view().ends_at_infinity && values.size() > 2)
         text += " (finite to " + short_number(values[values.size() - 2] / unit, digits) + ")";
     text += unit_name;
-    if (values.size() > 1) text += std::string(", ") + scale_name;
+    if (values.size() > 1) text += ", " + scale_name;
     return text;
 }
 
@@ -134,11 +130,10 @@ void print_content(const Table& table, const TableView& view) {
         }
     }
     print("lower boundary", lower_boundary_text(table));
-    print("albedo", described(table.albedo, axis_scale_name(table.albedo.scale)));
-    print("optical depth",
-          described(table.optical_depth, axis_scale_name(table.optical_depth.scale)));
-    print("mu_in", described(table.mu_in, axis_scale_name(table.mu_in.scale)));
-    print("mu_out", described(table.mu_out, axis_scale_name(table.mu_out.scale)));
+    for (const auto& [name, axis] :
+         {std::pair("albedo", &table.albedo), std::pair("optical depth", &table.optical_depth),
+          std::pair("mu_in", &table.mu_in), std::pair("mu_out", &table.mu_out)})
+        print(name, described(*axis, axis_scale_name(axis->scale)));
     print("azimuth",
           described(table.azimuth, axis_scale_name(table.azimuth.scale), pi / 180, " degrees"));
     print("sides", describe_sides(view));
@@ -234,8 +229,8 @@ void run_pack(const ChangeOptions& options) {
     const double samples = 4.0 * static_cast<double>(table.reflection_multiple.size() +
                                                      table.transmission_multiple.size());
     const double size = static_cast<double>(packed.size());
-    std::cerr << "stratus: " << options.output << ": " << short_number(size / 1e6, 3) << " MB, "
-              << short_number(100 * size / samples, 3) << " % of the table's samples\n";
+    say(options.output + ": " + short_number(size / 1e6, 3) + " MB, " +
+        short_number(100 * size / samples, 3) + " % of the table's samples");
 }
 
 void run_seal(const ChangeOptions& options) {
@@ -405,20 +400,17 @@ void run_verify(const VerifyCommand& command) {
             forward, grazing,
             verification.judges_grazing ? "" : "; the latter are not judged: the path law misses");
     if (verification.meets(table.tolerance)) return;
-    char missed[320];
-    int length = std::snprintf(
-        missed, sizeof missed,
+    std::string missed = formatted(
         "99.9 %% of values must be within its tolerance %.2g and all within 5 times it, "
         "got %.3f %% and %.2f times",
         table.tolerance, share, worst / table.tolerance);
     if (peaked && !verification.judges_grazing)
-        std::snprintf(missed + length, sizeof missed - size(length),
-                      "; 99 %% within 10 degrees of forward, got %.2f %%", forward);
+        missed += formatted("; 99 %% within 10 degrees of forward, got %.2f %%", forward);
     else if (peaked)
-        std::snprintf(missed + length, sizeof missed - size(length),
-                      "; 99 %% within 10 degrees of forward and at cosines below 0.15, got %.2f %% "
-                      "and %.2f %%",
-                      forward, grazing);
+        missed += formatted(
+            "; 99 %% within 10 degrees of forward and at cosines below 0.15, got %.2f %% "
+            "and %.2f %%",
+            forward, grazing);
     throw std::runtime_error("verify: " + command.table + ": " + missed);
 }
 

@@ -10,9 +10,7 @@
 #include "bake.h"
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <cstdio>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <future>
@@ -81,8 +79,8 @@ RankedStage deflating() {
 
 /// Writes a .h5 as write_table does, on rank 0 while all others are in help_write; each rank deflates on so many
 /// threads. Besides the table, rank 0 holds the parts that are deflated.
-void write_on_ranks(const Table& table, const std::filesystem::path& path, Ranks& ranks,
-                    int threads, const SampleFiles* samples) {
+void write_on_ranks(const Table& table, const fs::path& path, Ranks& ranks, int threads,
+                    const SampleFiles* samples) {
     WriteOptions options;
     options.samples = samples;
     options.share = [&](const PartsToDeflate& parts) {
@@ -183,7 +181,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     BakeOptions options = make_options(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
-    std::optional<SampleFiles> samples(std::filesystem::path(command.output).parent_path());
+    std::optional<SampleFiles> samples(fs::path(command.output).parent_path());
     std::vector<char> packed;
     options.keeps_samples = command.keeps_samples();
     if (is_packed(command.output))
@@ -213,12 +211,11 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     checkpoint->remove();
     if (of) note_tallies(of->ranks.finish(), progress);
 
-    progress.note(
-        formatted("%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
-                  "%.2g, asked for %.2g",
-                  table.sample_count(),
-                  static_cast<double>(std::filesystem::file_size(command.output)) / 1048576,
-                  seconds_since(started), table.measured_error, table.tolerance));
+    progress.note(formatted(
+        "%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
+        "%.2g, asked for %.2g",
+        table.sample_count(), static_cast<double>(fs::file_size(command.output)) / 1048576,
+        seconds_since(started), table.measured_error, table.tolerance));
     if (missed.empty()) return;
     missed = "bake: " + command.output + ": " + missed;
     if (!command.accept) throw std::runtime_error(missed + " (--accept: exit code 0)");
@@ -360,8 +357,6 @@ void add_bake(CLI::App& app) {
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 /// A number in the environment; 0 where there is none.
 int environment_number(const char* variable) {

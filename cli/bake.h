@@ -7,10 +7,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <memory>
-#include <span>
-#include <string>
-
 namespace stratus {
 
 /// Finds finished pieces in the checkpoint, which must outlive the log, and adds to it.

@@ -6,11 +6,9 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <algorithm>
 #include <iterator>
-#include <memory>
 
 namespace stratus {
 namespace {
@@ -67,7 +65,7 @@ void add_points(PlotPanel& panel, const CostStudy& study, Kind kind) {
     panel.series.push_back(chosen);
 }
 
-void draw_study(const CostStudy& study, const std::filesystem::path& svg) {
+void draw_study(const CostStudy& study, const fs::path& svg) {
     PlotPanel solvers{"Solver",
                       "time of one solve, one thread (s)",
                       "relative error of R and T, 99.9 % within",

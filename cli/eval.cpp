@@ -9,11 +9,9 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <cmath>
 #include <ostream>
-#include <tuple>
 
 namespace stratus {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <cmath>
 
@@ -29,9 +28,7 @@ MaterialFormat find_format(const std::string& name) {
     return static_cast<MaterialFormat>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-bool is_stack(const std::string& path) {
-    return std::filesystem::path(path).extension() == ".toml";
-}
+bool is_stack(const std::string& path) { return fs::path(path).extension() == ".toml"; }
 
 /// Returns the layer of a table: its phase function (of a family that of one member) and what it lies
 /// on.
@@ -130,8 +127,7 @@ void run_export(ExportCommand command) {
     const MaterialFormat format = find_format(command.format);
     require_writable("export", "--output", command.output,
                      {endings[static_cast<std::size_t>(format)]});
-    const std::filesystem::path json =
-        std::filesystem::path(command.output).replace_extension(".json");
+    const fs::path json = fs::path(command.output).replace_extension(".json");
     if (format == MaterialFormat::exr_atlas) require_writable("export", "--output", json);
     for (const std::string& input : command.inputs)
         require_different_files("export", input, command.output);
@@ -148,12 +144,11 @@ void run_export(ExportCommand command) {
         write_material(file, command.output);
     }
     progress.notes(file.notes);
-    progress.note(
-        command.output + ": " +
-        short_number(static_cast<double>(std::filesystem::file_size(command.output)) / 1e6, 3) +
-        " MB in " + short_number(seconds_since(started), 2) + " s; R and T within " +
-        short_number(file.error, 2) + " at cosines from 0.15 on, as estimated (" +
-        std::to_string(file.nodes) + " nodes)");
+    progress.note(command.output + ": " +
+                  short_number(static_cast<double>(fs::file_size(command.output)) / 1e6, 3) +
+                  " MB in " + short_number(seconds_since(started), 2) + " s; R and T within " +
+                  short_number(file.error, 2) + " at cosines from 0.15 on, as estimated (" +
+                  std::to_string(file.nodes) + " nodes)");
 }
 
 void add_layer_options(CLI::App& app, ExportCommand& command) {

@@ -11,7 +11,6 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <ostream>
 #include <set>
@@ -316,7 +315,7 @@ void write_rows(std::ostream& out, const Query& query, const std::vector<double>
 /// Returns a figure of the rows.
 ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) {
     ResidualPlot plot;
-    plot.title = "Fit of " + std::filesystem::path(query.table.name).filename().string();
+    plot.title = "Fit of " + fs::path(query.table.name).filename().string();
     const auto [x_title, places] = plot_places(query);
     plot.x_title = x_title;
     plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";

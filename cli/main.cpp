@@ -10,7 +10,6 @@
 #include "progress.h"
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <iostream>

@@ -3,15 +3,9 @@
 #pragma once
 
 #include <stratus/bake/stack_file.h>
-#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solve.h>
-#include <stratus/transfer/solver_options.h>
 
 #include <cstdint>
-#include <functional>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 

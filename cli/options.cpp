@@ -260,7 +260,7 @@ std::string panel_name(const SceneFile& file, std::size_t panel) {
 }
 
 std::optional<TableCache> open_cache(const CacheOptions& options) {
-    const std::filesystem::path folder = default_cache_folder();
+    const fs::path folder = default_cache_folder();
     if (options.off || folder.empty()) return std::nullopt;
     TableCache cache(folder, options.limit);
     cache.keep_droplets();

@@ -4,29 +4,13 @@
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
-#include <stratus/bake/toml_section.h>
-#include <stratus/io/table_file.h>
-#include <stratus/layer/effects.h>
-#include <stratus/phase/phase_family.h>
 #include <stratus/scene/table_cache.h>
 #include <stratus/scene/scene.h>
 #include <stratus/table/member_and_ground.h>
-#include <stratus/table/packed_table.h>
 
 #include "query.h"
 
 #include <CLI/CLI.hpp>
-
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 
@@ -109,12 +93,10 @@ Opposition parse_opposition(const char* command, const std::string& text, double
 
 void add_max_memory(CLI::App& command, ReadOptions& options);
 
-inline bool is_packed(const std::filesystem::path& path) {
-    return path.extension() == packed_ending;
-}
+inline bool is_packed(const fs::path& path) { return path.extension() == packed_ending; }
 
 /// Reads a table of any kind, and refuses a packed one that is not as it was written.
-inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadOptions& options) {
+inline AnyTable read_intact_table(const fs::path& path, const ReadOptions& options) {
     AnyTable table = read_any_table(path, options);
     if (table.packed() && !table.packed()->is_intact())
         throw std::runtime_error(
@@ -125,14 +107,13 @@ inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadO
 }
 
 /// Reads a table with its samples; those of a packed one are evaluated.
-inline Table read_samples(const std::filesystem::path& path, const ReadOptions& options) {
+inline Table read_samples(const fs::path& path, const ReadOptions& options) {
     if (!is_packed(path)) return read_table(path, options);
     return read_intact_table(path, options).packed()->unpacked();
 }
 
 /// Refuses a file that is neither .h5 nor .exr, before a long read finds out.
-inline void require_table_ending(const char* command, const char* argument,
-                                 const std::filesystem::path& path) {
+inline void require_table_ending(const char* command, const char* argument, const fs::path& path) {
     if (path.extension() == ".h5" || path.extension() == ".exr") return;
     throw std::invalid_argument(std::string(command) + ": " + argument +
                                 " must end in .h5 or .exr, got " + path.string());

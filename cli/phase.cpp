@@ -6,10 +6,8 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <iostream>
-#include <memory>
 #include <ostream>
 
 namespace stratus {

@@ -11,11 +11,9 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <map>
 #include <set>
@@ -347,7 +345,7 @@ std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
 }
 
 /// NAME_red.toml and so on.
-std::string path_with(const std::filesystem::path& path, const std::string& ending) {
+std::string path_with(const fs::path& path, const std::string& ending) {
     const std::string name = path.stem().string() + ending + path.extension().string();
     return (path.parent_path() / name).string();
 }
@@ -392,7 +390,7 @@ void run_plan(const PlanCommand& command) {
             throw std::runtime_error("plan: --write has nothing to write, no table is needed");
         return;
     }
-    const std::string name = std::filesystem::path(command.scene).filename().string();
+    const std::string name = fs::path(command.scene).filename().string();
     for (const PlannedRecipe& planned : recipes) {
         Recipe recipe = planned.recipe;
         recipe.title = file.title;

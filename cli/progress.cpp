@@ -3,7 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/size.h>
 
-#include <cstdio>
 #include <iostream>
 #include <unistd.h>
 

@@ -9,7 +9,6 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <iostream>
 #include <unistd.h>
@@ -87,7 +86,7 @@ std::string reason() { return errno != 0 ? std::strerror(errno) : "write error";
 bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
 
 /// Adds to the end, as `>>` does: others may have written there.
-void append(const std::filesystem::path& path, const std::string& content) {
+void append(const fs::path& path, const std::string& content) {
     errno = 0;
     std::ofstream file(path, std::ios::binary | std::ios::app);
     file << content;
@@ -188,8 +187,7 @@ void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
     out << '\n';
 }
 
-void write_answer(const std::filesystem::path& path,
-                  const std::function<void(std::ostream&)>& write) {
+void write_answer(const fs::path& path, const std::function<void(std::ostream&)>& write) {
     if (is_stream(path.string())) {
         write(std::cout);
         return;
@@ -200,50 +198,47 @@ void write_answer(const std::filesystem::path& path,
     write_content_held(path, answer.view());
 }
 
-void write_content_held(const std::filesystem::path& path, std::string_view content) {
+void write_content_held(const fs::path& path, std::string_view content) {
     const SignalsHeld held;
     write_content_atomically(path, content);
 }
 
-void write_file(const std::filesystem::path& path,
-                const std::function<void(const std::filesystem::path& temporary)>& write) {
+void write_file(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
     const SignalsHeld held;
     write_atomically(path, write);
 }
 
-void require_different_files(const std::string& command, const std::filesystem::path& input,
-                             const std::filesystem::path& output) {
+void require_different_files(const std::string& command, const fs::path& input,
+                             const fs::path& output) {
     std::error_code absent;
-    require(!std::filesystem::equivalent(input, output, absent), command.c_str(), "output",
+    require(!fs::equivalent(input, output, absent), command.c_str(), "output",
             "another file than the input", output.string());
 }
 
-void require_writable(const std::string& command, const std::string& option,
-                      const std::filesystem::path& path, const std::vector<std::string>& endings) {
+void require_writable(const std::string& command, const std::string& option, const fs::path& path,
+                      const std::vector<std::string>& endings) {
     const auto refuse = [&](const std::string& allowed, const std::string& met) {
         throw std::invalid_argument(command + ": " + option + " must " + allowed + ", got " + met);
     };
     if (!endings.empty() && std::ranges::find(endings, path.extension().string()) == endings.end())
         refuse("end in " + joined(endings, " or "), path.empty() ? "nothing" : path.string());
-    if (std::filesystem::is_directory(path)) refuse("be a file", "the folder " + path.string());
-    if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+    if (fs::is_directory(path)) refuse("be a file", "the folder " + path.string());
+    if (fs::exists(path) && !fs::is_regular_file(path))
         refuse("be a file", "the device " + path.string());
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-    if (!std::filesystem::is_directory(folder))
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    if (!fs::is_directory(folder))
         throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(path.string() + ": the folder cannot be written to");
 }
 
-void require_output(const std::string& command, const std::string& option,
-                    const std::filesystem::path& path,
-                    const std::vector<std::filesystem::path>& inputs,
-                    const std::vector<std::string>& endings) {
-    for (const std::filesystem::path& input : inputs) require_different_files(command, input, path);
+void require_output(const std::string& command, const std::string& option, const fs::path& path,
+                    const std::vector<fs::path>& inputs, const std::vector<std::string>& endings) {
+    for (const fs::path& input : inputs) require_different_files(command, input, path);
     require_writable(command, option, path, endings);
 }
 
-void require_writable_answer(const std::string& command, const std::filesystem::path& path) {
+void require_writable_answer(const std::string& command, const fs::path& path) {
     if (!is_stream(path.string()) && !takes_what_comes(path))
         require_writable(command, "--output", path);
 }

@@ -10,9 +10,7 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <cstdio>
 #include <system_error>
 #include <utility>
 
@@ -80,7 +78,7 @@ void check_outputs(const RenderCommand& command, const FrameRange& frames) {
 }
 
 void require_ending(const std::string& output, bool svg) {
-    if ((std::filesystem::path(output).extension() == ".svg") == svg) return;
+    if ((fs::path(output).extension() == ".svg") == svg) return;
     throw std::invalid_argument(std::string("render: --output must end in ") +
                                 (svg ? ".svg for figures" : ".png or .exr for pictures") +
                                 ", got " + output);
@@ -127,8 +125,8 @@ std::string effects_text(const SceneFile& file) {
 }
 
 void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
-    const bool png = std::filesystem::path(output).extension() == ".png";
-    write_file(output, [&](const std::filesystem::path& temporary) {
+    const bool png = fs::path(output).extension() == ".png";
+    write_file(output, [&](const fs::path& temporary) {
         if (png)
             write_png(image, file.panels[0].white, panel_labels(file), temporary);
         else
@@ -165,7 +163,7 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
     }
     if (lit == 0) progress.note("note: all of the picture is black");
     const bool has_png = std::ranges::any_of(command.outputs, [](const std::string& output) {
-        return std::filesystem::path(output).extension() == ".png";
+        return fs::path(output).extension() == ".png";
     });
     if (has_png && 2 * clipped > lit)
         progress.note(
@@ -221,11 +219,11 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
     if (const auto* const lobes = std::get_if<LobeFigure>(&*file.figure)) {
         const LobePlot plot = plot_lobes(*lobes);
         error = plot.error;
-        write([&](const std::filesystem::path& svg) { draw_lobe_plot(plot, svg); });
+        write([&](const fs::path& svg) { draw_lobe_plot(plot, svg); });
     } else {
         const LambertComparison made = compare_with_lambert(std::get<LambertFigure>(*file.figure));
         error = made.error;
-        write([&](const std::filesystem::path& svg) { draw_line_plot(made.plot, svg); });
+        write([&](const fs::path& svg) { draw_line_plot(made.plot, svg); });
         std::printf(
             "largest deviation from Lambert's law, for cosines of at least 0.2: %.3g at mu_in = "
             "%.3g, mu = "

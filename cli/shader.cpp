@@ -9,7 +9,6 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 namespace stratus {
 namespace {
@@ -23,17 +22,16 @@ struct ShaderOptions {
 
 struct OutputFile {
     std::string name;
-    std::function<void(const std::filesystem::path& path)> write;
+    std::function<void(const fs::path& path)> write;
 };
 
 OutputFile text_file(const std::string& name, const std::string& text) {
-    return {name, [text](const std::filesystem::path& path) { write_content(path, text); }};
+    return {name, [text](const fs::path& path) { write_content(path, text); }};
 }
 
 /// Raw numbers, or for OSL, whose texture() reads pictures, OpenEXR.
 OutputFile texture_file(const ShaderTexture& texture, bool as_exr) {
-    return {texture.name + (as_exr ? ".exr" : ".bin"),
-            [&texture, as_exr](const std::filesystem::path& path) {
+    return {texture.name + (as_exr ? ".exr" : ".bin"), [&texture, as_exr](const fs::path& path) {
                 if (as_exr) {
                     write_exr_texels(texture.bytes.data(), shader_texture_width, texture.height,
                                      texture.halves, path);
@@ -141,12 +139,12 @@ void run_shader(const ShaderOptions& options) {
         : osl ? text_file("stratus_textures.h", textures_header(textures))
               : text_file("stratus_textures.json", textures_json(table, textures))};
     for (const ShaderTexture& texture : textures) files.push_back(texture_file(texture, osl));
-    std::filesystem::create_directories(options.folder);
+    fs::create_directories(options.folder);
     double bytes = 0;
     for (const OutputFile& file : files) {
-        const std::filesystem::path path = std::filesystem::path(options.folder) / file.name;
+        const fs::path path = fs::path(options.folder) / file.name;
         write_file(path, file.write);
-        bytes += static_cast<double>(std::filesystem::file_size(path));
+        bytes += static_cast<double>(fs::file_size(path));
     }
     if (options.quiet) return;
     say(options.folder + ": " + std::to_string(files.size()) + " files, " +

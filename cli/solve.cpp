@@ -8,10 +8,8 @@
 #include "methods.h"
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <cmath>
-#include <memory>
 #include <ostream>
 #include <set>
 

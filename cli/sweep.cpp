@@ -10,7 +10,6 @@
 #include "progress.h"
 #include "query.h"
 
-#include <cstdio>
 #include <cstring>
 #include <iostream>
 #include <map>
@@ -19,13 +18,13 @@
 namespace stratus {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// How the table of a row came out.
-struct Outcome {
+struct OutcomeNumbers {
     bool met = false, failed = false;
     double worst = 0, bytes = 0;
     double seconds = 0;  // 0: it was there already
+};
+struct Outcome : OutcomeNumbers {
     std::string remark;
 };
 
@@ -157,29 +156,22 @@ Outcome try_to_finish(const Finish& finish) {
 
 // ---- What ranks send to rank 0
 
-/// An outcome's numbers, before its remark and its table.
-struct OutcomeHead {
-    bool met, failed;
-    double worst, bytes, seconds;
-    std::size_t remark;  // letters
-};
-
-std::vector<char> to_message(const Outcome& of, const std::vector<char>& packed) {
-    const OutcomeHead head{of.met, of.failed, of.worst, of.bytes, of.seconds, of.remark.size()};
-    std::string message(reinterpret_cast<const char*>(&head), sizeof head);
-    message += of.remark;
+/// An outcome's numbers, its remark, a zero and its table.
+std::vector<char> to_message(const Outcome& outcome, const std::vector<char>& packed) {
+    const OutcomeNumbers& numbers = outcome;
+    std::string message(reinterpret_cast<const char*>(&numbers), sizeof numbers);
+    message += outcome.remark + '\0';
     message.append(packed.data(), packed.size());
     return {message.begin(), message.end()};
 }
 
 /// The outcome, and the table's bytes.
 std::pair<Outcome, std::string_view> read_outcome(std::span<const char> message) {
-    OutcomeHead head;
-    std::memcpy(&head, message.data(), sizeof head);
-    const std::string_view rest(message.data() + sizeof head, message.size() - sizeof head);
-    return {{head.met, head.failed, head.worst, head.bytes, head.seconds,
-             std::string(rest.substr(0, head.remark))},
-            rest.substr(head.remark)};
+    OutcomeNumbers numbers;
+    std::memcpy(&numbers, message.data(), sizeof numbers);
+    const Outcome outcome{numbers, message.data() + sizeof numbers};
+    return {outcome, std::string_view(message.data(), message.size())
+                         .substr(sizeof numbers + outcome.remark.size() + 1)};
 }
 
 // ---- All of them

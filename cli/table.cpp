@@ -11,10 +11,8 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <sstream>
 
@@ -146,7 +144,7 @@ void print_size(const AnyTable& given, const std::string& path) {
     if (given.packed() == nullptr)
         print("in memory", megabytes(bytes_in_memory(table, sizeof(float))) + " as float, " +
                                megabytes(bytes_in_memory(table, sizeof(Half))) + " as half");
-    print("file", megabytes(static_cast<double>(std::filesystem::file_size(path))));
+    print("file", megabytes(static_cast<double>(fs::file_size(path))));
 }
 
 void print_accuracy(const Table& table) {

@@ -2,20 +2,15 @@
 // geometry from these; functions of azimuth as cosine series.
 #pragma once
 
-#include <stratus/bake/stack_file.h>
 #include <stratus/material/material.h>
 #include <stratus/transfer/stack.h>
 
 #include <bit>
 #include <cstddef>
-#include <filesystem>
-#include <functional>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 

@@ -10,15 +10,11 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstddef>
-#include <filesystem>
 #include <functional>
 #include <initializer_list>
 #include <memory>
 #include <stdexcept>
-#include <string>
 #include <system_error>
-#include <vector>
 
 namespace stratus {
 

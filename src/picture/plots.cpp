@@ -5,9 +5,7 @@
 
 #include "page.h"
 
-#include <initializer_list>
 #include <iterator>
-#include <limits>
 
 namespace stratus {
 

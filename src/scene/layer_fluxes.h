@@ -7,8 +7,6 @@
 #include <stratus/table/table.h>
 
 #include <array>
-#include <cstddef>
-#include <vector>
 
 namespace stratus {
 
@@ -18,15 +16,9 @@ class LayerFluxes {
   public:
     enum Flux : std::size_t { diffuse_transmittance, plane_albedo, spherical_albedo };
 
-    /// Samples and their weights, as in Stencil.
-    struct Weights {
-        int first = 0;
-        std::array<double, stencil_size> weight{1, 0, 0, 0};
-    };
-
     /// A layer and a cosine among the samples of the tables.
     struct Place {
-        Weights mu, albedo, optical_depth;
+        Stencil mu{}, albedo{}, optical_depth{};
         double cosine = 1;
         double intercepted = 1;                       // share, of light along the cosine
         double thinness = 1;                          // of layers thinner than the tables', below 1

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <stratus/base/axis.h>
-#include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/scene.h>
 
@@ -14,7 +13,6 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <vector>
 
 namespace stratus {
 

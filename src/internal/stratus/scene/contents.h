@@ -2,11 +2,8 @@
 // cast. Ranges may be wider than those of a picture's rays, never narrower.
 #pragma once
 
-#include <stratus/bake/recipe.h>
 #include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
-
-#include <vector>
 
 namespace stratus {
 

@@ -6,12 +6,6 @@
 #include <stratus/bsdf/slice.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/scene/layer_tables.h>
-#include <stratus/scene/scene.h>
-
-#include <array>
-#include <memory>
-#include <variant>
-#include <vector>
 
 namespace stratus {
 

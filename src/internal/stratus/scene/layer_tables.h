@@ -10,17 +10,9 @@
 
 #include <stratus/bake/bake.h>
 #include <stratus/scene/contents.h>
-#include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
 
 #include <array>
-#include <cstddef>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <vector>
 
 namespace stratus {
 

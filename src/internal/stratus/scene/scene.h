@@ -24,18 +24,8 @@
 #include <stratus/bake/recipe.h>
 #include <stratus/bake/toml_section.h>
 #include <stratus/layer/effects.h>
-#include <stratus/layer/stack_layers.h>
-#include <stratus/phase/phase_function.h>
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>
-
-#include <cstddef>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace stratus {
 

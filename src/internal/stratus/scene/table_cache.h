@@ -13,11 +13,6 @@
 #include <stratus/table/packed_table.h>
 
 #include <cstdint>
-#include <filesystem>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace stratus {
 

@@ -7,8 +7,6 @@
 #include <stratus/layer/ground_law.h>
 #include <stratus/scene/space.h>
 
-#include <array>
-#include <memory>
 #include <numbers>
 
 namespace stratus {

@@ -163,13 +163,11 @@ void print_contents(const Scene& scene) {
                       << short_text(layer.phase_function.text()) << ", albedo "
                       << short_number(layer.albedo) << ", optical depth "
                       << short_number(layer.optical_depth) << "\n";
-    for (std::size_t k = 0; k < parts.size() && scene.layer.stacks.empty(); ++k) {
-        const std::string part = parts[k].text();
-        std::cout << (k == 0     ? "layer: "
-                      : one_each ? "\n       "
-                                 : " mixed with ")
-                  << (one_each ? part : short_text(part));
-    }
+    std::vector<std::string> texts;
+    for (const PhaseFunction& part : parts)
+        texts.push_back(one_each ? part.text() : short_text(part.text()));
+    if (scene.layer.stacks.empty())
+        std::cout << "layer: " << joined(texts, one_each ? "\n       " : " mixed with ");
     const SeenLight light = seen_light(scene);
     const SeenDirections seen = seen_directions(scene);
     Range depth{infinity, 0}, albedo{1, 0};

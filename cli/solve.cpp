@@ -1,5 +1,5 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes, of one layer
-// or of a stack.
+// or of a stack; with --levels the light inside, as CSV.
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
@@ -95,48 +95,27 @@ Findings answer_query(const SolveCommand& command, const Method& method) {
     return findings;
 }
 
-/// JSON of numbers and lists, one a line.
-class Json {
-  public:
-    explicit Json(std::ostream& out) : out_(out) { out_ << '{'; }
-
-    void number(const std::string& name, double value) { begin(name) << text(value); }
-
-    void list(const std::string& name, const std::vector<double>& values) {
-        begin(name) << '[';
-        for (std::size_t i = 0; i < values.size(); ++i) out_ << (i ? ", " : "") << text(values[i]);
-        out_ << ']';
-    }
-
-    void end() { out_ << "\n}\n"; }
-
-  private:
-    static std::string text(double value) {  // JSON has no infinity
-        return std::isinf(value) ? std::string("\"inf\"") : full_text(value);
-    }
-
-    std::ostream& begin(const std::string& name) {
-        out_ << (first_ ? "" : ",") << "\n  \"" << name << "\": ";
-        first_ = false;
-        return out_;
-    }
-
-    std::ostream& out_;
-    bool first_ = true;
-};
+/// JSON has no infinity.
+std::string json_number(double value) { return std::isinf(value) ? "\"inf\"" : full_text(value); }
 
 /// `medium`: what the layer or the stack is, as far as numbers tell.
 /// Returns whether they miss the tolerance.
 bool answer_fluxes(const SolveCommand& command, const Method& method,
                    const std::vector<std::pair<std::string, double>>& medium) {
     const MethodFluxes fluxes = method.fluxes(command.mu_in);
-    write_answer(command.output, [&](std::ostream& out) {
-        Json json(out);
-        for (const auto& [name, value] : medium) json.number(name, value);
-        for (const auto& [name, value] : fluxes.uniform) json.number(name, value);
-        for (const auto& [name, values] : fluxes.lists) json.list(name, values);
-        json.end();
-    });
+    std::vector<std::string> fields;
+    const auto add = [&](const std::string& name, const std::string& value) {
+        fields.push_back("\n  \"" + name + "\": " + value);
+    };
+    for (const auto* const numbers : {&medium, &fluxes.uniform})
+        for (const auto& [name, value] : *numbers) add(name, json_number(value));
+    for (const auto& [name, values] : fluxes.lists) {
+        std::vector<std::string> numbers;
+        for (const double value : values) numbers.push_back(json_number(value));
+        add(name, "[" + joined(numbers) + "]");
+    }
+    write_answer(command.output,
+                 [&](std::ostream& out) { out << '{' << joined(fields, ",") << "\n}\n"; });
     return fluxes.misses;
 }
 
@@ -169,14 +148,77 @@ std::vector<std::pair<std::string, double>> describe_medium(const SolveCommand& 
     return {{"optical_depth", stack.optical_depth()}};
 }
 
-std::string answer_levels(const SolveCommand& command, const Stack& stack) {
-    const LevelsCommand inside{stack,
-                               command.levels,
-                               command.mu_in.empty() ? std::vector<double>{1} : command.mu_in,
-                               command.query,
-                               command.output,
-                               make_options(command.request)};
-    return !command.query.empty() ? answer_query_inside(inside) : answer_fluxes_inside(inside);
+std::vector<Geometry> make_geometries(const Query& query) {
+    std::vector<Geometry> geometries;
+    for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
+    return geometries;
+}
+
+/// The largest relative error of what the rows ask for.
+double worst_error(const SolvedGeometries& solved, const Query& query) {
+    double worst = 0;
+    for (std::size_t r = 0; r < solved.at.size(); ++r) {
+        const SolvedGeometry& at = solved.at[r];
+        const std::optional<Side> side = query.directions[r].side;
+        if (side != Side::transmission)
+            worst = std::max(worst, relative_error(at.reflection.total, at.reflection_error));
+        if (side != Side::reflection)
+            worst = std::max(worst, relative_error(at.transmission.total, at.transmission_error));
+    }
+    return worst;
+}
+
+/// Writes fluxes at every level for every mu_in. Returns what misses the tolerance, in words; "" where
+/// nothing does.
+std::string answer_fluxes_inside(const SolveCommand& command, const Stack& stack) {
+    const std::vector<double> mu_in =
+        command.mu_in.empty() ? std::vector<double>{1} : command.mu_in;
+    const SolverOptions options = make_options(command.request);
+    const SolvedInside solved =
+        solve_fluxes_inside(stack.layers, stack.lower_boundary, command.levels, mu_in, options);
+    write_answer(command.output, [&](std::ostream& out) {
+        out << "level,mu_in,direct_flux,diffuse_flux,upward_flux,actinic_flux,heating_rate,error\n";
+        for (const FluxesAtLevel& at : solved.levels)
+            for (std::size_t i = 0; i < mu_in.size(); ++i) {
+                out << shortest_text(at.optical_depth) << ',' << shortest_text(mu_in[i]);
+                for (const double value : {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i],
+                                           at.heating_rate[i], solved.error})
+                    out << ',' << full_text(value);
+                out << '\n';
+            }
+    });
+    const double tolerance = options.tolerance;
+    return tolerance > 0 && solved.relative_error > tolerance ? "see error" : "";
+}
+
+/// Writes radiance at every level for every row of the query, and returns what misses likewise.
+std::string answer_query_inside(const SolveCommand& command, const Stack& stack) {
+    const SolverOptions options = make_options(command.request);
+    const std::vector<std::string> columns{
+        "level",           "upward",          "downward",          "upward_single",
+        "downward_single", "upward_multiple", "downward_multiple", "upward_error",
+        "downward_error"};
+    require_different_files("solve", command.query, command.output);
+    const Query query = read_query(command.query, {});
+    const std::vector<Geometry> geometries = make_geometries(query);
+    double worst = 0;
+    write_answer(command.output, [&](std::ostream& out) {
+        write_answer_header(out, query, columns);
+        for (const double level : command.levels) {
+            const SolvedGeometries solved = solve_geometries_inside(
+                stack.layers, stack.lower_boundary, level, geometries, options);
+            worst = std::max(worst, worst_error(solved, query));
+            for (std::size_t r = 0; r < geometries.size(); ++r) {
+                const auto& [up, down, up_error, down_error] = solved.at[r];
+                write_answer_row(out, query, r, columns,
+                                 {level, up.total, down.total, up.single, down.single, up.multiple,
+                                  down.multiple, up_error, down_error});
+            }
+        }
+    });
+    const double tolerance = options.tolerance;
+    if (tolerance == 0 || worst <= tolerance) return "";
+    return "the largest relative error is some " + short_number(worst);
 }
 
 /// Options that some schemes alone know.
@@ -220,7 +262,9 @@ void run_solve(SolveCommand command) {
                                  " is missed, and 512 nodes would not reach it: " + missing +
                                  " (--accept: exit code 0)");
     };
-    if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
+    if (!command.levels.empty())
+        return refuse_unless_accepted(command.query.empty() ? answer_fluxes_inside(command, stack)
+                                                            : answer_query_inside(command, stack));
     const bool is_layer = command.layers.empty() && command.over.empty();
     const Method method = is_layer ? make_method(request) : make_method(stack, request);
     if (command.query.empty()) {

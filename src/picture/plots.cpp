@@ -14,9 +14,9 @@ namespace stratus {
 namespace {
 
 constexpr double plot_bottom = 244, page_height = 280, line_legend_row = 14;
-constexpr Colour line_colours[] = {{0, 0, 0},          {0.10, 0.30, 0.65}, {0.05, 0.50, 0.35},
-                                   {0.85, 0.45, 0.05}, {0.70, 0.25, 0.50}, {0.45, 0.65, 0.85},
-                                   {0.40, 0.25, 0.10}, {0.60, 0.60, 0.10}};
+constexpr Colour blue{0.10, 0.30, 0.65}, green{0.05, 0.50, 0.35}, orange{0.85, 0.45, 0.05},
+    rose{0.70, 0.25, 0.50}, sky{0.45, 0.65, 0.85}, brown{0.40, 0.25, 0.10}, olive{0.60, 0.60, 0.10};
+constexpr Colour line_colours[] = {black, blue, green, orange, rose, sky, brown, olive};
 
 constexpr double lowest = 1e-99;  // for 0 on a logarithmic axis, which is clipped
 
@@ -57,8 +57,7 @@ namespace {
 
 constexpr double values_top = 40, values_bottom = 230, residuals_top = 252, residuals_bottom = 340;
 constexpr double residual_page_height = 376, point_radius = 2.2;
-constexpr Colour series_colours[] = {
-    {0.10, 0.30, 0.65}, {0.85, 0.45, 0.05}, {0.05, 0.50, 0.35}, {0.70, 0.25, 0.50}};
+constexpr Colour series_colours[] = {blue, orange, green, rose};
 
 Colour series_colour(std::size_t series) {
     return series_colours[series % std::size(series_colours)];
@@ -138,10 +137,14 @@ struct Style {
 
 /// Styles of measured series in their order: dark and light alternate, for print without colour.
 constexpr Style styles[] = {
-    {Marker::circle, {0.10, 0.30, 0.65}}, {Marker::square, {0.88, 0.55, 0.10}},
-    {Marker::cross, {0.05, 0.45, 0.35}},  {Marker::triangle, {0.80, 0.35, 0.60}},
-    {Marker::plus, {0.40, 0.25, 0.10}},   {Marker::diamond, {0.45, 0.65, 0.85}},
-    {Marker::circle, {0.80, 0.15, 0.10}}, {Marker::square, {0.30, 0.30, 0.30}},
+    {Marker::circle, blue},
+    {Marker::square, {0.88, 0.55, 0.10}},
+    {Marker::cross, {0.05, 0.45, 0.35}},
+    {Marker::triangle, {0.80, 0.35, 0.60}},
+    {Marker::plus, brown},
+    {Marker::diamond, sky},
+    {Marker::circle, {0.80, 0.15, 0.10}},
+    {Marker::square, {0.30, 0.30, 0.30}},
 };
 
 void draw_axes(const Page& page, const PlotFrame& frame) {
@@ -311,9 +314,8 @@ constexpr double heading = 78, row_gap = 16;
 constexpr double layer_height = 5, layer_width = 70, max_radius = 39;
 constexpr double lobe_title_size = 11, text_size = 9;
 
-constexpr Colour curve_colours[] = {{0.10, 0.30, 0.65}, {0.05, 0.50, 0.35}, {0.85, 0.45, 0.05},
-                                    {0.70, 0.25, 0.50}, {0.40, 0.25, 0.10}, {0.45, 0.65, 0.85},
-                                    {0.20, 0.20, 0.20}, {0.60, 0.60, 0.10}};
+constexpr Colour curve_colours[] = {blue, green, orange, rose, brown, sky, {0.20, 0.20, 0.20},
+                                    olive};
 
 Colour curve_colour(std::size_t curve) { return curve_colours[curve % std::size(curve_colours)]; }
 

@@ -57,9 +57,7 @@ const notes = {
 /** Factors of 1 - w for red, green and blue. */
 const tints = { grey: [1, 1, 1], warm: [0.6, 1, 2.2], cold: [2.2, 1, 0.6] };
 
-const add = (a, b) => a.map((x, i) => x + b[i]);
 const times = (s, a) => a.map((x) => s * x);
-const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const normalized = (a) => times(1 / Math.hypot(...a), a);
 const direction = (elevation, azimuth) => {

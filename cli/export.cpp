@@ -25,7 +25,7 @@ constexpr const char* endings[] = {".bsdf", ".bsdf", ".bsdf", ".nc", ".exr", ".s
 
 MaterialFormat find_format(const std::string& name) {
     const std::vector<std::string>& names = material_format_names();
-    return static_cast<MaterialFormat>(std::find(names.begin(), names.end(), name) - names.begin());
+    return static_cast<MaterialFormat>(std::ranges::find(names, name) - names.begin());
 }
 
 bool is_stack(const std::string& path) { return fs::path(path).extension() == ".toml"; }
@@ -73,9 +73,8 @@ void put_on_ground(Stack& stack, const LowerBoundary& ground, const std::string&
 }
 
 std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::string>& notes) {
-    const auto stacks = static_cast<std::size_t>(
-        std::count_if(command.inputs.begin(), command.inputs.end(), is_stack));
-    require(stacks == 0 || stacks == command.inputs.size(), "export", "TABLE|STACK.toml",
+    const auto stacks = std::ranges::count_if(command.inputs, is_stack);
+    require(stacks == 0 || stacks == std::ssize(command.inputs), "export", "TABLE|STACK.toml",
             "tables alone or stacks alone", joined(command.inputs));
     for (const auto& [option, given] : {std::pair{"--optical-depth", &command.optical_depth},
                                         std::pair{"--albedo", &command.albedo}}) {

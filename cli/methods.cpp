@@ -5,7 +5,6 @@
 #include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/stack.h>
 
-
 #include <map>
 
 namespace stratus {

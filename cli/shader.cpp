@@ -73,7 +73,7 @@ std::string textures_header(const std::vector<ShaderTexture>& textures) {
     std::string text = "// Textures of stratus.osl.h; define these yourself if the files move.\n";
     for (const ShaderTexture& texture : textures) {
         std::string name = texture.name;
-        std::transform(name.begin(), name.end(), name.begin(), [](unsigned char letter) {
+        std::ranges::transform(name, name.begin(), [](unsigned char letter) {
             return static_cast<char>(std::toupper(letter));
         });
         const std::string of_layer = texture.name == "stratus_layer" ? "_FILE" : "";
@@ -113,8 +113,8 @@ void check_layer(const ShaderOptions& options) {
 void run_shader(const ShaderOptions& options) {
     check_layer(options);
     const std::vector<std::string>& names = shader_language_names();
-    const auto language = static_cast<ShaderLanguage>(
-        std::find(names.begin(), names.end(), options.language) - names.begin());
+    const auto language =
+        static_cast<ShaderLanguage>(std::ranges::find(names, options.language) - names.begin());
     const bool osl = language == ShaderLanguage::osl, cpp = language == ShaderLanguage::cpp;
     require(!cpp || options.albedo.empty(), "shader", "--albedo and --optical-depth",
             "left out for cpp, whose class Layer binds any", "both");

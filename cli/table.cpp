@@ -158,7 +158,7 @@ void print_attributes(const Table& table) {
     for (const auto& [name, text] : table.attributes) {
         if (name == "title" || text.empty()) continue;
         std::string label = name;
-        std::replace(label.begin(), label.end(), '_', ' ');
+        std::ranges::replace(label, '_', ' ');
         if (text.find('\n') == std::string::npos) {
             print(label, shortened(text));
         } else {
@@ -334,9 +334,8 @@ void print_errors(const Verification& verification) {
 
 /// Percent of the values that are within the tolerance.
 double percent_within(const std::vector<ErrorSample>& samples, double tolerance) {
-    const auto within =
-        std::count_if(samples.begin(), samples.end(),
-                      [&](const ErrorSample& sample) { return sample.error <= tolerance; });
+    const auto within = std::ranges::count_if(
+        samples, [&](double error) { return error <= tolerance; }, &ErrorSample::error);
     return 100.0 * static_cast<double>(within) /
            static_cast<double>(std::max<std::size_t>(1, samples.size()));
 }

@@ -161,7 +161,7 @@ double spline_error(const SolvedStack& colour, SideValues values, const std::vec
                         worst[row], std::abs(spline[k] / (midway(mu, in) * exact[k].total) - 1));
         }
     });
-    return *std::max_element(worst.begin(), worst.end());
+    return std::ranges::max(worst);
 }
 
 class FourierTable {
@@ -174,17 +174,14 @@ class FourierTable {
         for (const int place : tried_after) solved.push_back(midway(nodes, place));
         const std::vector<SolvedStack> colours = solve_colours(material, solved, options);
         channels_ = static_cast<int>(colours.size());
-        const bool symmetric = std::all_of(colours.begin(), colours.end(),
-                                           [](const auto& of) { return of.is_symmetric(); });
+        const bool symmetric = std::ranges::all_of(colours, &SolvedStack::is_symmetric);
         const auto side = [&](SideValues values, bool symmetric_side, double& error) {
             for (const SolvedStack& colour : colours)
                 error = std::max(error, spline_error(colour, values, nodes, options.threads));
             return make_series(colours, values, nodes.size(), symmetric_side, options.threads);
         };
         const SideSeries above = side(&SolvedStack::reflection, true, reflection_error_);
-        const bool same = std::all_of(colours.begin(), colours.end(), [](const auto& of) {
-            return of.is_symmetric() && of.is_transparent();
-        });
+        const bool same = symmetric && std::ranges::all_of(colours, &SolvedStack::is_transparent);
         const SideSeries below =
             same ? above : side(&SolvedStack::reflection_below, true, reflection_error_);
         const SideSeries through = side(&SolvedStack::transmission, symmetric, transmission_error_);

@@ -23,7 +23,7 @@ SolvedStack::SolvedStack(const Stack& stack, const std::vector<double>& mu, int 
     above_ = solve_stack(stack.layers, stack.lower_boundary, mu, options);
     if (stack.layers.size() == 1 || !transparent_) return;
     std::vector<StackLayer> upside_down = stack.layers;
-    std::reverse(upside_down.begin(), upside_down.end());
+    std::ranges::reverse(upside_down);
     below_ = solve_stack(upside_down, {}, mu, options);
 }
 
@@ -73,8 +73,7 @@ std::vector<LitSide> lit_sides(const Material& material, const std::vector<Solve
     std::vector<LitSide> sides{{"reflection", &SolvedStack::reflection}};
     if (material.is_opaque()) return sides;
     sides.push_back({"transmission", &SolvedStack::transmission});
-    if (!std::all_of(colours.begin(), colours.end(),
-                     [](const SolvedStack& of) { return of.is_symmetric(); }))
+    if (!std::ranges::all_of(colours, &SolvedStack::is_symmetric))
         sides.push_back({"reflection_below", &SolvedStack::reflection_below});
     return sides;
 }
@@ -148,8 +147,8 @@ std::vector<std::vector<double>> cosine_series(const AzimuthValues& values, doub
     for (int intervals = fewest_intervals; intervals <= most_intervals; intervals *= 2) {
         std::vector<std::vector<double>> found = try_series(values, intervals, tolerance);
         if (found.empty()) continue;
-        const bool dark = std::all_of(found.begin(), found.end(),
-                                      [](const auto& terms) { return !(terms[0] > 0); });
+        const bool dark =
+            std::ranges::all_of(found, [](const auto& terms) { return !(terms[0] > 0); });
         return dark ? std::vector<std::vector<double>>() : found;
     }
     throw std::runtime_error(

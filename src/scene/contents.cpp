@@ -293,19 +293,17 @@ Range seen_scattering_angles(const Scene& scene, Side side) {
 }
 
 std::vector<MatterSpan> matter_spans(const Scene& scene) {
-    const auto [least, most] =
-        std::minmax_element(scene.layer.albedo.begin(), scene.layer.albedo.end());
+    const auto [least, most] = std::ranges::minmax(scene.layer.albedo);
     std::vector<MatterSpan> spans;
     // Depths of red, green and blue.
     const auto& extinction = scene.layer.extinction;
-    const Range channels{*std::min_element(extinction.begin(), extinction.end()),
-                         *std::max_element(extinction.begin(), extinction.end())};
+    const auto channels = std::ranges::minmax(extinction);
     const Rings* const rings = std::get_if<Rings>(&scene.subject);
     if (!rings) {
         const double deepest = seen_depth(scene, scene.layer.optical_depth.max);
         const double thinnest = scene.layer.optical_depth.is_plain() ? deepest : 0;
         if (deepest * channels.max > 0)
-            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {*least, *most}});
+            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {least, most}});
         return spans;
     }
     const RingProfile& profile = rings->profile;
@@ -326,13 +324,8 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
 double brightest_ground(const Scene& scene) {
     const Texture* const ground = scene.effects.background ? reflecting_ground(scene) : nullptr;
     if (!ground) return 0;
-    const auto brightest = [](const Rgb& colour) {
-        return double{std::max({colour.r, colour.g, colour.b})};
-    };
     if (ground->pattern == Texture::Pattern::image) {
-        float most = 0;
-        for (const float value : ground->image->rgb) most = std::max(most, value);
-        return double{most};
+        return double{std::ranges::max(ground->image->rgb)};
     }
     return std::max(brightest(ground->colour), brightest(ground->other));
 }

@@ -190,12 +190,11 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
 }
 
 Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const {
-    const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
-    const auto row = static_cast<std::size_t>(above - radius_.begin());
+    const std::size_t row = interval_with(radius_, radius);
     const double share =
-        std::clamp((radius - radius_[row - 1]) / (radius_[row] - radius_[row - 1]), 0.0, 1.0);
-    return (1 - share) * place.interpolated(&grid_[(row - 1) * azimuths_]) +
-           share * place.interpolated(&grid_[row * azimuths_]);
+        std::clamp((radius - radius_[row]) / (radius_[row + 1] - radius_[row]), 0.0, 1.0);
+    return (1 - share) * place.interpolated(&grid_[row * azimuths_]) +
+           share * place.interpolated(&grid_[(row + 1) * azimuths_]);
 }
 
 Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,

@@ -105,6 +105,12 @@ void RingFootprint::visit(const RingProfile& profile, const Rgb3& tint, double s
     }
 }
 
+/// The place of the lower end of the interval between ascending numbers in which one lies, or which is nearest.
+inline std::size_t interval_with(const std::vector<double>& ends, double value) {
+    const auto above = std::lower_bound(ends.begin() + 1, ends.end() - 1, value);
+    return static_cast<std::size_t>(above - ends.begin()) - 1;
+}
+
 // Light of rings that a picture asks for at many places, tabulated beforehand: orders n >= 2 towards the
 // camera, ringshine and planetshine.
 

@@ -89,8 +89,7 @@ double RingFootprint::within(double radius) const {
 
 Matter RingProfile::at(double at_radius, const Rgb3& tint) const {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
-    const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
-    return after(size(above - radius.begin()) - 1, at_radius, tint);
+    return after(interval_with(radius, at_radius), at_radius, tint);
 }
 
 Matter RingProfile::after(std::size_t row, double at_radius, const Rgb3& tint) const {
@@ -289,8 +288,7 @@ Rgb3 RingOrders::at(const AzimuthPlace& place, std::size_t node) const {
 }
 
 Rgb3 RingOrders::light(const AzimuthPlace& place, double radius) const {
-    const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
-    const auto interval = size(above - radius_.begin()) - 1;
+    const std::size_t interval = interval_with(radius_, radius);
     const double t = (radius - radius_[interval]) / (radius_[interval + 1] - radius_[interval]);
     return parabola(at(place, 2 * interval), at(place, 2 * interval + 1),
                     at(place, 2 * interval + 2), t);

@@ -7,6 +7,7 @@
 #include <stratus/layer/ground_law.h>
 #include <stratus/scene/space.h>
 
+#include <algorithm>
 #include <numbers>
 
 namespace stratus {
@@ -27,6 +28,8 @@ inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) {
 inline Rgb3 widened(const Rgb& light) {
     return {double{light.r}, double{light.g}, double{light.b}};
 }
+
+inline double brightest(const Rgb& light) { return double{std::max({light.r, light.g, light.b})}; }
 
 inline double brightness(const Rgb3& light) { return light[0] + light[1] + light[2]; }
 

@@ -119,7 +119,7 @@ void write_files(const Table& table, const std::vector<char>& packed, const Bake
     if (picture.valid()) picture.get();
 }
 
-/// Told on standard error.
+/// Returns the command's options, with progress and notes on standard error.
 BakeOptions make_options(const BakeCommand& command, Progress& progress) {
     BakeOptions options;
     options.threads = command.threads;
@@ -147,7 +147,7 @@ void run_dry(const BakeCommand& command) {
                              ": the tolerance is out of reach (--accept: exit code 0)");
 }
 
-/// Other threads than this one's; null: it works alone.
+/// State that is shared with rank 0's threads; null when run without ranks.
 struct RankZero {
     Ranks& ranks;
     std::atomic<const Checkpoint*>& checkpoint;
@@ -162,7 +162,7 @@ void note_tallies(const std::vector<RankTally>& tallies, Progress& progress) {
     }
 }
 
-void bake_to_file(const BakeCommand& command, const RankZero* of) {
+void bake_to_file(const BakeCommand& command, const RankZero* rank_zero) {
     require_writable("bake", "--output", command.output, {packed_ending, ".h5"});
     if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, {".exr"});
     if (!command.h5.empty()) {
@@ -190,17 +190,17 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
         options.samples = &*samples;
     const std::string kept_in = checkpoint_path(command);
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
-    if (of) {
-        of->checkpoint = checkpoint.get();
-        options.log.ranks = &of->ranks;
+    if (rank_zero) {
+        rank_zero->checkpoint = checkpoint.get();
+        options.log.ranks = &rank_zero->ranks;
     }
-    const Table table = of ? bake_on(recipe, options, *checkpoint)
-                           : bake_on_unless_stopped(recipe, options, *checkpoint, kept_in);
-    if (of) of->is_writing = true;
+    const Table table = rank_zero ? bake_on(recipe, options, *checkpoint)
+                                  : bake_on_unless_stopped(recipe, options, *checkpoint, kept_in);
+    if (rank_zero) rank_zero->is_writing = true;
     const SignalsHeld held;
     try {
         write_files(table, packed, command, samples->has_room() ? &*samples : nullptr,
-                    of ? &of->ranks : nullptr);
+                    rank_zero ? &rank_zero->ranks : nullptr);
     } catch (const std::runtime_error& error) {
         if (checkpoint->pieces() == 0) throw;
         throw std::runtime_error(std::string(error.what()) + "; finished work is kept in " +
@@ -209,7 +209,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     // Freeing files of gigabytes takes the system seconds: both at the same time.
     const auto freeing = std::async(std::launch::async, [&] { samples.reset(); });
     checkpoint->remove();
-    if (of) note_tallies(of->ranks.finish(), progress);
+    if (rank_zero) note_tallies(rank_zero->ranks.finish(), progress);
 
     progress.note(formatted(
         "%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
@@ -222,7 +222,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     say(missed);
 }
 
-/// Does what rank 0 has to give.
+/// Solves the pieces that rank 0 hands out, until there are no more.
 void help_bake(const BakeCommand& command, Ranks& ranks) {
     BakeOptions options;
     options.threads = command.threads;
@@ -235,7 +235,7 @@ void help_bake(const BakeCommand& command, Ranks& ranks) {
     ranks.finish();
 }
 
-/// Does the work of all ranks; errors end all of them.
+/// Has every rank do its work; an error ends all of them.
 template <class Work>
 void on_ranks(std::unique_ptr<RankTransport> transport, const RanksOptions& options, Work work) {
     Ranks ranks(std::move(transport), options);

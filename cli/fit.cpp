@@ -213,7 +213,7 @@ Prediction make_prediction(const FitCommand& command, bool beams_alone) {
 
 /// The columns of the answer.
 struct Columns {
-    std::vector<int> parameters;
+    std::vector<std::size_t> parameters;
     std::vector<std::string> names;  // of them
     std::string place;               // of the bins; "": none
 };
@@ -225,34 +225,39 @@ Columns fit_columns(const LayerModel& model, const std::array<bool, fit_paramete
     columns.place = place;
     for (const int p : model_parameters(model)) {
         if (p >= fit_g1 && !free[size(p)]) continue;
-        columns.parameters.push_back(p);
+        columns.parameters.push_back(size(p));
         columns.names.push_back(fit_parameter_names(model)[size(p)]);
     }
     return columns;
+}
+
+/// Calls visit(a, b) with every two of some values.
+template <class Values, class Visit>
+void visit_pairs(const Values& values, const Visit& visit) {
+    for (std::size_t a = 0; a < values.size(); ++a)
+        for (std::size_t b = a + 1; b < values.size(); ++b) visit(values[a], values[b]);
 }
 
 void write_header(std::ostream& out, const Columns& columns) {
     if (!columns.place.empty()) out << columns.place << ',';
     for (const std::string& name : columns.names) out << name << ',' << name << "_sigma,";
     for (const char* const name : {"covariance_", "correlation_"})
-        for (std::size_t a = 0; a < columns.names.size(); ++a)
-            for (std::size_t b = a + 1; b < columns.names.size(); ++b)
-                out << name << columns.names[a] << '_' << columns.names[b] << ',';
+        visit_pairs(columns.names, [&](const std::string& a, const std::string& b) {
+            out << name << a << '_' << b << ',';
+        });
     out << "chi_square,degrees_of_freedom,probability,remarks\n";
 }
 
 void write_fit(std::ostream& out, const Columns& columns, const Bin& bin, const Fit& fit) {
     if (!columns.place.empty()) out << shortest_text(bin.place) << ',';
-    std::vector<std::size_t> places(columns.parameters.begin(), columns.parameters.end());
-    for (const std::size_t p : places)
+    for (const std::size_t p : columns.parameters)
         out << full_text(fit.estimate[p].value) << ',' << full_text(fit.estimate[p].sigma) << ',';
-    const auto each_pair = [&](auto&& value) {
-        for (std::size_t a = 0; a < places.size(); ++a)
-            for (std::size_t b = a + 1; b < places.size(); ++b)
-                out << full_text(value(places[a], places[b])) << ',';
-    };
-    each_pair([&](std::size_t p, std::size_t q) { return fit.covariance[p][q]; });
-    each_pair([&](std::size_t p, std::size_t q) { return fit.correlation(p, q); });
+    visit_pairs(columns.parameters, [&](std::size_t p, std::size_t q) {
+        out << full_text(fit.covariance[p][q]) << ',';
+    });
+    visit_pairs(columns.parameters, [&](std::size_t p, std::size_t q) {
+        out << full_text(fit.correlation(p, q)) << ',';
+    });
     out << full_text(fit.chi_square) << ',' << fit.degrees_of_freedom << ','
         << full_text(fit.probability) << ",\"" << joined(fit.remarks, "; ") << "\"\n";
 }

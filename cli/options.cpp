@@ -137,7 +137,7 @@ template <class... Values>
 bool reads(const std::string& text, const char* format, Values*... values) {
     int read = -1;
     std::sscanf(text.c_str(), format, values..., &read);
-    return read >= 0 && static_cast<std::size_t>(read) == text.size();
+    return read >= 0 && size(read) == text.size();
 }
 
 }  // namespace

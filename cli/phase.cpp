@@ -37,7 +37,7 @@ void write_moments(std::ostream& out, const PhaseFunctions& functions, int count
     out << 'l' << columns("chi", functions.size()) << '\n';
     for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l) {
         out << l;
-        for (const std::vector<double>& of : chi) out << ',' << full_text(of[l]);
+        for (const std::vector<double>& moments : chi) out << ',' << full_text(moments[l]);
         out << '\n';
     }
 }

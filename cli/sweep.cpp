@@ -199,8 +199,8 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
     const auto told = [&](std::size_t row) {
         const std::lock_guard one_at_a_time(telling);
         ++finished;
-        const Outcome& of = outcomes[row];
-        if (of.failed || !of.met) progress.note(rows[row].name + ": " + of.remark);
+        const Outcome& outcome = outcomes[row];
+        if (outcome.failed || !outcome.met) progress.note(rows[row].name + ": " + outcome.remark);
         progress.show(static_cast<double>(finished) / static_cast<double>(rows.size()), "tables");
     };
     const auto finish_alike = [&](int n, const auto& finish) {
@@ -255,16 +255,16 @@ void write_summary(std::ostream& out, const std::vector<SweepRow>& rows,
                    const std::vector<Outcome>& outcomes) {
     out << "name,asked,met,worst,seconds,bytes,remark\n";
     for (std::size_t r = 0; r < rows.size(); ++r) {
-        const Outcome& of = outcomes[r];
+        const Outcome& outcome = outcomes[r];
         const auto number = [&](double value, int digits) {
             return value > 0 ? short_number(value, digits) : "";
         };
         out << quoted(rows[r].name) << ',' << short_number(rows[r].recipe.tolerance, 6) << ','
-            << (of.failed ? "failed"
-                : of.met  ? "yes"
-                          : "no")
-            << ',' << number(of.worst, 3) << ',' << number(of.seconds, 3) << ','
-            << number(of.bytes, 15) << ',' << quoted(of.remark) << '\n';
+            << (outcome.failed ? "failed"
+                : outcome.met  ? "yes"
+                               : "no")
+            << ',' << number(outcome.worst, 3) << ',' << number(outcome.seconds, 3) << ','
+            << number(outcome.bytes, 15) << ',' << quoted(outcome.remark) << '\n';
     }
 }
 
@@ -274,8 +274,8 @@ void judge(const std::vector<Outcome>& outcomes, const BakeCommand& command) {
         return std::to_string(std::ranges::count_if(outcomes, holds)) + " of " +
                std::to_string(outcomes.size()) + " tables ";
     };
-    const auto has_failed = [](const Outcome& of) { return of.failed; };
-    const auto has_missed = [](const Outcome& of) { return !of.failed && !of.met; };
+    const auto has_failed = [](const Outcome& outcome) { return outcome.failed; };
+    const auto has_missed = [](const Outcome& outcome) { return !outcome.failed && !outcome.met; };
     std::vector<std::string> sentences;
     const bool any_failed = std::ranges::any_of(outcomes, has_failed);
     if (any_failed) sentences.push_back(count(has_failed) + "failed");

@@ -78,9 +78,9 @@ SideSeries make_series(const std::vector<SolvedStack>& colours, SideValues value
             const auto bsdf = [&](const std::vector<double>& azimuths) {
                 std::vector<std::vector<double>> of_colours;
                 for (const SolvedStack& colour : colours) {
-                    std::vector<double>& of = of_colours.emplace_back();
+                    std::vector<double>& totals = of_colours.emplace_back();
                     for (const SolvedValue& value : (colour.*values)(in, out, azimuths))
-                        of.push_back(value.total / pi);
+                        totals.push_back(value.total / pi);
                 }
                 return to_channels(std::move(of_colours));
             };

@@ -126,7 +126,7 @@ std::vector<std::vector<double>> try_series(const AzimuthValues& values, int int
     for (int j = 0; j <= intervals; ++j) azimuths.push_back(j * pi / intervals);
     for (int j = 0; j < 2 * intervals; ++j) cosine.push_back(std::cos(j * pi / intervals));
     std::vector<Series> all;
-    for (std::vector<double>& of : values(azimuths)) all.emplace_back(std::move(of));
+    for (std::vector<double>& function : values(azimuths)) all.emplace_back(std::move(function));
     for (int count = 1; count <= intervals / 2; ++count) {
         bool within = true;
         for (Series& series : all) {

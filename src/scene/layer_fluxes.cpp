@@ -88,9 +88,8 @@ double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const {
             const double share =
                 double{place.albedo.weight[a]} * double{place.optical_depth.weight[d]};
             if (share == 0) continue;
-            const std::size_t row =
-                (size(place.albedo.first) + a) * static_cast<std::size_t>(optical_depth_.size()) +
-                size(place.optical_depth.first) + d;
+            const std::size_t row = (size(place.albedo.first) + a) * size(optical_depth_.size()) +
+                                    size(place.optical_depth.first) + d;
             const double* const from = values.data() + row * cosines;
             if (of_all_cosines) {
                 sum += share * *from;

@@ -157,10 +157,10 @@ Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const {
 }
 
 template <class Function>
-Rgb3 LayerLight::own_channels(const Function& of) const {
-    Rgb3 value;
-    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(*channels_[c], c)[c];
-    return value;
+Rgb3 LayerLight::own_channels(const Function& value) const {
+    Rgb3 all;
+    for (std::size_t c = 0; c < all.size(); ++c) all[c] = value(*channels_[c], c)[c];
+    return all;
 }
 
 Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const {

@@ -182,7 +182,7 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
             const double below = globe_radius(above - 1),
                          share = (radius - below) / (globe_radius(above) - below);
-            grid_[row * azimuths_ + static_cast<std::size_t>(k)] =
+            grid_[row * azimuths_ + size(k)] =
                 (1 - share) * scattered(globe[above - 1], scene, light, matter) +
                 share * scattered(globe[above], scene, light, matter);
         }

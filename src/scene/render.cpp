@@ -1,7 +1,6 @@
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/size.h>
 
 #include "ring_light.h"
 #include "subjects.h"

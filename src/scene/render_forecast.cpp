@@ -89,8 +89,8 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
 }
 
 TableCost RenderForecast::scaled_cost(const SharedTable& timed, const Recipe& resolved) {
-    const auto work = [](const Recipe& of) {
-        return table_size(of).layers * of.discretisation.modes;
+    const auto work = [](const Recipe& recipe) {
+        return table_size(recipe).layers * recipe.discretisation.modes;
     };
     TableCost cost;
     cost.add(work(resolved) / work(timed.resolved), timed.cost);

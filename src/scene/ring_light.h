@@ -5,13 +5,13 @@
 #pragma once
 
 #include <stratus/base/axis.h>
+#include <stratus/base/size.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/scene.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <numbers>
 
 namespace stratus {
@@ -69,7 +69,7 @@ void RingFootprint::visit(const RingProfile& profile, const Rgb3& tint, double s
     if (inside <= 0) return;
     auto row_before = [&](double at) {
         const auto next = std::upper_bound(radius.begin() + 1, radius.end() - 1, at);
-        return static_cast<std::size_t>(next - radius.begin()) - 1;
+        return size(next - radius.begin()) - 1;
     };
     const std::size_t first = row_before(from),
                       last = to <= radius[first + 1] ? first + 1 : row_before(to) + 1;
@@ -108,7 +108,7 @@ void RingFootprint::visit(const RingProfile& profile, const Rgb3& tint, double s
 /// The place of the lower end of the interval between ascending numbers in which one lies, or which is nearest.
 inline std::size_t interval_with(const std::vector<double>& ends, double value) {
     const auto above = std::lower_bound(ends.begin() + 1, ends.end() - 1, value);
-    return static_cast<std::size_t>(above - ends.begin()) - 1;
+    return size(above - ends.begin()) - 1;
 }
 
 // Light of rings that a picture asks for at many places, tabulated beforehand: orders n >= 2 towards the

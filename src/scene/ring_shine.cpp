@@ -2,7 +2,6 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/gauss_legendre.h>
-#include <stratus/base/size.h>
 
 #include "subjects.h"
 

@@ -1,6 +1,5 @@
 // Rings: their light along a ray, then the orders of scattering that it is made of.
 #include <stratus/bake/parallel.h>
-#include <stratus/base/size.h>
 
 #include "ring_light.h"
 #include "subjects.h"

@@ -4,7 +4,6 @@
 
 #include "kernels/noise.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 

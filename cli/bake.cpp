@@ -1,54 +1,23 @@
 // `stratus bake`: a recipe in, a table out.
-#include <stratus/bake/bake.h>
 
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
-#include <stratus/io/checkpoint.h>
 #include <stratus/io/file_bytes.h>
-#include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
-#include <stratus/table/packed_table.h>
 
 #include "bake.h"
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <algorithm>
-#include <atomic>
-#include <cstdio>
 #include <cstdlib>
 #include <dlfcn.h>
-#include <filesystem>
 #include <future>
-#include <initializer_list>
-#include <memory>
-#include <new>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <system_error>
-#include <thread>
 #include <unistd.h>
 
 namespace stratus {
 namespace {
-
-struct BakeCommand {
-    std::string recipe, output, exr, h5, sweep;
-    int threads = 0;
-    bool quiet = false;
-    bool resume = false;
-    bool accept = false;
-    bool dry_run = false;
-    double rank_timeout = 120;
-
-    /// Files of all samples are written beside the output.
-    bool keeps_samples() const { return !exr.empty() || !h5.empty(); }
-};
 
 std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
 
@@ -110,8 +79,8 @@ RankedStage deflating() {
 
 /// Writes a .h5 as write_table does, on rank 0 while all others are in help_write; each rank deflates on so many
 /// threads. Besides the table, rank 0 holds the parts that are deflated.
-void write_on_ranks(const Table& table, const std::filesystem::path& path, Ranks& ranks,
-                    int threads, const SampleFiles* samples) {
+void write_on_ranks(const Table& table, const fs::path& path, Ranks& ranks, int threads,
+                    const SampleFiles* samples) {
     WriteOptions options;
     options.samples = samples;
     options.share = [&](const PartsToDeflate& parts) {
@@ -150,7 +119,7 @@ void write_files(const Table& table, const std::vector<char>& packed, const Bake
     if (picture.valid()) picture.get();
 }
 
-/// Told on standard error.
+/// Returns the command's options, with progress and notes on standard error.
 BakeOptions make_options(const BakeCommand& command, Progress& progress) {
     BakeOptions options;
     options.threads = command.threads;
@@ -178,7 +147,7 @@ void run_dry(const BakeCommand& command) {
                              ": the tolerance is out of reach (--accept: exit code 0)");
 }
 
-/// Other threads than this one's; null: it works alone.
+/// State that is shared with rank 0's threads; null when run without ranks.
 struct RankZero {
     Ranks& ranks;
     std::atomic<const Checkpoint*>& checkpoint;
@@ -188,14 +157,12 @@ struct RankZero {
 /// Tells what the ranks did.
 void note_tallies(const std::vector<RankTally>& tallies, Progress& progress) {
     for (std::size_t rank = 0; rank < tallies.size(); ++rank) {
-        char line[96];
-        std::snprintf(line, sizeof line, "rank %zu: %d pieces, %.2f s of processor time", rank,
-                      tallies[rank].pieces, tallies[rank].seconds);
-        progress.note(line);
+        progress.note(formatted("rank %zu: %d pieces, %.2f s of processor time", rank,
+                                tallies[rank].pieces, tallies[rank].seconds));
     }
 }
 
-void bake_to_file(const BakeCommand& command, const RankZero* of) {
+void bake_to_file(const BakeCommand& command, const RankZero* rank_zero) {
     require_writable("bake", "--output", command.output, {packed_ending, ".h5"});
     if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, {".exr"});
     if (!command.h5.empty()) {
@@ -214,7 +181,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     BakeOptions options = make_options(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
-    std::optional<SampleFiles> samples(std::filesystem::path(command.output).parent_path());
+    std::optional<SampleFiles> samples(fs::path(command.output).parent_path());
     std::vector<char> packed;
     options.keeps_samples = command.keeps_samples();
     if (is_packed(command.output))
@@ -223,17 +190,17 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
         options.samples = &*samples;
     const std::string kept_in = checkpoint_path(command);
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
-    if (of) {
-        of->checkpoint = checkpoint.get();
-        options.log.ranks = &of->ranks;
+    if (rank_zero) {
+        rank_zero->checkpoint = checkpoint.get();
+        options.log.ranks = &rank_zero->ranks;
     }
-    const Table table = of ? bake_on(recipe, options, *checkpoint)
-                           : bake_on_unless_stopped(recipe, options, *checkpoint, kept_in);
-    if (of) of->is_writing = true;
+    const Table table = rank_zero ? bake_on(recipe, options, *checkpoint)
+                                  : bake_on_unless_stopped(recipe, options, *checkpoint, kept_in);
+    if (rank_zero) rank_zero->is_writing = true;
     const SignalsHeld held;
     try {
         write_files(table, packed, command, samples->has_room() ? &*samples : nullptr,
-                    of ? &of->ranks : nullptr);
+                    rank_zero ? &rank_zero->ranks : nullptr);
     } catch (const std::runtime_error& error) {
         if (checkpoint->pieces() == 0) throw;
         throw std::runtime_error(std::string(error.what()) + "; finished work is kept in " +
@@ -242,23 +209,20 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     // Freeing files of gigabytes takes the system seconds: both at the same time.
     const auto freeing = std::async(std::launch::async, [&] { samples.reset(); });
     checkpoint->remove();
-    if (of) note_tallies(of->ranks.finish(), progress);
+    if (rank_zero) note_tallies(rank_zero->ranks.finish(), progress);
 
-    char line[160];
-    std::snprintf(line, sizeof line,
-                  "%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
-                  "%.2g, asked for %.2g",
-                  table.sample_count(),
-                  static_cast<double>(std::filesystem::file_size(command.output)) / 1048576,
-                  seconds_since(started), table.measured_error, table.tolerance);
-    progress.note(line);
+    progress.note(formatted(
+        "%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
+        "%.2g, asked for %.2g",
+        table.sample_count(), static_cast<double>(fs::file_size(command.output)) / 1048576,
+        seconds_since(started), table.measured_error, table.tolerance));
     if (missed.empty()) return;
     missed = "bake: " + command.output + ": " + missed;
     if (!command.accept) throw std::runtime_error(missed + " (--accept: exit code 0)");
-    std::fprintf(stderr, "stratus: %s\n", missed.c_str());
+    say(missed);
 }
 
-/// Does what rank 0 has to give.
+/// Solves the pieces that rank 0 hands out, until there are no more.
 void help_bake(const BakeCommand& command, Ranks& ranks) {
     BakeOptions options;
     options.threads = command.threads;
@@ -271,7 +235,7 @@ void help_bake(const BakeCommand& command, Ranks& ranks) {
     ranks.finish();
 }
 
-/// Does the work of all ranks; errors end all of them.
+/// Has every rank do its work; an error ends all of them.
 template <class Work>
 void on_ranks(std::unique_ptr<RankTransport> transport, const RanksOptions& options, Work work) {
     Ranks ranks(std::move(transport), options);
@@ -308,27 +272,26 @@ void bake_on_ranks(const BakeCommand& command, std::unique_ptr<RankTransport> tr
     });
 }
 
-void sweep_on_ranks(const SweepCommand& command, double rank_timeout,
-                    std::unique_ptr<RankTransport> transport) {
+void sweep_on_ranks(const BakeCommand& command, std::unique_ptr<RankTransport> transport) {
     const StopOnSignal stop;
     RanksOptions options;
-    options.time_limit = rank_timeout;
+    options.time_limit = command.rank_timeout;
     options.stop = [&] { return stop.signal(); };
-    options.kept = [&] { return sentence_of_kept(command.folder); };
+    options.kept = [&] { return sentence_of_kept(command.output); };
     on_ranks(std::move(transport), options, [&](Ranks& ranks) { run_sweep(command, &ranks); });
 }
 
 void run_bake(BakeCommand command) {
+    if (!command.dry_run && command.output_option->count() == 0)
+        throw CLI::RequiredError("--output");
     if (command.dry_run) return run_dry(command);
     auto transport = started_ranks();
     if (transport && command.threads == 0) command.threads = threads_of_rank(*transport);
     if (!command.sweep.empty() || has_sweep(command.recipe)) {
         require(!command.keeps_samples(), "bake", command.exr.empty() ? "--h5" : "--exr",
                 "left out for a sweep", command.exr.empty() ? command.h5 : command.exr);
-        const SweepCommand sweep{command.recipe, command.sweep,  command.output, command.threads,
-                                 command.quiet,  command.resume, command.accept};
-        if (!transport) return run_sweep(sweep);
-        return sweep_on_ranks(sweep, command.rank_timeout, std::move(transport));
+        if (!transport) return run_sweep(command);
+        return sweep_on_ranks(command, std::move(transport));
     }
     if (transport) return bake_on_ranks(command, std::move(transport));
     bake_to_file(command, nullptr);
@@ -337,49 +300,48 @@ void run_bake(BakeCommand command) {
 }  // namespace
 
 void add_bake(CLI::App& app) {
-    auto command = std::make_shared<BakeCommand>();
-    CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
-    bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required()->check(file_name());
-    const CLI::Option* const output = bake->add_option(
-        "-o,--output", command->output,
+    const auto [command, options] =
+        add_command<BakeCommand>(app, "bake", "Bake a table from a recipe", run_bake);
+    add_file(command, "RECIPE", options.recipe, "Recipe, .toml")->required();
+    options.output_option = command.add_option(
+        "-o,--output", options.output,
         "Table to write: .stratus, packed, which lookups and renderers read, or .h5 with all "
         "samples; folder of a sweep's tables; required to bake");
-    CLI::Option* const dry_run = bake->add_flag(
-        "--dry-run", command->dry_run,
+    CLI::Option* const dry_run = command.add_flag(
+        "--dry-run", options.dry_run,
         "Only choose the discretisation, and print it with the table's size, the time that solving "
         "and checking it will take, and every axis at its cap");
     CLI::Option* const exr =
-        bake->add_option("--exr", command->exr,
-                         "Also write all samples as a picture file, .exr, from the same solutions")
-            ->check(file_name());
+        add_file(command, "--exr", options.exr,
+                 "Also write all samples as a picture file, .exr, from the same solutions");
     CLI::Option* const h5 =
-        bake->add_option("--h5", command->h5, "Also write all samples for other programs, .h5")
-            ->check(file_name());
-    bake->add_option("--sweep", command->sweep,
-                     "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
-                     "column name naming the tables; a recipe's own [sweep] needs no option. A "
-                     "summary goes to standard output and to summary.csv. --resume bakes what the "
-                     "folder lacks or has damaged, as after a power cut: tables are flushed to "
-                     "disk together at the end")
-        ->check(file_name())
+        add_file(command, "--h5", options.h5, "Also write all samples for other programs, .h5");
+    add_file(command, "--sweep", options.sweep,
+             "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
+             "column name naming the tables; a recipe's own [sweep] needs no option. A "
+             "summary goes to standard output and to summary.csv. --resume bakes what the "
+             "folder lacks or has damaged, as after a power cut: tables are flushed to "
+             "disk together at the end")
         ->excludes(dry_run)
         ->excludes(exr)
         ->excludes(h5);
-    add_threads(*bake, command->threads);
-    bake->add_flag("--resume", command->resume,
-                   "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
-                   "table is complete. The table is the same, byte for byte. Without a checkpoint, "
-                   "bake from the start");
-    bake->add_flag("--accept", command->accept,
-                   "Exit code 0 even where the table misses its tolerance");
-    bake->add_option("--rank-timeout", command->rank_timeout,
-                     "Started by mpirun or srun: seconds without a sign of life after which a rank "
-                     "counts as lost, and the bake ends")
+    add_threads(command, options.threads);
+    command.add_flag(
+        "--resume", options.resume,
+        "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
+        "table is complete. The table is the same, byte for byte. Without a checkpoint, "
+        "bake from the start");
+    command.add_flag("--accept", options.accept,
+                     "Exit code 0 even where the table misses its tolerance");
+    command
+        .add_option("--rank-timeout", options.rank_timeout,
+                    "Started by mpirun or srun: seconds without a sign of life after which a rank "
+                    "counts as lost, and the bake ends")
         ->capture_default_str()
         ->check(number("at least 1", [](double seconds) { return seconds >= 1; }));
-    add_quiet(*bake, command->quiet);
-    add_keys(*bake, "recipes", recipe_keys());
-    bake->footer(
+    add_quiet(command, options.quiet);
+    add_keys(command, "recipes", recipe_keys());
+    command.footer(
         "Before the first solve, a note tells size and time, and a warning every axis at its cap: "
         "what it misses, how many samples would do and at what cost.\n"
         "Exit code 1 when the table misses its tolerance; it is written all the same, and the last "
@@ -392,18 +354,12 @@ void add_bake(CLI::App& app) {
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.stratus\n"
         "  stratus bake tables/saturn_rings.toml -o rings.stratus --h5 rings.h5 --exr rings.exr\n"
         "  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
-    bake->callback([command, output] {
-        if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
-        run_bake(*command);
-    });
 }
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// A number in the environment; 0 where there is none.
-int number_in(const char* variable) {
+int environment_number(const char* variable) {
     const char* const text = std::getenv(variable);
     return text == nullptr ? 0 : std::max(0, std::atoi(text));
 }
@@ -412,9 +368,9 @@ int number_in(const char* variable) {
 int announced_count() {
     int count = 1;
     for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-        count = std::max(count, number_in(variable));
+        count = std::max(count, environment_number(variable));
     if (std::getenv("PMIX_RANK") != nullptr)
-        count = std::max(count, number_in("SLURM_STEP_NUM_TASKS"));
+        count = std::max(count, environment_number("SLURM_STEP_NUM_TASKS"));
     return count;
 }
 

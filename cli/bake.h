@@ -5,9 +5,7 @@
 #include <stratus/bake/ranks.h>
 #include <stratus/io/checkpoint.h>
 
-#include <memory>
-#include <span>
-#include <string>
+#include <CLI/CLI.hpp>
 
 namespace stratus {
 
@@ -31,16 +29,21 @@ std::unique_ptr<RankTransport> started_ranks();
 /// One thread for each processor, which the ranks of a machine share.
 int threads_of_rank(const RankTransport& ranks);
 
-class Ranks;
-
-struct SweepCommand {
+struct BakeCommand {
     std::string recipe;
-    std::string csv;  // empty: the rows of the recipe
-    std::string folder;
+    std::string output;  // of a sweep: the folder
+    const CLI::Option* output_option = nullptr;
+    std::string exr, h5;
+    std::string sweep;  // CSV; empty: the rows of the recipe, if any
     int threads = 0;
     bool quiet = false;
-    bool resume = false;  // bakes only what the folder lacks
+    bool resume = false;  // of a sweep: bakes only what the folder lacks
     bool accept = false;  // exit code 0 even where tables miss their tolerances
+    bool dry_run = false;
+    double rank_timeout = 120;
+
+    /// Files of all samples are written beside the output.
+    bool keeps_samples() const { return !exr.empty() || !h5.empty(); }
 };
 
 /// Bakes all rows, several at once, and tells how each came out. On ranks each row is baked by one of them,
@@ -48,6 +51,6 @@ struct SweepCommand {
 ///
 /// Errors   std::invalid_argument for the rows, before anything is baked; std::runtime_error where a
 ///          table failed or missed its tolerance, once all are done; EndedBySignal where one came.
-void run_sweep(const SweepCommand& command, Ranks* ranks = nullptr);
+void run_sweep(const BakeCommand& command, Ranks* ranks = nullptr);
 
 }  // namespace stratus

@@ -6,13 +6,9 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
-#include <memory>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -69,7 +65,7 @@ void add_points(PlotPanel& panel, const CostStudy& study, Kind kind) {
     panel.series.push_back(chosen);
 }
 
-void draw_study(const CostStudy& study, const std::filesystem::path& svg) {
+void draw_study(const CostStudy& study, const fs::path& svg) {
     PlotPanel solvers{"Solver",
                       "time of one solve, one thread (s)",
                       "relative error of R and T, 99.9 % within",
@@ -92,9 +88,8 @@ void run_cost(const CostCommand& command) {
     if (!command.svg.empty()) require_writable("cost", "--svg", command.svg, {".svg"});
     for (const std::string& written : {command.output, command.svg})
         require_different_files("cost", command.recipe, written);
-    if (!command.svg.empty() && command.svg == command.output)
-        throw std::invalid_argument("cost: --svg must be another file than --output, got " +
-                                    command.svg);
+    require(command.svg.empty() || command.svg != command.output, "cost", "--svg",
+            "another file than --output", command.svg);
     std::vector<std::string> notes;
     const Recipe recipe = read_recipe(command.recipe, &notes);
 
@@ -105,38 +100,35 @@ void run_cost(const CostCommand& command) {
     options.progress = std::ref(progress);
     const CostStudy study = measure_cost(recipe, options);
     write_answer(command.output, [&](std::ostream& out) { write_cost(out, study.points); });
-    if (command.svg.empty()) return;
-    write_file(command.svg,
-               [&](const std::filesystem::path& temporary) { draw_study(study, temporary); });
+    if (!command.svg.empty()) write_file(command.svg, std::bind_front(draw_study, study));
 }
 
 }  // namespace
 
 void add_cost(CLI::App& app) {
-    auto command = std::make_shared<CostCommand>();
-    CLI::App* cost =
-        app.add_subcommand("cost", "Measure what accuracy costs a recipe in time and bytes");
-    cost->add_option("RECIPE", command->recipe, "Recipe, .toml")->required()->check(file_name());
-    add_csv_output(*cost, command->output);
-    cost->add_option("--svg", command->svg, "Figure of all points and both frontiers to draw, .svg")
-        ->check(file_name());
-    cost->add_option("--seconds", command->options.seconds,
-                     "After which no measurement starts; they go from cheap to expensive")
+    const auto [command, options] = add_command<CostCommand>(
+        app, "cost", "Measure what accuracy costs a recipe in time and bytes", run_cost);
+    add_file(command, "RECIPE", options.recipe, "Recipe, .toml")->required();
+    add_csv_output(command, options.output);
+    add_file(command, "--svg", options.svg,
+             "Figure of all points and both frontiers to draw, .svg");
+    command
+        .add_option("--seconds", options.options.seconds,
+                    "After which no measurement starts; they go from cheap to expensive")
         ->capture_default_str()
         ->check(number("above 0", [](double seconds) { return seconds > 0; }));
-    add_threads(*cost, command->options.threads, ". What is timed runs alone on one");
-    add_quiet(*cost, command->quiet);
+    add_threads(command, options.options.threads, ". What is timed runs alone on one");
+    add_quiet(command, options.quiet);
     std::string columns =
         "Columns of the CSV, a row a point; empty where one does not belong to it:\n";
     for (const auto& [name, meaning] : cost_columns())
         columns += "  " + name + ": " + meaning + "\n";
-    cost->footer(columns +
-                 "Notes tell what each tolerance chose, and what that costs.\n"
-                 "Of a family, solvers are those of its most peaked member; tables are of all "
-                 "members.\n"
-                 "Errors are relative to the total R or T, as `stratus verify` has them.\n"
-                 "Example:\n  stratus cost tables/saturn_rings.toml -o cost.csv --svg cost.svg");
-    cost->callback([command] { run_cost(*command); });
+    command.footer(columns +
+                   "Notes tell what each tolerance chose, and what that costs.\n"
+                   "Of a family, solvers are those of its most peaked member; tables are of all "
+                   "members.\n"
+                   "Errors are relative to the total R or T, as `stratus verify` has them.\n"
+                   "Example:\n  stratus cost tables/saturn_rings.toml -o cost.csv --svg cost.svg");
 }
 
 }  // namespace stratus

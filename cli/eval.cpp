@@ -5,26 +5,13 @@
 // for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
-#include <stratus/base/number_text.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/layer/effects.h>
-#include <stratus/table/lookup.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <cmath>
-#include <iostream>
-#include <map>
-#include <memory>
 #include <ostream>
-#include <stdexcept>
-#include <string>
-#include <tuple>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -107,10 +94,7 @@ struct LayerKey {
     double albedo, optical_depth;
     std::vector<double> member;  // of a family
 
-    bool operator<(const LayerKey& other) const {
-        return std::tie(albedo, optical_depth, member) <
-               std::tie(other.albedo, other.optical_depth, other.member);
-    }
+    auto operator<=>(const LayerKey&) const = default;
 };
 
 /// One row of a query in the runtime's terms.
@@ -177,11 +161,10 @@ class LayerLookup {
                 OutsideTable outside)
         : table_(table.at(FamilyPoint(layer.member))), layer_(layer), asked_(asked) {
         const auto bound = [&](const Effects& effects) {
-            slices_.push_back(bind(table_, layer.optical_depth, layer.albedo, effects, outside));
-            clamped_ = clamped_ || slices_.back().clamped();
-            return &slices_.back();
+            Slice slice = bind(table_, layer.optical_depth, layer.albedo, effects, outside);
+            clamped_ = clamped_ || slice.clamped();
+            return slice;
         };
-        slices_.reserve(3);
         if (asked.background) {
             Effects effects = asked;
             effects.reflection = effects.transmission = false;
@@ -189,7 +172,6 @@ class LayerLookup {
         }
         const bool plain = asked.density == 0 && asked.opposition.law == Opposition::Law::none;
         if (plain && (!asked.multiple || is_sampled(table, layer))) return;
-        through_slices_ = true;
         if (asked.single) {
             Effects effects = asked;
             effects.multiple = effects.background = false;
@@ -209,7 +191,7 @@ class LayerLookup {
         if (background_)
             answer.background =
                 double{background_->background(static_cast<float>(geometry.mu_out))};
-        if (through_slices_) {
+        if (single_ || multiple_) {
             look_up_slices(geometry, answer);
         } else {
             if (asked_.reflection)
@@ -245,9 +227,8 @@ class LayerLookup {
     TableView table_;
     LayerKey layer_;
     Effects asked_;
-    std::vector<Slice> slices_;
-    const Slice *background_ = nullptr, *single_ = nullptr, *multiple_ = nullptr;
-    bool through_slices_ = false, clamped_ = false;
+    std::optional<Slice> background_, single_, multiple_;
+    bool clamped_ = false;
 };
 
 std::vector<Answer> look_up_points(const TableView& table, const std::vector<QueryPoint>& points,
@@ -291,37 +272,34 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
             list +=
                 (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " + names[axis];
     if (list.empty()) return;
-    std::cerr << "stratus: warning: of " << points.size()
-              << " rows some lie outside the table; multiple scattering there is that of its edge: "
-              << list << '\n';
+    say("warning: of " + std::to_string(points.size()) +
+        " rows some lie outside the table; multiple scattering there is that of its edge: " + list);
 }
 
-std::vector<std::string> answer_columns(const Effects& effects) {
-    std::vector<std::string> columns;
-    const auto both_sides = [&](bool asked, const std::string& ending) {
-        if (asked && effects.reflection) columns.push_back("reflection" + ending);
-        if (asked && effects.transmission) columns.push_back("transmission" + ending);
+/// A column of an answer, and what stands in it.
+struct AnswerColumn {
+    std::string name;
+    std::function<double(const Answer& answer)> value;
+};
+
+std::vector<AnswerColumn> answer_columns(const Effects& effects) {
+    std::vector<AnswerColumn> columns;
+    const auto both_sides = [&](const std::string& ending, bool single, bool multiple) {
+        const auto light = [=](const Scattered& all) {
+            return (single ? all.single : 0) + (multiple ? all.multiple : 0);
+        };
+        if (effects.reflection)
+            columns.push_back({"reflection" + ending,
+                               [=](const Answer& answer) { return light(answer.reflected); }});
+        if (effects.transmission)
+            columns.push_back({"transmission" + ending,
+                               [=](const Answer& answer) { return light(answer.transmitted); }});
     };
-    both_sides(true, "");
-    both_sides(effects.single, "_single");
-    both_sides(effects.multiple, "_multiple");
-    if (effects.background) columns.push_back("background");
+    both_sides("", effects.single, effects.multiple);
+    if (effects.single) both_sides("_single", true, false);
+    if (effects.multiple) both_sides("_multiple", false, true);
+    if (effects.background) columns.push_back({"background", &Answer::background});
     return columns;
-}
-
-std::vector<double> answer_values(const Answer& answer, const Effects& effects) {
-    std::vector<double> values;
-    const auto both_sides = [&](bool asked, auto&& part) {
-        if (asked && effects.reflection) values.push_back(part(answer.reflected));
-        if (asked && effects.transmission) values.push_back(part(answer.transmitted));
-    };
-    both_sides(true, [&](const Scattered& light) {
-        return (effects.single ? light.single : 0) + (effects.multiple ? light.multiple : 0);
-    });
-    both_sides(effects.single, [](const Scattered& light) { return light.single; });
-    both_sides(effects.multiple, [](const Scattered& light) { return light.multiple; });
-    if (effects.background) values.push_back(answer.background);
-    return values;
 }
 
 /// The view without the samples that are not asked for: the lookup then does not touch them.
@@ -353,42 +331,45 @@ void run_eval(const EvalOptions& options) {
         view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(points, answers, view, asked.density);
 
-    const std::vector<std::string> answered = answer_columns(effects);
+    const std::vector<AnswerColumn> answered = answer_columns(effects);
+    std::vector<std::string> names;
+    for (const AnswerColumn& column : answered) names.push_back(column.name);
     write_answer(options.output, [&](std::ostream& out) {
-        write_answer_header(out, query, answered);
-        for (std::size_t r = 0; r < points.size(); ++r)
-            write_answer_row(out, query, r, answered, answer_values(answers[r], effects));
+        write_answer_header(out, query, names);
+        for (std::size_t r = 0; r < points.size(); ++r) {
+            std::vector<double> values;
+            for (const AnswerColumn& column : answered) values.push_back(column.value(answers[r]));
+            write_answer_row(out, query, r, names, values);
+        }
     });
 }
 
 }  // namespace
 
 void add_eval(CLI::App& app) {
-    auto options = std::make_shared<EvalOptions>();
-    CLI::App* command = app.add_subcommand("eval", "Look up a table at the rows of a query");
-    add_table(*command, options->table);
+    const auto [command, options] =
+        add_command<EvalOptions>(app, "eval", "Look up a table at the rows of a query", run_eval);
+    add_table(command, options.table);
+    add_file(command, "--query", options.query,
+             "CSV with columns " + direction_columns_help +
+                 ", and optical_depth, albedo, in any order; the last two may be left out "
+                 "where the table has one sample. Tables of a family need its parameters, "
+                 "too (g, variance, mixture; radius and "
+                 "wavelength in um). "
+                 "Default or -: standard input");
+    add_csv_output(command, options.output);
     command
-        ->add_option("--query", options->query,
-                     "CSV with columns " + direction_columns_help +
-                         ", and optical_depth, albedo, in any order; the last two may be left out "
-                         "where the table has one sample. Tables of a family need its parameters, "
-                         "too (g, variance, mixture; radius and "
-                         "wavelength in um). "
-                         "Default or -: standard input")
-        ->check(file_name());
-    add_csv_output(*command, options->output);
-    command
-        ->add_option("--effects", options->effects,
-                     std::string("What to evaluate, out of ") + effect_names +
-                         ", comma between. Default: all that the table holds")
+        .add_option("--effects", options.effects,
+                    std::string("What to evaluate, out of ") + effect_names +
+                        ", comma between. Default: all that the table holds")
         ->delimiter(',')
         ->allow_extra_args(false);  // or it would take TABLE too
-    add_density_and_opposition(*command, options->density, options->opposition);
-    command->add_flag("--clamp", options->clamp,
-                      "Look up layers outside the table at the nearest one inside it, with a "
-                      "warning, instead of refusing them");
-    add_max_memory(*command, options->reading);
-    command->footer(
+    add_density_and_opposition(command, options.density, options.opposition);
+    command.add_flag("--clamp", options.clamp,
+                     "Look up layers outside the table at the nearest one inside it, with a "
+                     "warning, instead of refusing them");
+    add_max_memory(command, options.reading);
+    command.footer(
         observed_angles_help +
         "Answers of the side that a row of such angles does not see are nan.\n"
         "The column background, asked for by that name, is the share of a uniform background that "
@@ -396,7 +377,6 @@ void add_eval(CLI::App& app) {
         "Example:\n"
         "  printf 'mu_in,mu_out,azimuth_deg,optical_depth,albedo\\n0.5,0.8,60,1.5,0.9\\n' \\\n"
         "    | stratus eval saturn_rings.h5 --effects reflection");
-    command->callback([options] { run_eval(*options); });
 }
 
 }  // namespace stratus

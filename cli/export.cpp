@@ -1,23 +1,13 @@
 // `stratus export`: one layer or stack as a material file of another renderer.
 #include <stratus/bake/parallel.h>
-#include <stratus/bake/stack_file.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/material/material.h>
-#include <stratus/table/member_and_ground.h>
-#include <stratus/table/table.h>
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -35,12 +25,10 @@ constexpr const char* endings[] = {".bsdf", ".bsdf", ".bsdf", ".nc", ".exr", ".s
 
 MaterialFormat find_format(const std::string& name) {
     const std::vector<std::string>& names = material_format_names();
-    return static_cast<MaterialFormat>(std::find(names.begin(), names.end(), name) - names.begin());
+    return static_cast<MaterialFormat>(std::ranges::find(names, name) - names.begin());
 }
 
-bool is_stack(const std::string& path) {
-    return std::filesystem::path(path).extension() == ".toml";
-}
+bool is_stack(const std::string& path) { return fs::path(path).extension() == ".toml"; }
 
 /// Returns the layer of a table: its phase function (of a family that of one member) and what it lies
 /// on.
@@ -85,9 +73,8 @@ void put_on_ground(Stack& stack, const LowerBoundary& ground, const std::string&
 }
 
 std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::string>& notes) {
-    const auto stacks = static_cast<std::size_t>(
-        std::count_if(command.inputs.begin(), command.inputs.end(), is_stack));
-    require(stacks == 0 || stacks == command.inputs.size(), "export", "TABLE|STACK.toml",
+    const auto stacks = std::ranges::count_if(command.inputs, is_stack);
+    require(stacks == 0 || stacks == std::ssize(command.inputs), "export", "TABLE|STACK.toml",
             "tables alone or stacks alone", joined(command.inputs));
     for (const auto& [option, given] : {std::pair{"--optical-depth", &command.optical_depth},
                                         std::pair{"--albedo", &command.albedo}}) {
@@ -139,8 +126,7 @@ void run_export(ExportCommand command) {
     const MaterialFormat format = find_format(command.format);
     require_writable("export", "--output", command.output,
                      {endings[static_cast<std::size_t>(format)]});
-    const std::filesystem::path json =
-        std::filesystem::path(command.output).replace_extension(".json");
+    const fs::path json = fs::path(command.output).replace_extension(".json");
     if (format == MaterialFormat::exr_atlas) require_writable("export", "--output", json);
     for (const std::string& input : command.inputs)
         require_different_files("export", input, command.output);
@@ -157,30 +143,28 @@ void run_export(ExportCommand command) {
         write_material(file, command.output);
     }
     progress.notes(file.notes);
-    progress.note(
-        command.output + ": " +
-        short_number(static_cast<double>(std::filesystem::file_size(command.output)) / 1e6, 3) +
-        " MB in " + short_number(seconds_since(started), 2) + " s; R and T within " +
-        short_number(file.error, 2) + " at cosines from 0.15 on, as estimated (" +
-        std::to_string(file.nodes) + " nodes)");
+    progress.note(command.output + ": " +
+                  short_number(static_cast<double>(fs::file_size(command.output)) / 1e6, 3) +
+                  " MB in " + short_number(seconds_since(started), 2) + " s; R and T within " +
+                  short_number(file.error, 2) + " at cosines from 0.15 on, as estimated (" +
+                  std::to_string(file.nodes) + " nodes)");
 }
 
 void add_layer_options(CLI::App& app, ExportCommand& command) {
-    app.add_option(
-           "TABLE|STACK.toml", command.inputs,
-           "Table (.h5, .exr, .stratus), of which phase function and ground are taken, or a stack "
-           "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
-           "red, green and blue differ")
-        ->required()
-        ->check(file_name());
+    add_file(
+        app, "TABLE|STACK.toml", command.inputs,
+        "Table (.h5, .exr, .stratus), of which phase function and ground are taken, or a stack "
+        "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
+        "red, green and blue differ")
+        ->required();
     app.add_option("--optical-depth", command.optical_depth,
                    "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(number_in_0_inf());
+        ->check(number_in("[0, inf]"));
     app.add_option("--albedo", command.albedo,
                    "Its single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
-        ->check(number_in_0_1());
+        ->check(number_in("[0, 1]"));
     app.add_option("--at", command.at, at_help(". Given three times, it is of red, green and blue"))
         ->allow_extra_args(false);  // or it would take TABLE too
     app.add_option("--over", command.over,
@@ -194,35 +178,31 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
 }  // namespace
 
 void add_export(CLI::App& app) {
-    auto command = std::make_shared<ExportCommand>();
-    CLI::App* export_app =
-        app.add_subcommand("export", "Write a layer or stack as a material of other renderers");
-    export_app->description(
+    const auto [command, options] = add_command<ExportCommand>(
+        app, "export", "Write a layer or stack as a material of other renderers", run_export);
+    command.description(
         "Write a layer or stack as a material of other renderers.\n\nThe layer is solved again, at "
         "the directions that the format samples: of a table only the phase function and the ground "
         "are taken, and any depth and albedo may be asked. The beam straight through, "
         "exp(-tau/mu), "
         "is in no file.");
-    add_layer_options(*export_app, *command);
-    export_app
-        ->add_option("--format", command->format,
-                     "fourier (.bsdf, SCATFUN: reflection and transmission)\n"
-                     "tensor (.bsdf, spectral), tensor-rgb (.bsdf): reflection\n"
-                     "netcdf (.nc, Eradiate's mqdiffuse): reflection, one colour\n"
-                     "exr-atlas (.exr and .json, for shaders): reflection and transmission\n"
-                     "slice (.safetensors, arrays for any program): reflection and transmission")
+    add_layer_options(command, options);
+    command
+        .add_option("--format", options.format,
+                    "fourier (.bsdf, SCATFUN: reflection and transmission)\n"
+                    "tensor (.bsdf, spectral), tensor-rgb (.bsdf): reflection\n"
+                    "netcdf (.nc, Eradiate's mqdiffuse): reflection, one colour\n"
+                    "exr-atlas (.exr and .json, for shaders): reflection and transmission\n"
+                    "slice (.safetensors, arrays for any program): reflection and transmission")
         ->required()
         ->check(CLI::IsMember(material_format_names()));
-    export_app->add_option("-o,--output", command->output, "File to write")
-        ->required()
-        ->check(file_name());
-    export_app->add_option("--title", command->title, "Text kept in the file");
-    add_accuracy(*export_app, command->options.nodes, command->options.tolerance,
-                 command->options.accept);
-    add_threads(*export_app, command->options.threads);
-    add_max_memory(*export_app, command->reading);
-    add_quiet(*export_app, command->quiet);
-    export_app->footer(
+    add_file(command, "-o,--output", options.output, "File to write")->required();
+    command.add_option("--title", options.title, "Text kept in the file");
+    add_accuracy(command, options.options.nodes, options.options.tolerance, options.options.accept);
+    add_threads(command, options.options.threads);
+    add_max_memory(command, options.reading);
+    add_quiet(command, options.quiet);
+    command.footer(
         "Examples:\n"
         "  stratus export baked/saturn_rings.stratus --optical-depth 1.5 --albedo 0.95,0.93,0.8 "
         "\\\n"
@@ -235,7 +215,6 @@ void add_export(CLI::App& app) {
         "    --at radius=8,wavelength=0.55 --at radius=8,wavelength=0.45 --optical-depth 8 \\\n"
         "    --albedo 1 --format fourier -o cloud.bsdf\n"
         "  stratus export tables/stacks/haze_over_ground.toml --format netcdf -o haze.nc");
-    export_app->callback([command] { run_export(*command); });
 }
 
 }  // namespace stratus

@@ -7,22 +7,13 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/table_file.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <limits>
-#include <memory>
 #include <ostream>
 #include <set>
-#include <stdexcept>
-#include <utility>
 
 namespace stratus {
 namespace {
@@ -91,10 +82,8 @@ FamilyPoint known_point(const Row& row, const std::vector<FamilyAxis>& family) {
     for (const FamilyAxis& axis : family) {
         known.push_back(row.has(axis.name()) ? row[axis.name()]
                                              : std::numeric_limits<double>::quiet_NaN());
-        if (row.has(axis.name()) && !holds(axis, known.back()))
-            throw std::invalid_argument(row.place() + ": " + axis.name() + " must be " +
-                                        allowed_text(axis) + ", got " +
-                                        shortest_text(known.back()));
+        require(!row.has(axis.name()) || holds(axis, known.back()), row.place().c_str(),
+                axis.name(), allowed_text(axis), known.back());
     }
     return FamilyPoint(known);
 }
@@ -109,9 +98,8 @@ std::vector<Bin> make_bins(const Query& query, const LayerModel& model) {
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         const Row row = query.row(r);
         const Light light = observed_light(query.directions[r]);
-        if (!model.has(light))
-            throw std::invalid_argument(
-                row.place() + ": side must be one that the table holds, got " + light_word(light));
+        require(model.has(light), row.place().c_str(), "side", "one that the table holds",
+                light_word(light));
         const double place = place_column.empty() ? 0 : row[place_column];
         auto bin = std::ranges::find(bins, place, &Bin::place);
         if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
@@ -156,8 +144,8 @@ int require_parameter(const std::string& option, const std::string& form, const 
         names.push_back(option_name(model, p));
         if (names.back() == name) return p;
     }
-    throw std::invalid_argument("fit: " + option + " must be " + form + " out of " + joined(names) +
-                                ", got " + met);
+    require(false, "fit", option, form + " out of " + joined(names), met);
+    return 0;
 }
 
 FitOptions make_options(const FitCommand& command, const LayerModel& model) {
@@ -170,8 +158,7 @@ FitOptions make_options(const FitCommand& command, const LayerModel& model) {
         const int p = require_parameter("--fix", "NAME=VALUE with a name", model, name, text);
         const double value =
             parse_value(equals == std::string::npos ? "" : text.substr(equals + 1), name);
-        if (std::isnan(value))
-            throw std::invalid_argument("fit: --fix must be NAME=VALUE, got " + text);
+        require(!std::isnan(value), "fit", "--fix", "NAME=VALUE", text);
         std::optional<double>& held = options.*held_fields[size(p)];
         if (held)
             throw std::invalid_argument("fit: --fix must name " + option_name(model, p) +
@@ -219,15 +206,14 @@ Prediction make_prediction(const FitCommand& command, bool beams_alone) {
     } else if (beams_alone) {
         prediction.model = beam_model();
     } else {
-        throw std::invalid_argument(
-            "fit: --table or --phase must be given unless all rows are beams, got neither");
+        require(false, "fit", "--table or --phase", "given unless all rows are beams", "neither");
     }
     return prediction;
 }
 
 /// The columns of the answer.
 struct Columns {
-    std::vector<int> parameters;
+    std::vector<std::size_t> parameters;
     std::vector<std::string> names;  // of them
     std::string place;               // of the bins; "": none
 };
@@ -239,34 +225,39 @@ Columns fit_columns(const LayerModel& model, const std::array<bool, fit_paramete
     columns.place = place;
     for (const int p : model_parameters(model)) {
         if (p >= fit_g1 && !free[size(p)]) continue;
-        columns.parameters.push_back(p);
+        columns.parameters.push_back(size(p));
         columns.names.push_back(fit_parameter_names(model)[size(p)]);
     }
     return columns;
+}
+
+/// Calls visit(a, b) with every two of some values.
+template <class Values, class Visit>
+void visit_pairs(const Values& values, const Visit& visit) {
+    for (std::size_t a = 0; a < values.size(); ++a)
+        for (std::size_t b = a + 1; b < values.size(); ++b) visit(values[a], values[b]);
 }
 
 void write_header(std::ostream& out, const Columns& columns) {
     if (!columns.place.empty()) out << columns.place << ',';
     for (const std::string& name : columns.names) out << name << ',' << name << "_sigma,";
     for (const char* const name : {"covariance_", "correlation_"})
-        for (std::size_t a = 0; a < columns.names.size(); ++a)
-            for (std::size_t b = a + 1; b < columns.names.size(); ++b)
-                out << name << columns.names[a] << '_' << columns.names[b] << ',';
+        visit_pairs(columns.names, [&](const std::string& a, const std::string& b) {
+            out << name << a << '_' << b << ',';
+        });
     out << "chi_square,degrees_of_freedom,probability,remarks\n";
 }
 
 void write_fit(std::ostream& out, const Columns& columns, const Bin& bin, const Fit& fit) {
     if (!columns.place.empty()) out << shortest_text(bin.place) << ',';
-    std::vector<std::size_t> places(columns.parameters.begin(), columns.parameters.end());
-    for (const std::size_t p : places)
+    for (const std::size_t p : columns.parameters)
         out << full_text(fit.estimate[p].value) << ',' << full_text(fit.estimate[p].sigma) << ',';
-    const auto each_pair = [&](auto&& value) {
-        for (std::size_t a = 0; a < places.size(); ++a)
-            for (std::size_t b = a + 1; b < places.size(); ++b)
-                out << full_text(value(places[a], places[b])) << ',';
-    };
-    each_pair([&](std::size_t p, std::size_t q) { return fit.covariance[p][q]; });
-    each_pair([&](std::size_t p, std::size_t q) { return fit.correlation(p, q); });
+    visit_pairs(columns.parameters, [&](std::size_t p, std::size_t q) {
+        out << full_text(fit.covariance[p][q]) << ',';
+    });
+    visit_pairs(columns.parameters, [&](std::size_t p, std::size_t q) {
+        out << full_text(fit.correlation(p, q)) << ',';
+    });
     out << full_text(fit.chi_square) << ',' << fit.degrees_of_freedom << ','
         << full_text(fit.probability) << ",\"" << joined(fit.remarks, "; ") << "\"\n";
 }
@@ -329,7 +320,7 @@ void write_rows(std::ostream& out, const Query& query, const std::vector<double>
 /// Returns a figure of the rows.
 ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) {
     ResidualPlot plot;
-    plot.title = "Fit of " + std::filesystem::path(query.table.name).filename().string();
+    plot.title = "Fit of " + fs::path(query.table.name).filename().string();
     const auto [x_title, places] = plot_places(query);
     plot.x_title = x_title;
     plot.y_title = all_are_beams(query) ? "I/F0" : "I/F";
@@ -382,23 +373,19 @@ void run_fit(const FitCommand& command) {
     const std::vector<double> by_model = model_values(bins, fits, rows.rows.size());
     if (!command.rows.empty())
         write_answer(command.rows, [&](std::ostream& out) { write_rows(out, query, by_model); });
-    if (command.svg.empty()) return;
-    write_file(command.svg, [&](const std::filesystem::path& temporary) {
-        draw_residual_plot(plot_of_rows(query, by_model), temporary);
-    });
+    if (!command.svg.empty())
+        write_file(command.svg, std::bind_front(draw_residual_plot, plot_of_rows(query, by_model)));
 }
 
 void add_model_options(CLI::App& fit, FitCommand& command) {
     fit.add_option("--table", command.table,
                    "Baked table that predicts all orders, .h5, .exr or .stratus");
     add_max_memory(fit, command.reading);
-    fit.add_option("--phase", command.phase,
-                   "Without a table: the phase function. All orders are solved at the rows' own "
-                   "geometries, some seconds a radius")
-        ->check(file_name());
-    fit.add_option("--second-phase", command.second_phase,
-                   "Phase function of the second kind of particles, whose albedo is w2")
-        ->check(file_name());
+    add_file(fit, "--phase", command.phase,
+             "Without a table: the phase function. All orders are solved at the rows' own "
+             "geometries, some seconds a radius");
+    add_file(fit, "--second-phase", command.second_phase,
+             "Phase function of the second kind of particles, whose albedo is w2");
     fit.add_flag("--single", command.single,
                  "Light scattered once alone, in closed form: the paper's own inversion");
     fit.add_option("--fix", command.fixed,
@@ -419,33 +406,27 @@ void add_model_options(CLI::App& fit, FitCommand& command) {
 }  // namespace
 
 void add_fit(CLI::App& app) {
-    auto command = std::make_shared<FitCommand>();
-    CLI::App* fit = app.add_subcommand(
-        "fit",
-        "Fit albedos, the optical depth, and asymmetries or droplets to observed brightnesses");
-    fit->add_option(
-           "OBSERVATIONS", command->observations,
-           "CSV with columns " + direction_columns_help +
-               ", and brightness, sigma, in any order; "
-               "side (lit, unlit or beam); for a fit of each, radius (of rings) or pixel; "
-               "and wavelength or others that a table's family varies, where they are known "
-               "row by row; -: standard input")
-        ->required()
-        ->check(file_name());
-    add_model_options(*fit, *command);
-    add_csv_output(*fit, command->output);
-    fit->add_option(
-           "--rows", command->rows,
-           "CSV to write: the rows of OBSERVATIONS with columns model, what the fit makes of "
-           "brightness, and residual, brightness less it")
-        ->check(file_name());
-    fit->add_option(
-           "--svg", command->svg,
-           "Figure to draw, .svg: observed, model and residuals over the wavelength where that "
-           "is a column, else over the phase or the emission angle, whichever takes more values")
-        ->check(file_name());
-    add_threads(*fit, command->threads);
-    fit->footer(
+    const auto [command, options] = add_command<FitCommand>(
+        app, "fit",
+        "Fit albedos, the optical depth, and asymmetries or droplets to observed brightnesses",
+        run_fit);
+    add_file(command, "OBSERVATIONS", options.observations,
+             "CSV with columns " + direction_columns_help +
+                 ", and brightness, sigma, in any order; "
+                 "side (lit, unlit or beam); for a fit of each, radius (of rings) or pixel; "
+                 "and wavelength or others that a table's family varies, where they are known "
+                 "row by row; -: standard input")
+        ->required();
+    add_model_options(command, options);
+    add_csv_output(command, options.output);
+    add_file(command, "--rows", options.rows,
+             "CSV to write: the rows of OBSERVATIONS with columns model, what the fit makes of "
+             "brightness, and residual, brightness less it");
+    add_file(command, "--svg", options.svg,
+             "Figure to draw, .svg: observed, model and residuals over the wavelength where that "
+             "is a column, else over the phase or the emission angle, whichever takes more values");
+    add_threads(command, options.threads);
+    command.footer(
         "brightness is I/F = mu_in R on the side lit, mu_in T on the side unlit (R = pi I / (mu_in "
         "F0)); sigma is its standard deviation. Without the column side, rows with mu_out < 0 are "
         "of the unlit side, and so are those with emission_deg beyond 90; phase_deg is 180 degrees "
@@ -473,7 +454,6 @@ void add_fit(CLI::App& app) {
         "    --second-phase henyey_greenstein:g=0.5 --free g2\n"
         "  stratus fit cloud.csv --table stratus_clouds.h5 --fix w=1\n"
         "  printf 'side,mu_out,brightness,sigma\\nbeam,0.5,0.3,0.01\\n' | stratus fit -");
-    fit->callback([command] { run_fit(*command); });
 }
 
 }  // namespace stratus

@@ -9,19 +9,12 @@
 #include "options.h"
 #include "progress.h"
 
-#include <CLI/CLI.hpp>
-
 #include <cerrno>
-#include <csignal>
-#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <iostream>
 #include <malloc.h>
 #include <new>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace {
 

@@ -1,17 +1,10 @@
-// The ways in which `stratus solve` can solve: the solver itself and the reference solvers; with --levels
-// the light inside a layer or a stack, as CSV.
+// The ways in which `stratus solve` can solve: the solver itself and the reference solvers.
 #pragma once
 
 #include <stratus/bake/stack_file.h>
-#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solve.h>
-#include <stratus/transfer/solver_options.h>
 
 #include <cstdint>
-#include <functional>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 
@@ -59,19 +52,5 @@ SolverOptions make_options(const SolveRequest& request);
 /// Errors   std::invalid_argument for what a scheme cannot solve.
 Method make_method(const SolveRequest& request);
 Method make_method(const Stack& stack, const SolveRequest& how);  // by the solver
-
-struct LevelsCommand {
-    Stack stack;
-    std::vector<double> levels, mu_in;
-    std::string query, output;
-    SolverOptions options;
-};
-
-/// Writes fluxes at every level for every mu_in. Returns what misses the tolerance, in words; "" where
-/// nothing does.
-std::string answer_fluxes_inside(const LevelsCommand& command);
-
-/// Writes radiance at every level for every row of the query, and returns what misses likewise.
-std::string answer_query_inside(const LevelsCommand& command);
 
 }  // namespace stratus

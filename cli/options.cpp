@@ -2,17 +2,11 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/table/member_and_ground.h>
+#include <stratus/base/size.h>
 
-#include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
-#include <sstream>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -20,6 +14,14 @@ namespace {
 std::string refusal(const std::string& allowed, const std::string& met) {
     return "must be " + allowed + ", got " + (met.empty() ? "nothing" : met);
 }
+
+/// Adds an option for a number of bytes, of at least `min` MiB.
+void add_mebibytes(CLI::App& command, const std::string& name, std::uintmax_t& bytes, int min,
+                   const std::string& help) {
+    const auto set = [&bytes](const long long& mebibytes) { bytes = size(mebibytes) << 20; };
+    command.add_option_function<long long>(name, set, help)->check(whole_number(min, 1LL << 40));
+}
+
 /// A family's first member, as an example.
 std::string example_point(const std::vector<FamilyAxis>& family) {
     std::vector<std::string> parts;
@@ -30,7 +32,7 @@ std::string example_point(const std::vector<FamilyAxis>& family) {
 
 }  // namespace
 
-CLI::Validator number(const std::string& allowed, bool (*holds)(double value)) {
+CLI::Validator number(const std::string& allowed, const std::function<bool(double value)>& holds) {
     const auto check = [=](std::string& text) {
         double value = 0;
         const bool is_number = !text.empty() && read_number(text, value) == text.size();
@@ -39,12 +41,8 @@ CLI::Validator number(const std::string& allowed, bool (*holds)(double value)) {
     return {check, ""};
 }
 
-CLI::Validator number_in_0_1() {
-    return number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; });
-}
-
-CLI::Validator number_in_0_inf() {
-    return number("in [0, inf]", [](double depth) { return depth >= 0; });
+CLI::Validator number_in(const NumberRange& interval) {
+    return number("in " + interval.text, [=](double value) { return interval.holds(value); });
 }
 
 CLI::Validator whole_number(long long min, long long max) {
@@ -81,8 +79,7 @@ void add_table(CLI::App& command, std::string& path) {
 }
 
 void add_csv_output(CLI::App& command, std::string& path) {
-    command.add_option("-o,--output", path, "CSV to write. Default or -: standard output")
-        ->check(file_name());
+    add_file(command, "-o,--output", path, "CSV to write. Default or -: standard output");
 }
 
 void add_quiet(CLI::App& command, bool& quiet) {
@@ -95,6 +92,11 @@ LowerBoundary read_over(const std::string& command, const std::string& text) {
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(command + ": --over: " + error.what());
     }
+}
+
+void add_max_memory(CLI::App& command, ReadOptions& options) {
+    add_mebibytes(command, "--max-memory", options.max_memory, 1,
+                  "Memory for reading the table, in MiB. Default: half of the machine's");
 }
 
 void add_threads(CLI::App& command, int& threads, const std::string& more) {
@@ -115,7 +117,7 @@ void add_accuracy(CLI::App& command, int& nodes, double& tolerance, bool& accept
                     "Relative error of R and T, or of fluxes, [1e-12, 1]: the solver chooses nodes "
                     "to meet it, and gives estimated errors")
         ->capture_default_str()
-        ->check(number("in [1e-12, 1]", [](double t) { return t >= 1e-12 && t <= 1; }))
+        ->check(number_in("[1e-12, 1]"))
         ->excludes(fixed);
     command.add_flag("--accept", accept, "Go on even if 512 nodes do not meet the tolerance");
 }
@@ -135,7 +137,7 @@ template <class... Values>
 bool reads(const std::string& text, const char* format, Values*... values) {
     int read = -1;
     std::sscanf(text.c_str(), format, values..., &read);
-    return read >= 0 && static_cast<std::size_t>(read) == text.size();
+    return read >= 0 && size(read) == text.size();
 }
 
 }  // namespace
@@ -153,33 +155,29 @@ void add_density_and_opposition(CLI::App& command, std::string& density, std::st
         "makes it, or hapke:width=0.05,amplitude=0.8 or one of these two. Default: not at all");
 }
 
-double parse_density(const std::string& command, const std::string& text) {
+double parse_density(const char* command, const std::string& text) {
     double density = 0, number = 0, radius = 0;
     if (reads(text, "number=%lf,radius=%lf%n", &number, &radius))
         return volume_fraction(number, radius);
-    if (!reads(text, "%lf%n", &density) || !(density >= 0 && density < 1))
-        throw std::invalid_argument(
-            command + ": --density must be in [0, 1) or number=N,radius=R, got " + text);
+    require(reads(text, "%lf%n", &density) && density >= 0 && density < 1, command, "--density",
+            "in [0, 1) or number=N,radius=R", text);
     return density;
 }
 
-Opposition parse_opposition(const std::string& command, const std::string& text, double density) {
+Opposition parse_opposition(const char* command, const std::string& text, double density) {
     if (text.empty()) return {};
     double width = 0, amplitude = 1;
     const bool without_width =
         text == "blinn" || text == "hapke" || reads(text, "hapke:amplitude=%lf%n", &amplitude);
     if (without_width && density == 0)
-        throw std::invalid_argument(command + ": --opposition " + text +
+        throw std::invalid_argument(std::string(command) + ": --opposition " + text +
                                     " must come with a --density above 0, got 0");
     if (text == "blinn") return Opposition::blinn();
     if (without_width) return Opposition::hapke(amplitude);
-    if (!reads(text, "hapke:width=%lf%n", &width) &&
-        !reads(text, "hapke:width=%lf,amplitude=%lf%n", &width, &amplitude))
-        throw std::invalid_argument(
-            command +
-            ": --opposition must be blinn or hapke or hapke:width=H,amplitude=A or one of "
-            "these two, got " +
-            text);
+    require(reads(text, "hapke:width=%lf%n", &width) ||
+                reads(text, "hapke:width=%lf,amplitude=%lf%n", &width, &amplitude),
+            command, "--opposition",
+            "blinn or hapke or hapke:width=H,amplitude=A or one of these two", text);
     return Opposition::hapke(amplitude, width);
 }
 
@@ -208,8 +206,7 @@ FamilyPoint parse_point(const char* caller, const std::string& at,
     const std::string example = "as in " + example_point(family);
     require(!at.empty(), caller, "--at", "given for " + path + ", " + example, "nothing");
     std::vector<double> values(family.size(), std::numeric_limits<double>::quiet_NaN());
-    std::istringstream parts(at);
-    for (std::string part; std::getline(parts, part, ',');) {
+    for (const std::string& part : split(at)) {
         const std::size_t equals = part.find('=');
         const std::string name = part.substr(0, equals);
         std::size_t axis = 0;
@@ -238,11 +235,9 @@ PackedTable read_member(const char* caller, const std::string& path, const ReadO
 }
 
 void add_drop(CLI::App& command, std::string& names) {
-    command
-        .add_option("--drop", names,
-                    "Effects to leave out whatever they change, even those that the scene names: "
-                    "NAME[,NAME]")
-        ->check(file_name());
+    add_file(command, "--drop", names,
+             "Effects to leave out whatever they change, even those that the scene names: "
+             "NAME[,NAME]");
 }
 
 void add_width(CLI::App& command, int& width) {
@@ -252,17 +247,10 @@ void add_width(CLI::App& command, int& width) {
 }
 
 void add_cache(CLI::App& command, CacheOptions& options) {
-    constexpr long long mebibyte = 1 << 20;
     command.add_flag("--no-cache", options.off, "Neither look for kept tables nor keep any");
-    command
-        .add_option_function<long long>(
-            "--cache-limit",
-            [&options](const long long& size) {
-                options.limit = static_cast<std::uintmax_t>(size * mebibyte);
-            },
-            "Size of all kept tables, in MiB, beyond which those longest unused are removed. "
-            "Default: 2048")
-        ->check(whole_number(0, 1LL << 40));
+    add_mebibytes(command, "--cache-limit", options.limit, 0,
+                  "Size of all kept tables, in MiB, beyond which those longest unused are removed. "
+                  "Default: 2048");
 }
 
 std::string panel_name(const SceneFile& file, std::size_t panel) {
@@ -272,7 +260,7 @@ std::string panel_name(const SceneFile& file, std::size_t panel) {
 }
 
 std::optional<TableCache> open_cache(const CacheOptions& options) {
-    const std::filesystem::path folder = default_cache_folder();
+    const fs::path folder = default_cache_folder();
     if (options.off || folder.empty()) return std::nullopt;
     TableCache cache(folder, options.limit);
     cache.keep_droplets();

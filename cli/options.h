@@ -4,24 +4,13 @@
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
-#include <stratus/bake/toml_section.h>
-#include <stratus/io/table_file.h>
-#include <stratus/layer/effects.h>
-#include <stratus/phase/phase_family.h>
 #include <stratus/scene/table_cache.h>
 #include <stratus/scene/scene.h>
 #include <stratus/table/member_and_ground.h>
-#include <stratus/table/packed_table.h>
+
+#include "query.h"
 
 #include <CLI/CLI.hpp>
-
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus {
 
@@ -32,18 +21,34 @@ using AddCommand = void(CLI::App& app);
 AddCommand add_solve, add_bake, add_eval, add_info, add_verify, add_convert, add_pack, add_seal,
     add_export, add_shader, add_fit, add_cost, add_phase, add_plan, add_render, add_view;
 
-/// A number for which `holds` is true; never nan. `allowed` names its range: "in [0, 1]".
-CLI::Validator number(const std::string& allowed, bool (*holds)(double value));
+/// A number for which `holds` is true; never nan. `allowed` names its range: "above 0".
+CLI::Validator number(const std::string& allowed, const std::function<bool(double value)>& holds);
 
-/// Numbers in [0, 1] and in [0, inf].
-CLI::Validator number_in_0_1();
-CLI::Validator number_in_0_inf();
+/// A number in an interval such as "[0, 1)".
+CLI::Validator number_in(const NumberRange& interval);
 
 /// A decimal whole number in [min, max].
 CLI::Validator whole_number(long long min, long long max);
 
 /// Anything but the empty text that a script passes when its variable is unset.
 CLI::Validator file_name();
+
+/// Registers a command, which calls `run` with its options once these are parsed. Returns the command and the options.
+template <class Options, class Run>
+std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& name,
+                                           const std::string& description, Run run) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* const command = app.add_subcommand(name, description);
+    command->callback([=] { run(*options); });
+    return {*command, *options};
+}
+
+/// Adds an argument or an option that names a file, or several.
+template <class Paths>
+CLI::Option* add_file(CLI::App& command, const std::string& name, Paths& paths,
+                      const std::string& help) {
+    return command.add_option(name, paths, help)->check(file_name());
+}
 
 /// The parts of a comma-separated list.
 std::vector<std::string> split(const std::string& list);
@@ -75,35 +80,23 @@ void add_density_and_opposition(CLI::App& command, std::string& density, std::st
 /// A share of the volume, or `number=N,radius=R` of the particles that fill it.
 ///
 /// Errors   std::invalid_argument naming the command.
-double parse_density(const std::string& command, const std::string& text);
+double parse_density(const char* command, const std::string& text);
 
 /// `blinn`, or `hapke` and what it is given of `width=H` and `amplitude=A`; the rest follows from
 /// the density.
 ///
 /// Errors   std::invalid_argument naming the command.
-Opposition parse_opposition(const std::string& command, const std::string& text, double density);
+Opposition parse_opposition(const char* command, const std::string& text, double density);
 
 // Reading a table in a command; the options --max-memory and --at, which takes one member of a family:
 // "radius=8,wavelength=0.55", by the names, and in the units, of a query's columns.
 
-inline void add_max_memory(CLI::App& command, ReadOptions& options) {
-    constexpr long long mebibyte = 1 << 20;
-    command
-        .add_option_function<long long>(
-            "--max-memory",
-            [&options](const long long& size) {
-                options.max_memory = static_cast<std::uintmax_t>(size * mebibyte);
-            },
-            "Memory for reading the table, in MiB. Default: half of the machine's")
-        ->check(whole_number(1, 1LL << 40));
-}
+void add_max_memory(CLI::App& command, ReadOptions& options);
 
-inline bool is_packed(const std::filesystem::path& path) {
-    return path.extension() == packed_ending;
-}
+inline bool is_packed(const fs::path& path) { return path.extension() == packed_ending; }
 
 /// Reads a table of any kind, and refuses a packed one that is not as it was written.
-inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadOptions& options) {
+inline AnyTable read_intact_table(const fs::path& path, const ReadOptions& options) {
     AnyTable table = read_any_table(path, options);
     if (table.packed() && !table.packed()->is_intact())
         throw std::runtime_error(
@@ -114,14 +107,13 @@ inline AnyTable read_intact_table(const std::filesystem::path& path, const ReadO
 }
 
 /// Reads a table with its samples; those of a packed one are evaluated.
-inline Table read_samples(const std::filesystem::path& path, const ReadOptions& options) {
+inline Table read_samples(const fs::path& path, const ReadOptions& options) {
     if (!is_packed(path)) return read_table(path, options);
     return read_intact_table(path, options).packed()->unpacked();
 }
 
 /// Refuses a file that is neither .h5 nor .exr, before a long read finds out.
-inline void require_table_ending(const char* command, const char* argument,
-                                 const std::filesystem::path& path) {
+inline void require_table_ending(const char* command, const char* argument, const fs::path& path) {
     if (path.extension() == ".h5" || path.extension() == ".exr") return;
     throw std::invalid_argument(std::string(command) + ": " + argument +
                                 " must end in .h5 or .exr, got " + path.string());

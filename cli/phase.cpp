@@ -2,21 +2,13 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/table_file.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
 #include <iostream>
-#include <memory>
 #include <ostream>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -45,7 +37,7 @@ void write_moments(std::ostream& out, const PhaseFunctions& functions, int count
     out << 'l' << columns("chi", functions.size()) << '\n';
     for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l) {
         out << l;
-        for (const std::vector<double>& of : chi) out << ',' << full_text(of[l]);
+        for (const std::vector<double>& moments : chi) out << ',' << full_text(moments[l]);
         out << '\n';
     }
 }
@@ -125,37 +117,34 @@ void run_phase(const PhaseCommand& command) {
         else
             write_values(out, functions, command.step_deg);
     });
-    if (command.svg.empty()) return;
-    const LinePlot plot = make_plot(functions);
-    write_file(command.svg,
-               [&](const std::filesystem::path& temporary) { draw_line_plot(plot, temporary); });
+    if (!command.svg.empty())
+        write_file(command.svg, std::bind_front(draw_line_plot, make_plot(functions)));
 }
 
 }  // namespace
 
 void add_phase(CLI::App& app) {
-    auto command = std::make_shared<PhaseCommand>();
-    CLI::App* phase = app.add_subcommand(
-        "phase", "Show phase functions: values, moments, asymmetry; albedo of droplets");
-    phase
-        ->add_option("PHASE", command->texts,
-                     "Phase functions, one or several, each one of\n" + phase_function_help())
+    const auto [command, options] = add_command<PhaseCommand>(
+        app, "phase", "Show phase functions: values, moments, asymmetry; albedo of droplets",
+        run_phase);
+    command
+        .add_option("PHASE", options.texts,
+                    "Phase functions, one or several, each one of\n" + phase_function_help())
         ->required();
     CLI::Option* const moments =
-        phase
-            ->add_option("--moments", command->moments,
-                         "Write so many Legendre moments, [1, 20000], in place of values")
+        command
+            .add_option("--moments", options.moments,
+                        "Write so many Legendre moments, [1, 20000], in place of values")
             ->check(whole_number(1, 20'000));
-    phase
-        ->add_option("--step", command->step_deg, "Between scattering angles, degrees, [0.001, 90]")
+    command
+        .add_option("--step", options.step_deg, "Between scattering angles, degrees, [0.001, 90]")
         ->capture_default_str()
-        ->check(number("in [0.001, 90]", [](double step) { return step >= 0.001 && step <= 90; }))
+        ->check(number_in("[0.001, 90]"))
         ->excludes(moments);
-    add_csv_output(*phase, command->output);
-    phase->add_option("--svg", command->svg, "Figure to draw, .svg: all over the scattering angle")
-        ->check(file_name());
-    phase->add_flag("--quiet", command->quiet, "No summary, no notes");
-    phase->footer(
+    add_csv_output(command, options.output);
+    add_file(command, "--svg", options.svg, "Figure to draw, .svg: all over the scattering angle");
+    command.add_flag("--quiet", options.quiet, "No summary, no notes");
+    command.footer(
         "Columns of the CSV: scattering_angle_deg and value, of mean 1 over the sphere, or l and "
         "chi;\nvalue_1, value_2, ... where there are several. The summary, on standard error, has "
         "the\nasymmetry g, and of droplets the single-scattering albedo and extinction "
@@ -165,7 +154,6 @@ void add_phase(CLI::App& app) {
         "  stratus phase mie:radius=10um,variance=0.1 --moments 768 -o cloud_moments.csv\n"
         "  stratus phase mie:distribution=modified_gamma,mode_radius=4um,alpha=6,gamma=1\n"
         "  stratus phase mie:distribution=drops.csv,wavelength=1.94um,index=acid.csv");
-    phase->callback([command] { run_phase(*command); });
 }
 
 }  // namespace stratus

@@ -2,7 +2,6 @@
 // its table.
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/io/file_bytes.h>
@@ -12,23 +11,12 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <map>
-#include <memory>
-#include <optional>
 #include <set>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -136,9 +124,7 @@ void write_change_picture(const SceneFile& file, const std::vector<PlanReport>& 
     for (std::size_t k = 0; k < reports.size(); ++k)
         draw_scene(reports[k], panel_name(file, k), file.panels[k].white, tops[k], page);
     draw_scale(tops.back(), page);
-    write_file(path, [&](const std::filesystem::path& temporary) {
-        write_png(page.image, 1, page.labels, temporary);
-    });
+    write_file(path, std::bind_front(write_png, std::cref(page.image), 1, page.labels));
 }
 
 // ---- The command
@@ -153,13 +139,6 @@ struct PlanCommand {
 
 constexpr double shown_pixels = 16384;  // of each panel of --picture
 
-template <class... Arguments>
-std::string text(const char* format, Arguments... arguments) {
-    char line[512];
-    std::snprintf(line, sizeof line, format, arguments...);
-    return line;
-}
-
 std::string short_text(const std::string& whole) {
     constexpr std::size_t max_length = 60;
     return whole.size() <= max_length ? whole : whole.substr(0, max_length - 3) + "...";
@@ -167,8 +146,8 @@ std::string short_text(const std::string& whole) {
 
 std::string range_text(const Range& range, const char* unit = "") {
     if (range.min > range.max) return "none";
-    return range.min == range.max ? text("%.3g%s", range.min, unit)
-                                  : text("%.3g to %.3g%s", range.min, range.max, unit);
+    return range.min == range.max ? formatted("%.3g%s", range.min, unit)
+                                  : formatted("%.3g to %.3g%s", range.min, range.max, unit);
 }
 
 void print_contents(const Scene& scene) {
@@ -184,20 +163,17 @@ void print_contents(const Scene& scene) {
                       << short_text(layer.phase_function.text()) << ", albedo "
                       << short_number(layer.albedo) << ", optical depth "
                       << short_number(layer.optical_depth) << "\n";
-    for (std::size_t k = 0; k < parts.size() && scene.layer.stacks.empty(); ++k) {
-        const std::string part = parts[k].text();
-        std::cout << (k == 0     ? "layer: "
-                      : one_each ? "\n       "
-                                 : " mixed with ")
-                  << (one_each ? part : short_text(part));
-    }
+    std::vector<std::string> texts;
+    for (const PhaseFunction& part : parts)
+        texts.push_back(one_each ? part.text() : short_text(part.text()));
+    if (scene.layer.stacks.empty())
+        std::cout << "layer: " << joined(texts, one_each ? "\n       " : " mixed with ");
     const SeenLight light = seen_light(scene);
     const SeenDirections seen = seen_directions(scene);
     Range depth{infinity, 0}, albedo{1, 0};
     for (const MatterSpan& span : matter_spans(scene)) {
-        for (const double value : {span.optical_depth.min, span.optical_depth.max})
-            widen(depth, value);
-        for (const double value : {span.albedo.min, span.albedo.max}) widen(albedo, value);
+        widen(depth, span.optical_depth);
+        widen(albedo, span.albedo);
     }
     std::vector<std::string> sides;
     if (light.reflection) sides.emplace_back("the lit side");
@@ -232,10 +208,10 @@ std::string describe_plan(const PlanReport& report) {
                               : name == "azimuth" ? "their azimuth"
                                                   : "the shell") +
                   " may be left out, without which light changes by " +
-                  (change.change > 0 ? text("about %.2g at most", change.change) : "nothing");
+                  (change.change > 0 ? formatted("about %.2g at most", change.change) : "nothing");
     if (report.plan.left_out.empty()) answer += "; leave out nothing";
     if (!idle.empty()) answer += " but " + listed(idle) + ", which shows nowhere";
-    return answer + text(" (tolerance %.2g)", report.plan.tolerance);
+    return answer + formatted(" (tolerance %.2g)", report.plan.tolerance);
 }
 
 /// Prints what to simulate: one line for all panels with the same answer.
@@ -260,12 +236,12 @@ void print_orders(const OrderReport& orders) {
     double left = 1;
     for (std::size_t n = 0; n < orders.share.size(); ++n) {
         left -= orders.share[n];
-        std::cout << text("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
-                          std::max(0.0, left));
+        std::cout << formatted("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
+                               std::max(0.0, left));
     }
     const bool listed = orders.enough <= std::ssize(orders.share);
     std::cout << (listed ? "" : "about ")
-              << text("%d orders suffice for the tolerance there.\n", orders.enough);
+              << formatted("%d orders suffice for the tolerance there.\n", orders.enough);
 }
 
 void print_plan(const PlanReport& report) {
@@ -273,13 +249,13 @@ void print_plan(const PlanReport& report) {
                  "change is\n";
     for (const EffectShare& share : report.shares) {
         if (!share.seen) {
-            std::cout << text("%-12s        -         -          -         -  %s\n",
-                              share.name.c_str(), share.fate.c_str());
+            std::cout << formatted("%-12s        -         -          -         -  %s\n",
+                                   share.name.c_str(), share.fate.c_str());
             continue;
         }
-        std::cout << text("%-12s %7.2g  %s%7.2g  %9.2f %9.2f  ", share.name.c_str(), share.mean,
-                          share.estimated ? "~ " : "  ", share.max, share.table_seconds,
-                          share.table_bytes * 1e-6)
+        std::cout << formatted("%-12s %7.2g  %s%7.2g  %9.2f %9.2f  ", share.name.c_str(),
+                               share.mean, share.estimated ? "~ " : "  ", share.max,
+                               share.table_seconds, share.table_bytes * 1e-6)
                   << share.fate << (share.where.empty() ? "" : "; " + share.where) << '\n';
     }
     std::cout
@@ -294,7 +270,7 @@ void print_cost(const FileReport& report, int frames, double reading, int thread
     const TableCost& tables = report.cost.tables;
     const double seconds = reading + report.cost.seconds(),
                  next = report.cost.light_seconds + report.cost.ray_seconds;
-    std::cout << text(
+    std::cout << formatted(
         "\nrender takes about %.2f s of processor time, %.2f s on %d thread%s: reading %.2f, "
         "choosing %.2f, solving %.2f, checking %.2f, packing tables %.2f, preparing light %.2f, "
         "rays %.2f\n",
@@ -302,16 +278,16 @@ void print_cost(const FileReport& report, int frames, double reading, int thread
         reading, tables.choose_seconds, tables.solve_seconds, tables.check_seconds,
         tables.pack_seconds, report.cost.light_seconds, report.cost.ray_seconds);
     if (frames > 1)
-        std::cout << text(
+        std::cout << formatted(
             "that is the first frame, of which all is told above; tables serve all %d, each "
             "further one "
             "takes about %.2f s of processor time if it is alike, all together %.2f s\n",
             frames, next, seconds + (frames - 1) * next);
-    std::cout << text("planning took %.2f s, %.2f s of processor time", planning,
-                      planning_processor)
+    std::cout << formatted("planning took %.2f s, %.2f s of processor time", planning,
+                           planning_processor)
               << (report.kept_seconds > 0
-                      ? text(", of which %.2f s made choices that render will find",
-                             report.kept_seconds)
+                      ? formatted(", of which %.2f s made choices that render will find",
+                                  report.kept_seconds)
                       : "")
               << "\n";
 }
@@ -367,14 +343,9 @@ std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
 }
 
 /// NAME_red.toml and so on.
-std::string path_with(const std::filesystem::path& path, const std::string& ending) {
+std::string path_with(const fs::path& path, const std::string& ending) {
     const std::string name = path.stem().string() + ending + path.extension().string();
     return (path.parent_path() / name).string();
-}
-
-void write_recipe(const std::string& recipe, const std::string& path) {
-    const SignalsHeld held;
-    write_content_atomically(path, recipe);
 }
 
 void run_plan(const PlanCommand& command) {
@@ -390,9 +361,7 @@ void run_plan(const PlanCommand& command) {
     const SceneFile& file = film[0];
     const double reading = processor_seconds() - started;
     progress.notes(notes);
-    if (file.figure)
-        throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
-                                    command.scene);
+    require(!file.figure, "plan", "SCENE", "a picture", "a figure: " + command.scene);
     change({{}, split(command.drop), command.width, command.tolerance}, film);
     const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
     BakeOptions options;
@@ -419,7 +388,7 @@ void run_plan(const PlanCommand& command) {
             throw std::runtime_error("plan: --write has nothing to write, no table is needed");
         return;
     }
-    const std::string name = std::filesystem::path(command.scene).filename().string();
+    const std::string name = fs::path(command.scene).filename().string();
     for (const PlannedRecipe& planned : recipes) {
         Recipe recipe = planned.recipe;
         recipe.title = file.title;
@@ -428,36 +397,34 @@ void run_plan(const PlanCommand& command) {
             " needs.\n" + resolved_text(recipe);
         std::cout << "\n" << recipe_text;
         if (!command.recipe.empty())
-            write_recipe(recipe_text, recipes.size() == 1
-                                          ? command.recipe
-                                          : path_with(command.recipe, planned.ending));
+            write_content_held(
+                recipes.size() == 1 ? command.recipe : path_with(command.recipe, planned.ending),
+                recipe_text);
     }
 }
 
 }  // namespace
 
 void add_plan(CLI::App& app) {
-    auto command = std::make_shared<PlanCommand>();
-    CLI::App* plan = app.add_subcommand("plan", "Which effects a scene needs, and what they cost");
-    plan->add_option("SCENE", command->scene, "Scene, .toml")->required()->check(file_name());
-    plan->add_option("--tolerance", command->tolerance,
-                     "Relative change of a pixel that is tolerated, instead of the scene's own")
-        ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
-    plan->add_option(
-            "--write", command->recipe,
-            "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
-            "paths with tables of their own, NAME_red.toml and so on for a phase "
-            "function or stack each, and NAME_planet.toml for a planet's layer within rings")
-        ->check(file_name());
-    plan->add_option("--picture", command->picture,
-                     "Picture of where each effect changes the scene, in false colours, .png")
-        ->check(file_name());
-    add_drop(*plan, command->drop);
-    add_width(*plan, command->width);
-    add_cache(*plan, command->cache);
-    add_threads(*plan, command->threads);
-    add_quiet(*plan, command->quiet);
-    plan->footer(
+    const auto [command, options] = add_command<PlanCommand>(
+        app, "plan", "Which effects a scene needs, and what they cost", run_plan);
+    add_file(command, "SCENE", options.scene, "Scene, .toml")->required();
+    command
+        .add_option("--tolerance", options.tolerance,
+                    "Relative change of a pixel that is tolerated, instead of the scene's own")
+        ->check(number_in("[1e-6, 0.5]"));
+    add_file(command, "--write", options.recipe,
+             "Recipe to write, .toml; with NAME_fluxes.toml and NAME_shine.toml for light "
+             "paths with tables of their own, NAME_red.toml and so on for a phase "
+             "function or stack each, and NAME_planet.toml for a planet's layer within rings");
+    add_file(command, "--picture", options.picture,
+             "Picture of where each effect changes the scene, in false colours, .png");
+    add_drop(command, options.drop);
+    add_width(command, options.width);
+    add_cache(command, options.cache);
+    add_threads(command, options.threads);
+    add_quiet(command, options.quiet);
+    command.footer(
         "The first line says what to simulate. Largest changes with ~ are estimates over all that "
         "the\n"
         "scene contains: its albedos, depths and the directions that it sees, by the solver "
@@ -475,7 +442,6 @@ void add_plan(CLI::App& app) {
         "its tables that the plan made. The recipe is that of `stratus bake RECIPE -o TABLE.h5`,\n"
         "`stratus render SCENE --table TABLE.h5`.\n"
         "Example:\n  stratus plan tables/scenes/saturn_lit.toml --write saturn_lit_needs.toml");
-    plan->callback([command] { run_plan(*command); });
 }
 
 }  // namespace stratus

@@ -3,8 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/size.h>
 
-#include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <unistd.h>
 
@@ -22,7 +20,7 @@ double seconds(std::chrono::steady_clock::duration time) {
 }  // namespace
 
 void say(std::string message) {
-    std::replace(message.begin(), message.end(), '\n', ' ');
+    std::ranges::replace(message, '\n', ' ');
     std::cerr << "stratus: " + shown(message, max_message) + '\n';
 }
 

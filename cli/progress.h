@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -13,6 +14,14 @@ namespace stratus {
 
 /// Writes the line "stratus: MESSAGE", made fit for a terminal as shown() does, at most `max_message` bytes.
 void say(std::string message);
+
+/// A text of at most 511 bytes, as printf writes it.
+template <class... Arguments>
+std::string formatted(const char* format, Arguments... arguments) {
+    char text[512];
+    std::snprintf(text, sizeof text, format, arguments...);
+    return text;
+}
 
 class Progress {
   public:

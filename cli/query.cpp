@@ -7,45 +7,36 @@
 
 #include "progress.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <iostream>
-#include <sstream>
-#include <stdexcept>
-#include <system_error>
 #include <unistd.h>
 
 namespace stratus {
 namespace {
 
 struct ColumnRange {
-    const char* column;
-    const char* allowed;
-    bool (*holds)(double value);
+    std::string column;
+    NumberRange interval;
+    std::string words{};  // for it, where the interval does not speak for itself
 };
 
-constexpr ColumnRange column_ranges[] = {
-    {"mu_in", "in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }},
-    {"mu_out", "in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }},
-    {"azimuth_deg", "finite", [](double degrees) { return std::isfinite(degrees); }},
-    {"optical_depth", "in [0, inf]", [](double depth) { return depth >= 0; }},
-    {"albedo", "in [0, 1]", [](double albedo) { return albedo >= 0 && albedo <= 1; }},
-    {"mixture", "in [0, 1]", [](double mixture) { return mixture >= 0 && mixture <= 1; }},
-    {"g", "in (-1, 1)", [](double g) { return std::abs(g) < 1; }},
-    {"wavelength", "above 0 (um)", [](double length) { return length > 0; }},
-    {"variance", "in [0, 0.5]", [](double v) { return v >= 0 && v <= 0.5; }},
-    {"radius", "finite", [](double radius) { return std::isfinite(radius); }},
-    {"pixel", "finite", [](double pixel) { return std::isfinite(pixel); }},
-    {"brightness", "finite", [](double brightness) { return std::isfinite(brightness); }},
-    {"sigma", "in (0, inf)", [](double sigma) { return sigma > 0 && std::isfinite(sigma); }},
+const ColumnRange column_ranges[] = {
+    {"mu_in", "(0, 1]"},
+    {"mu_out", "(0, 1]"},
+    {"azimuth_deg", "(-inf, inf)", "finite"},
+    {"optical_depth", "[0, inf]"},
+    {"albedo", "[0, 1]"},
+    {"mixture", "[0, 1]"},
+    {"g", "(-1, 1)"},
+    {"wavelength", "(0, inf]", "above 0 (um)"},
+    {"variance", "[0, 0.5]"},
+    {"radius", "(-inf, inf)", "finite"},
+    {"pixel", "(-inf, inf)", "finite"},
+    {"brightness", "(-inf, inf)", "finite"},
+    {"sigma", "(0, inf)"},
 };
-
-constexpr ColumnRange either_side{"mu_out", "in [-1, 1] and not 0",
-                                  [](double mu) { return mu != 0 && std::abs(mu) <= 1; }};
 
 const std::vector<std::string> side_names{"lit", "unlit", "beam"};
 constexpr int beam = 2;  // its place
@@ -58,10 +49,6 @@ bool is_observed(const CsvTable& rows) {
                                [&](const std::string& name) { return rows.has_column(name); });
 }
 
-bool contains(const std::vector<std::string>& words, const std::string& word) {
-    return std::find(words.begin(), words.end(), word) != words.end();
-}
-
 /// `of_directions`: the columns that name them, of which the places `needed` must be there.
 void check_columns(const CsvTable& query, const std::vector<std::string>& of_directions,
                    const std::vector<std::size_t>& needed, const std::vector<std::string>& required,
@@ -72,22 +59,25 @@ void check_columns(const CsvTable& query, const std::vector<std::string>& of_dir
     allowed.insert(allowed.end(), required.begin(), required.end());
     allowed.insert(allowed.end(), optional.begin(), optional.end());
     for (const std::string& column : query.columns)
-        if (!contains(allowed, column))
-            throw std::invalid_argument(query.name + ": column must be one of " + joined(allowed) +
-                                        ", got " + shown(column));
+        require(std::ranges::find(allowed, column) != allowed.end(), query.name.c_str(), "column",
+                "one of " + joined(allowed), column);
 }
 
 /// Refuses the first line with a value out of its column's range.
 void check_values(const CsvTable& query, bool signed_mu_out) {
     for (std::size_t r = 0; r < query.rows.size(); ++r)
-        for (const ColumnRange& plain : column_ranges) {
+        for (const auto& [column, interval, words] : column_ranges) {
             const Row row(query, r);
-            const bool either = signed_mu_out && std::strcmp(plain.column, either_side.column) == 0;
-            const ColumnRange& range = either ? either_side : plain;
-            if (!row.has(range.column) || range.holds(row[range.column])) continue;
-            throw std::invalid_argument(row.place() + ": " + range.column + " must be " +
-                                        range.allowed + ", got " +
-                                        shortest_text(row[range.column]));
+            if (!row.has(column)) continue;
+            const double value = row[column];
+            if (signed_mu_out && column == "mu_out" ? value != 0 && std::abs(value) <= 1
+                                                    : interval.holds(value))
+                continue;
+            require(false, row.place().c_str(), column,
+                    signed_mu_out && column == "mu_out" ? "in [-1, 1] and not 0"
+                    : words.empty()                     ? "in " + interval.text
+                                                        : words,
+                    value);
         }
 }
 
@@ -96,7 +86,7 @@ std::string reason() { return errno != 0 ? std::strerror(errno) : "write error";
 bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
 
 /// Adds to the end, as `>>` does: others may have written there.
-void append(const std::filesystem::path& path, const std::string& content) {
+void append(const fs::path& path, const std::string& content) {
     errno = 0;
     std::ofstream file(path, std::ios::binary | std::ios::app);
     file << content;
@@ -197,8 +187,7 @@ void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
     out << '\n';
 }
 
-void write_answer(const std::filesystem::path& path,
-                  const std::function<void(std::ostream&)>& write) {
+void write_answer(const fs::path& path, const std::function<void(std::ostream&)>& write) {
     if (is_stream(path.string())) {
         write(std::cout);
         return;
@@ -206,58 +195,54 @@ void write_answer(const std::filesystem::path& path,
     std::ostringstream answer;  // written here first, where signals still interrupt
     write(answer);
     if (takes_what_comes(path)) return append(path, answer.str());
-    const SignalsHeld held;
-    write_content_atomically(path, answer.view());
+    write_content_held(path, answer.view());
 }
 
-void write_file(const std::filesystem::path& path,
-                const std::function<void(const std::filesystem::path& temporary)>& write) {
+void write_content_held(const fs::path& path, std::string_view content) {
+    const SignalsHeld held;
+    write_content_atomically(path, content);
+}
+
+void write_file(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
     const SignalsHeld held;
     write_atomically(path, write);
 }
 
-void require_different_files(const std::string& command, const std::filesystem::path& input,
-                             const std::filesystem::path& output) {
+void require_different_files(const std::string& command, const fs::path& input,
+                             const fs::path& output) {
     std::error_code absent;
-    if (std::filesystem::equivalent(input, output, absent))
-        throw std::invalid_argument(command + ": output must be another file than the input, got " +
-                                    output.string());
+    require(!fs::equivalent(input, output, absent), command.c_str(), "output",
+            "another file than the input", output.string());
 }
 
-void require_writable(const std::string& command, const std::string& option,
-                      const std::filesystem::path& path, const std::vector<std::string>& endings) {
+void require_writable(const std::string& command, const std::string& option, const fs::path& path,
+                      const std::vector<std::string>& endings) {
     const auto refuse = [&](const std::string& allowed, const std::string& met) {
         throw std::invalid_argument(command + ": " + option + " must " + allowed + ", got " + met);
     };
     if (!endings.empty() && std::ranges::find(endings, path.extension().string()) == endings.end())
         refuse("end in " + joined(endings, " or "), path.empty() ? "nothing" : path.string());
-    if (std::filesystem::is_directory(path)) refuse("be a file", "the folder " + path.string());
-    if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+    if (fs::is_directory(path)) refuse("be a file", "the folder " + path.string());
+    if (fs::exists(path) && !fs::is_regular_file(path))
         refuse("be a file", "the device " + path.string());
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-    if (!std::filesystem::is_directory(folder))
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    if (!fs::is_directory(folder))
         throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(path.string() + ": the folder cannot be written to");
 }
 
-void require_output(const std::string& command, const std::string& option,
-                    const std::filesystem::path& path,
-                    const std::vector<std::filesystem::path>& inputs,
-                    const std::vector<std::string>& endings) {
-    for (const std::filesystem::path& input : inputs) require_different_files(command, input, path);
+void require_output(const std::string& command, const std::string& option, const fs::path& path,
+                    const std::vector<fs::path>& inputs, const std::vector<std::string>& endings) {
+    for (const fs::path& input : inputs) require_different_files(command, input, path);
     require_writable(command, option, path, endings);
 }
 
-void require_writable_answer(const std::string& command, const std::filesystem::path& path) {
+void require_writable_answer(const std::string& command, const fs::path& path) {
     if (!is_stream(path.string()) && !takes_what_comes(path))
         require_writable(command, "--output", path);
 }
 
-std::string full_text(double value) {
-    char text[32];
-    const int length = std::snprintf(text, sizeof text, "%.17g", value);
-    return {text, static_cast<std::size_t>(length)};
-}
+std::string full_text(double value) { return formatted("%.17g", value); }
 
 }  // namespace stratus

@@ -9,14 +9,31 @@
 #include <stratus/base/direction.h>
 #include <stratus/io/csv.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <iosfwd>
 #include <optional>
-#include <string>
-#include <vector>
 
 namespace stratus {
+
+namespace fs = std::filesystem;
+
+/// The numbers between two ends, which a square bracket includes and a round one does not: "[0, 1)".
+struct NumberRange {
+    NumberRange(const char* numbers) : text(numbers) {
+        std::sscanf(numbers, "%c%lf, %lf%c", &first, &min, &max, &last);
+    }
+
+    /// False of nan.
+    bool holds(double value) const {
+        return (first == '[' ? value >= min : value > min) &&
+               (last == ']' ? value <= max : value < max);
+    }
+
+    std::string text;
+    char first, last;  // the brackets
+    double min, max;
+};
 
 /// The direction of a row, and the only side that it asks for, where it asks for one.
 struct RowDirection {
@@ -84,32 +101,29 @@ void write_answer_row(std::ostream& out, const Query& query, std::size_t row,
 /// open file (/dev/stdout); writes any other file at `path` atomically.
 ///
 /// Errors   std::runtime_error when the file cannot be written in full; main checks stdout.
-void write_answer(const std::filesystem::path& path,
-                  const std::function<void(std::ostream&)>& write);
+void write_answer(const fs::path& path, const std::function<void(std::ostream&)>& write);
 
-/// Writes a file atomically while Ctrl-C is held back (file_bytes.h, progress.h).
-void write_file(const std::filesystem::path& path,
-                const std::function<void(const std::filesystem::path& temporary)>& write);
+/// Writes a file's content, or a file, atomically while Ctrl-C is held back (file_bytes.h, progress.h).
+void write_content_held(const fs::path& path, std::string_view content);
+void write_file(const fs::path& path, const std::function<void(const fs::path& temporary)>& write);
 
 /// Throws std::invalid_argument when writing to `output` would overwrite `input`.
-void require_different_files(const std::string& command, const std::filesystem::path& input,
-                             const std::filesystem::path& output);
+void require_different_files(const std::string& command, const fs::path& input,
+                             const fs::path& output);
 
 /// Refuses, before any work, a file that cannot be written or whose name lacks `ending`.
 ///
 /// Errors   std::invalid_argument naming command and option; std::runtime_error for its folder.
-void require_writable(const std::string& command, const std::string& option,
-                      const std::filesystem::path& path,
+void require_writable(const std::string& command, const std::string& option, const fs::path& path,
                       const std::vector<std::string>& endings = {});
 
 /// Refuses likewise, and a file that is one of `inputs`.
-void require_output(const std::string& command, const std::string& option,
-                    const std::filesystem::path& path,
-                    const std::vector<std::filesystem::path>& inputs,
+void require_output(const std::string& command, const std::string& option, const fs::path& path,
+                    const std::vector<fs::path>& inputs,
                     const std::vector<std::string>& endings = {});
 
 /// Refuses a file that an answer cannot be written to; write_answer may add to it.
-void require_writable_answer(const std::string& command, const std::filesystem::path& path);
+void require_writable_answer(const std::string& command, const fs::path& path);
 
 /// An answer's number: 17 significant digits.
 std::string full_text(double value);

@@ -10,21 +10,9 @@
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -90,7 +78,7 @@ void check_outputs(const RenderCommand& command, const FrameRange& frames) {
 }
 
 void require_ending(const std::string& output, bool svg) {
-    if ((std::filesystem::path(output).extension() == ".svg") == svg) return;
+    if ((fs::path(output).extension() == ".svg") == svg) return;
     throw std::invalid_argument(std::string("render: --output must end in ") +
                                 (svg ? ".svg for figures" : ".png or .exr for pictures") +
                                 ", got " + output);
@@ -137,8 +125,8 @@ std::string effects_text(const SceneFile& file) {
 }
 
 void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
-    const bool png = std::filesystem::path(output).extension() == ".png";
-    write_file(output, [&](const std::filesystem::path& temporary) {
+    const bool png = fs::path(output).extension() == ".png";
+    write_file(output, [&](const fs::path& temporary) {
         if (png)
             write_png(image, file.panels[0].white, panel_labels(file), temporary);
         else
@@ -175,7 +163,7 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
     }
     if (lit == 0) progress.note("note: all of the picture is black");
     const bool has_png = std::ranges::any_of(command.outputs, [](const std::string& output) {
-        return std::filesystem::path(output).extension() == ".png";
+        return fs::path(output).extension() == ".png";
     });
     if (has_png && 2 * clipped > lit)
         progress.note(
@@ -208,11 +196,9 @@ void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
             write_picture(file, image, frame_output(command, output, k));
         if (k == frames.first) note_exposure(command, image, file.panels[0].white, progress);
         if (k < frames.last) continue;
-        char line[160];
-        std::snprintf(line, sizeof line, "%s%d x %d pixels; tables %.2f s, all %.2f s",
-                      count > 1 ? (std::to_string(count) + " frames of ").c_str() : "", image.width,
-                      image.height, baked, seconds_since(started));
-        progress.note(line);
+        progress.note(formatted("%s%d x %d pixels; tables %.2f s, all %.2f s",
+                                count > 1 ? (std::to_string(count) + " frames of ").c_str() : "",
+                                image.width, image.height, baked, seconds_since(started)));
     }
 }
 
@@ -233,11 +219,11 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
     if (const auto* const lobes = std::get_if<LobeFigure>(&*file.figure)) {
         const LobePlot plot = plot_lobes(*lobes);
         error = plot.error;
-        write([&](const std::filesystem::path& svg) { draw_lobe_plot(plot, svg); });
+        write([&](const fs::path& svg) { draw_lobe_plot(plot, svg); });
     } else {
         const LambertComparison made = compare_with_lambert(std::get<LambertFigure>(*file.figure));
         error = made.error;
-        write([&](const std::filesystem::path& svg) { draw_line_plot(made.plot, svg); });
+        write([&](const fs::path& svg) { draw_line_plot(made.plot, svg); });
         std::printf(
             "largest deviation from Lambert's law, for cosines of at least 0.2: %.3g at mu_in = "
             "%.3g, mu = "
@@ -269,45 +255,33 @@ void run_render(const RenderCommand& command) {
 }  // namespace
 
 void add_render(CLI::App& app) {
-    auto command = std::make_shared<RenderCommand>();
-    CLI::App* render =
-        app.add_subcommand("render", "Render a scene: rings, a planet, clouds, or a figure");
-    render->add_option("SCENE", command->scene, "Scene, .toml")->required()->check(file_name());
-    render
-        ->add_option("-o,--output", command->outputs,
-                     "Picture to write, .png or .exr; may be repeated; for figures, .svg")
+    const auto [command, options] = add_command<RenderCommand>(
+        app, "render", "Render a scene: rings, a planet, clouds, or a figure", run_render);
+    add_file(command, "SCENE", options.scene, "Scene, .toml")->required();
+    add_file(command, "-o,--output", options.outputs,
+             "Picture to write, .png or .exr; may be repeated; for figures, .svg")
         ->required()
-        ->allow_extra_args(false)
-        ->check(file_name());
-    render
-        ->add_option(
-            "--table", command->tables,
-            "Table to look up instead of baking, .h5, .exr or .stratus; as often as `stratus "
-            "plan` has recipes, for light paths or colours with tables of their own, or "
-            "fewer that serve several")
-        ->allow_extra_args(false)
-        ->check(file_name());
-    render
-        ->add_option(
-            "--frames", command->frames,
-            "Frames A to B of the scene's [animation], as A:B; the output's name has their "
-            "number in place of %d, or %04d. Default: the first alone")
-        ->check(file_name());
-    add_max_memory(*render, command->reading);
+        ->allow_extra_args(false);
+    add_file(command, "--table", options.tables,
+             "Table to look up instead of baking, .h5, .exr or .stratus; as often as `stratus "
+             "plan` has recipes, for light paths or colours with tables of their own, or "
+             "fewer that serve several")
+        ->allow_extra_args(false);
+    add_file(command, "--frames", options.frames,
+             "Frames A to B of the scene's [animation], as A:B; the output's name has their "
+             "number in place of %d, or %04d. Default: the first alone");
+    add_max_memory(command, options.reading);
     std::string names;
     for (const auto& effect : scene_effects()) names += std::string(", ") + effect.first;
-    render
-        ->add_option(
-            "--effects", command->effects,
-            "Effects, instead of the scene's own: all" + names + "; -NAME switches one off")
-        ->check(file_name());
-    add_drop(*render, command->drop);
-    add_cache(*render, command->cache);
-    add_width(*render, command->width);
-    add_threads(*render, command->threads);
-    add_quiet(*render, command->quiet);
-    add_keys(*render, "scenes", scene_keys());
-    render->footer(
+    add_file(command, "--effects", options.effects,
+             "Effects, instead of the scene's own: all" + names + "; -NAME switches one off");
+    add_drop(command, options.drop);
+    add_cache(command, options.cache);
+    add_width(command, options.width);
+    add_threads(command, options.threads);
+    add_quiet(command, options.quiet);
+    add_keys(command, "scenes", scene_keys());
+    command.footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"
         "What is estimated to change no light by more than half the scene's tolerance is left out, "
@@ -316,7 +290,6 @@ void add_render(CLI::App& app) {
         "$STRATUS_CACHE, $XDG_CACHE_HOME/stratus or ~/.cache/stratus.\n"
         "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "
         "--width 512\n  stratus render film.toml --frames 0:99 -o frame_%04d.png");
-    render->callback([command] { run_render(*command); });
 }
 
 }  // namespace stratus

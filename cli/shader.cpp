@@ -5,24 +5,10 @@
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 #include <stratus/shader/shader.h>
-#include <stratus/table/packed_table.h>
 #include <stratus/view/page.h>
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
-
-#include <algorithm>
-#include <cstddef>
-#include <filesystem>
-#include <functional>
-#include <iostream>
-#include <memory>
-#include <optional>
-#include <sstream>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -36,17 +22,16 @@ struct ShaderOptions {
 
 struct OutputFile {
     std::string name;
-    std::function<void(const std::filesystem::path& path)> write;
+    std::function<void(const fs::path& path)> write;
 };
 
 OutputFile text_file(const std::string& name, const std::string& text) {
-    return {name, [text](const std::filesystem::path& path) { write_content(path, text); }};
+    return {name, [text](const fs::path& path) { write_content(path, text); }};
 }
 
 /// Raw numbers, or for OSL, whose texture() reads pictures, OpenEXR.
 OutputFile texture_file(const ShaderTexture& texture, bool as_exr) {
-    return {texture.name + (as_exr ? ".exr" : ".bin"),
-            [&texture, as_exr](const std::filesystem::path& path) {
+    return {texture.name + (as_exr ? ".exr" : ".bin"), [&texture, as_exr](const fs::path& path) {
                 if (as_exr) {
                     write_exr_texels(texture.bytes.data(), shader_texture_width, texture.height,
                                      texture.halves, path);
@@ -88,7 +73,7 @@ std::string textures_header(const std::vector<ShaderTexture>& textures) {
     std::string text = "// Textures of stratus.osl.h; define these yourself if the files move.\n";
     for (const ShaderTexture& texture : textures) {
         std::string name = texture.name;
-        std::transform(name.begin(), name.end(), name.begin(), [](unsigned char letter) {
+        std::ranges::transform(name, name.begin(), [](unsigned char letter) {
             return static_cast<char>(std::toupper(letter));
         });
         const std::string of_layer = texture.name == "stratus_layer" ? "_FILE" : "";
@@ -128,8 +113,8 @@ void check_layer(const ShaderOptions& options) {
 void run_shader(const ShaderOptions& options) {
     check_layer(options);
     const std::vector<std::string>& names = shader_language_names();
-    const auto language = static_cast<ShaderLanguage>(
-        std::find(names.begin(), names.end(), options.language) - names.begin());
+    const auto language =
+        static_cast<ShaderLanguage>(std::ranges::find(names, options.language) - names.begin());
     const bool osl = language == ShaderLanguage::osl, cpp = language == ShaderLanguage::cpp;
     require(!cpp || options.albedo.empty(), "shader", "--albedo and --optical-depth",
             "left out for cpp, whose class Layer binds any", "both");
@@ -154,58 +139,56 @@ void run_shader(const ShaderOptions& options) {
         : osl ? text_file("stratus_textures.h", textures_header(textures))
               : text_file("stratus_textures.json", textures_json(table, textures))};
     for (const ShaderTexture& texture : textures) files.push_back(texture_file(texture, osl));
-    std::filesystem::create_directories(options.folder);
+    fs::create_directories(options.folder);
     double bytes = 0;
     for (const OutputFile& file : files) {
-        const std::filesystem::path path = std::filesystem::path(options.folder) / file.name;
+        const fs::path path = fs::path(options.folder) / file.name;
         write_file(path, file.write);
-        bytes += static_cast<double>(std::filesystem::file_size(path));
+        bytes += static_cast<double>(fs::file_size(path));
     }
     if (options.quiet) return;
-    std::cerr << "stratus: " << options.folder << ": " << files.size() << " files, "
-              << short_number(bytes / 1e6, 3) << " MB\n";
-    if (filtered)
-        std::cerr << "stratus: " << filtered->light().name << ": " << filtered->light().width
-                  << " x " << filtered->light().height << " x " << filtered->light().depth
-                  << " texels; R and T are off by " << short_number(filtered->median_error, 2)
-                  << " of them in the median, " << short_number(filtered->usual_error, 2)
-                  << " for all but one in a thousand, " << short_number(filtered->worst_error, 2)
-                  << " at most, at 5000 random directions\n";
+    say(options.folder + ": " + std::to_string(files.size()) + " files, " +
+        short_number(bytes / 1e6, 3) + " MB");
+    if (!filtered) return;
+    const ShaderTexture& light = filtered->light();
+    say(formatted(
+        "%s: %d x %d x %d texels; R and T are off by %.2g of them in the median, %.2g for "
+        "all but one in a thousand, %.2g at most, at 5000 random directions",
+        light.name.c_str(), light.width, light.height, light.depth, filtered->median_error,
+        filtered->usual_error, filtered->worst_error));
 }
 
 }  // namespace
 
 void add_shader(CLI::App& app) {
-    auto options = std::make_shared<ShaderOptions>();
-    CLI::App* command =
-        app.add_subcommand("shader", "Write a table's lookup as shader code, with its textures");
-    command->add_option("TABLE", options->input, "Packed table (.stratus), or one to be packed")
-        ->required()
-        ->check(file_name());
-    command
-        ->add_option("--language", options->language,
-                     "glsl (ES 3.00, 4.50), hlsl, osl, or cpp (C++17)")
-        ->required()
-        ->check(CLI::IsMember(shader_language_names()));
-    command->add_option("-o,--output", options->folder, "Folder to write into; made if missing")
+    const auto [command, options] = add_command<ShaderOptions>(
+        app, "shader", "Write a table's lookup as shader code, with its textures", run_shader);
+    add_file(command, "TABLE", options.input, "Packed table (.stratus), or one to be packed")
         ->required();
     command
-        ->add_option("--optical-depth", options->optical_depth,
-                     "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
-        ->delimiter(',')
-        ->check(number_in_0_inf());
+        .add_option("--language", options.language,
+                    "glsl (ES 3.00, 4.50), hlsl, osl, or cpp (C++17)")
+        ->required()
+        ->check(CLI::IsMember(shader_language_names()));
+    command.add_option("-o,--output", options.folder, "Folder to write into; made if missing")
+        ->required();
     command
-        ->add_option("--albedo", options->albedo,
-                     "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
+        .add_option("--optical-depth", options.optical_depth,
+                    "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
         ->delimiter(',')
-        ->check(number_in_0_1());
-    command->add_flag("--filtered", options->filtered,
-                      "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
-                      "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
-    command->add_option("--at", options->at, at_help());
-    command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
-    add_max_memory(*command, options->reading);
-    command->footer(
+        ->check(number_in("[0, inf]"));
+    command
+        .add_option("--albedo", options.albedo,
+                    "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
+        ->delimiter(',')
+        ->check(number_in("[0, 1]"));
+    command.add_flag("--filtered", options.filtered,
+                     "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
+                     "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
+    command.add_option("--at", options.at, at_help());
+    command.add_flag("--quiet", options.quiet, "No notes, no report of the size");
+    add_max_memory(command, options.reading);
+    command.footer(
         "The text, stratus.glsl, stratus.hlsl or stratus.osl.h, is the same for all tables; the\n"
         "textures are the table. --language cpp writes stratus_lookup.h, which needs nothing but "
         "the table:\n"
@@ -217,7 +200,6 @@ void add_shader(CLI::App& app) {
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
         "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
         "    --albedo 0.95,0.93,0.8 -o rings");
-    command->callback([options] { run_shader(*options); });
 }
 
 namespace {
@@ -232,32 +214,28 @@ void run_view(const ViewOptions& options) {
     require_output("view", "--output", options.output, {options.table}, {".html"});
     const std::string page =
         view_page(read_member("view", options.table, options.reading, options.at));
-    {
-        const SignalsHeld held;
-        write_content_atomically(options.output, page);
-    }
+    write_content_held(options.output, page);
     if (!options.quiet)
-        std::cerr << "stratus: " << options.output << ": "
-                  << short_number(static_cast<double>(page.size()) / 1e6, 3) << " MB\n";
+        say(options.output + ": " + short_number(static_cast<double>(page.size()) / 1e6, 3) +
+            " MB");
 }
 
 }  // namespace
 
 void add_view(CLI::App& app) {
-    auto options = std::make_shared<ViewOptions>();
-    CLI::App* command = app.add_subcommand("view", "Write a web page on which to look at a table");
-    command->add_option("TABLE", options->table, "Table, .stratus, .h5 or .exr")->required();
-    command->add_option("-o,--output", options->output, "File to write, .html")->required();
-    command->add_option("--at", options->at, at_help());
-    command->add_flag("--quiet", options->quiet, "Do not report the size");
-    add_max_memory(*command, options->reading);
-    command->footer(
+    const auto [command, options] = add_command<ViewOptions>(
+        app, "view", "Write a web page on which to look at a table", run_view);
+    command.add_option("TABLE", options.table, "Table, .stratus, .h5 or .exr")->required();
+    command.add_option("-o,--output", options.output, "File to write, .html")->required();
+    command.add_option("--at", options.at, at_help());
+    command.add_flag("--quiet", options.quiet, "Do not report the size");
+    add_max_memory(command, options.reading);
+    command.footer(
         "The page is one file, needs no network, and draws by WebGL2: a lit sphere, rings, a slab "
         "over ground, and\n"
         "lobes, light scattered once beside all orders; of what can be lit from above alone, no "
         "rings. Tables\nmust be of both sides and all directions.\n\n"
         "Example:\n  stratus view saturn_rings.stratus -o saturn_rings.html");
-    command->callback([options] { run_view(*options); });
 }
 
 }  // namespace stratus

@@ -1,26 +1,17 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes, of one layer
-// or of a stack.
+// or of a stack; with --levels the light inside, as CSV.
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/table_file.h>
-#include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "methods.h"
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
-#include <algorithm>
 #include <cmath>
-#include <memory>
-#include <optional>
 #include <ostream>
 #include <set>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -29,7 +20,7 @@ struct SolveCommand {
     std::string phase, albedo, over, layers, query, output;
     SolveRequest request;
     std::vector<double> mu_in, levels;
-    bool asked = false;  // a query was given
+    const CLI::App* given = nullptr;
     bool accept = false;
     bool quiet = false;
 };
@@ -104,48 +95,27 @@ Findings answer_query(const SolveCommand& command, const Method& method) {
     return findings;
 }
 
-/// JSON of numbers and lists, one a line.
-class Json {
-  public:
-    explicit Json(std::ostream& out) : out_(out) { out_ << '{'; }
-
-    void number(const std::string& name, double value) { begin(name) << text(value); }
-
-    void list(const std::string& name, const std::vector<double>& values) {
-        begin(name) << '[';
-        for (std::size_t i = 0; i < values.size(); ++i) out_ << (i ? ", " : "") << text(values[i]);
-        out_ << ']';
-    }
-
-    void end() { out_ << "\n}\n"; }
-
-  private:
-    static std::string text(double value) {  // JSON has no infinity
-        return std::isinf(value) ? std::string("\"inf\"") : full_text(value);
-    }
-
-    std::ostream& begin(const std::string& name) {
-        out_ << (first_ ? "" : ",") << "\n  \"" << name << "\": ";
-        first_ = false;
-        return out_;
-    }
-
-    std::ostream& out_;
-    bool first_ = true;
-};
+/// JSON has no infinity.
+std::string json_number(double value) { return std::isinf(value) ? "\"inf\"" : full_text(value); }
 
 /// `medium`: what the layer or the stack is, as far as numbers tell.
 /// Returns whether they miss the tolerance.
 bool answer_fluxes(const SolveCommand& command, const Method& method,
                    const std::vector<std::pair<std::string, double>>& medium) {
     const MethodFluxes fluxes = method.fluxes(command.mu_in);
-    write_answer(command.output, [&](std::ostream& out) {
-        Json json(out);
-        for (const auto& [name, value] : medium) json.number(name, value);
-        for (const auto& [name, value] : fluxes.uniform) json.number(name, value);
-        for (const auto& [name, values] : fluxes.lists) json.list(name, values);
-        json.end();
-    });
+    std::vector<std::string> fields;
+    const auto add = [&](const std::string& name, const std::string& value) {
+        fields.push_back("\n  \"" + name + "\": " + value);
+    };
+    for (const auto* const numbers : {&medium, &fluxes.uniform})
+        for (const auto& [name, value] : *numbers) add(name, json_number(value));
+    for (const auto& [name, values] : fluxes.lists) {
+        std::vector<std::string> numbers;
+        for (const double value : values) numbers.push_back(json_number(value));
+        add(name, "[" + joined(numbers) + "]");
+    }
+    write_answer(command.output,
+                 [&](std::ostream& out) { out << '{' << joined(fields, ",") << "\n}\n"; });
     return fluxes.misses;
 }
 
@@ -178,49 +148,77 @@ std::vector<std::pair<std::string, double>> describe_medium(const SolveCommand& 
     return {{"optical_depth", stack.optical_depth()}};
 }
 
-std::string answer_levels(const SolveCommand& command, const Stack& stack) {
-    const LevelsCommand inside{stack,
-                               command.levels,
-                               command.mu_in.empty() ? std::vector<double>{1} : command.mu_in,
-                               command.query,
-                               command.output,
-                               make_options(command.request)};
-    return command.asked ? answer_query_inside(inside) : answer_fluxes_inside(inside);
+std::vector<Geometry> make_geometries(const Query& query) {
+    std::vector<Geometry> geometries;
+    for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
+    return geometries;
 }
 
-void run_solve(SolveCommand command) {
-    std::vector<std::string> notes;
-    const auto note = [&](const std::string& text) {
-        if (!command.quiet) say("note: " + text);
-    };
-    const SolveRequest& request = command.request;
-    const Stack stack = make_stack(command, notes);
-    for (const std::string& text : notes) note(text);
-    const auto refuse_unless_accepted = [&](const std::string& missing) {
-        if (missing.empty() || command.accept) return;
-        throw std::runtime_error("solve: the tolerance of " + shortest_text(request.tolerance) +
-                                 " is missed, and 512 nodes would not reach it: " + missing +
-                                 " (--accept: exit code 0)");
-    };
-    if (!command.levels.empty()) return refuse_unless_accepted(answer_levels(command, stack));
-    const bool is_layer = command.layers.empty() && command.over.empty();
-    const Method method = is_layer ? make_method(request) : make_method(stack, request);
-    if (!command.asked) {
-        const bool misses = answer_fluxes(command, method, describe_medium(command, stack));
-        return refuse_unless_accepted(misses ? "see error" : "");
+/// The largest relative error of what the rows ask for.
+double worst_error(const SolvedGeometries& solved, const Query& query) {
+    double worst = 0;
+    for (std::size_t r = 0; r < solved.at.size(); ++r) {
+        const SolvedGeometry& at = solved.at[r];
+        const std::optional<Side> side = query.directions[r].side;
+        if (side != Side::transmission)
+            worst = std::max(worst, relative_error(at.reflection.total, at.reflection_error));
+        if (side != Side::reflection)
+            worst = std::max(worst, relative_error(at.transmission.total, at.transmission_error));
     }
-    const Findings findings = answer_query(command, method);
-    if (findings.negative > 0)
-        note(std::to_string(findings.negative) + " values are negative, down to " +
-             shortest_text(findings.lowest) +
-             (request.scheme == "photons"
-                  ? ": chance, see their errors"
-                  : ": the phase function's series is, as far as these --nodes reach"));
-    if (findings.missing > 0)
-        refuse_unless_accepted("by " + std::to_string(findings.missing) + " of " +
-                               std::to_string(findings.rows) + " rows, most by " + findings.worst +
-                               ", whose relative error is some " +
-                               short_number(findings.worst_error));
+    return worst;
+}
+
+/// Writes fluxes at every level for every mu_in. Returns what misses the tolerance, in words; "" where
+/// nothing does.
+std::string answer_fluxes_inside(const SolveCommand& command, const Stack& stack) {
+    const std::vector<double> mu_in =
+        command.mu_in.empty() ? std::vector<double>{1} : command.mu_in;
+    const SolverOptions options = make_options(command.request);
+    const SolvedInside solved =
+        solve_fluxes_inside(stack.layers, stack.lower_boundary, command.levels, mu_in, options);
+    write_answer(command.output, [&](std::ostream& out) {
+        out << "level,mu_in,direct_flux,diffuse_flux,upward_flux,actinic_flux,heating_rate,error\n";
+        for (const FluxesAtLevel& at : solved.levels)
+            for (std::size_t i = 0; i < mu_in.size(); ++i) {
+                out << shortest_text(at.optical_depth) << ',' << shortest_text(mu_in[i]);
+                for (const double value : {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i],
+                                           at.heating_rate[i], solved.error})
+                    out << ',' << full_text(value);
+                out << '\n';
+            }
+    });
+    const double tolerance = options.tolerance;
+    return tolerance > 0 && solved.relative_error > tolerance ? "see error" : "";
+}
+
+/// Writes radiance at every level for every row of the query, and returns what misses likewise.
+std::string answer_query_inside(const SolveCommand& command, const Stack& stack) {
+    const SolverOptions options = make_options(command.request);
+    const std::vector<std::string> columns{
+        "level",           "upward",          "downward",          "upward_single",
+        "downward_single", "upward_multiple", "downward_multiple", "upward_error",
+        "downward_error"};
+    require_different_files("solve", command.query, command.output);
+    const Query query = read_query(command.query, {});
+    const std::vector<Geometry> geometries = make_geometries(query);
+    double worst = 0;
+    write_answer(command.output, [&](std::ostream& out) {
+        write_answer_header(out, query, columns);
+        for (const double level : command.levels) {
+            const SolvedGeometries solved = solve_geometries_inside(
+                stack.layers, stack.lower_boundary, level, geometries, options);
+            worst = std::max(worst, worst_error(solved, query));
+            for (std::size_t r = 0; r < geometries.size(); ++r) {
+                const auto& [up, down, up_error, down_error] = solved.at[r];
+                write_answer_row(out, query, r, columns,
+                                 {level, up.total, down.total, up.single, down.single, up.multiple,
+                                  down.multiple, up_error, down_error});
+            }
+        }
+    });
+    const double tolerance = options.tolerance;
+    if (tolerance == 0 || worst <= tolerance) return "";
+    return "the largest relative error is some " + short_number(worst);
 }
 
 /// Options that some schemes alone know.
@@ -249,6 +247,44 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
                 "--scheme", joined(schemes, " or ") + " with " + name, scheme);
 }
 
+void run_solve(SolveCommand command) {
+    check_given(*command.given, command.request.scheme);
+    std::vector<std::string> notes;
+    const auto note = [&](const std::string& text) {
+        if (!command.quiet) say("note: " + text);
+    };
+    const SolveRequest& request = command.request;
+    const Stack stack = make_stack(command, notes);
+    for (const std::string& text : notes) note(text);
+    const auto refuse_unless_accepted = [&](const std::string& missing) {
+        if (missing.empty() || command.accept) return;
+        throw std::runtime_error("solve: the tolerance of " + shortest_text(request.tolerance) +
+                                 " is missed, and 512 nodes would not reach it: " + missing +
+                                 " (--accept: exit code 0)");
+    };
+    if (!command.levels.empty())
+        return refuse_unless_accepted(command.query.empty() ? answer_fluxes_inside(command, stack)
+                                                            : answer_query_inside(command, stack));
+    const bool is_layer = command.layers.empty() && command.over.empty();
+    const Method method = is_layer ? make_method(request) : make_method(stack, request);
+    if (command.query.empty()) {
+        const bool misses = answer_fluxes(command, method, describe_medium(command, stack));
+        return refuse_unless_accepted(misses ? "see error" : "");
+    }
+    const Findings findings = answer_query(command, method);
+    if (findings.negative > 0)
+        note(std::to_string(findings.negative) + " values are negative, down to " +
+             shortest_text(findings.lowest) +
+             (request.scheme == "photons"
+                  ? ": chance, see their errors"
+                  : ": the phase function's series is, as far as these --nodes reach"));
+    if (findings.missing > 0)
+        refuse_unless_accepted("by " + std::to_string(findings.missing) + " of " +
+                               std::to_string(findings.rows) + " rows, most by " + findings.worst +
+                               ", whose relative error is some " +
+                               short_number(findings.worst_error));
+}
+
 void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve.add_option("--phase", command.phase, "Phase function, one of\n" + phase_function_help());
     const CLI::Validator albedo =
@@ -262,7 +298,7 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve
         .add_option("--optical-depth", command.request.optical_depth,
                     "Vertical optical depth, [0, inf]")
-        ->check(number_in_0_inf());
+        ->check(number_in("[0, inf]"));
     solve
         .add_option("--over", command.over,
                     "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +
@@ -294,7 +330,7 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
         .add_option("--start-depth", command.request.start_depth,
                     "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
                     "1e-3 of the smallest cosine")
-        ->check(number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
+        ->check(number_in("[1e-15, 1]"));
     solve
         .add_option("--sublayers", command.request.sublayers,
                     "markov: sublayers, even, [4, 1024]. Default: 32")
@@ -318,25 +354,21 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
 
 /// Stacks, and what is asked.
 void add_request_options(CLI::App& solve, SolveCommand& command) {
-    solve
-        .add_option("--layers", command.layers,
-                    "TOML file of a stack: tables [[layers]], top first, with phase_function, "
-                    "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, "
-                    "with ground (as --over), or with phase_function and albedo")
-        ->check(file_name())
+    add_file(solve, "--layers", command.layers,
+             "TOML file of a stack: tables [[layers]], top first, with phase_function, "
+             "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, "
+             "with ground (as --over), or with phase_function and albedo")
         ->excludes(solve.get_option("--phase"), solve.get_option("--albedo"),
                    solve.get_option("--optical-depth"), solve.get_option("--over"),
                    solve.get_option("--scheme"));
-    CLI::Option* const query = solve
-                                   .add_option("--query", command.query,
-                                               "CSV with columns " + direction_columns_help +
-                                                   "; - is standard input. Without: fluxes only")
-                                   ->check(file_name());
+    CLI::Option* const query = add_file(solve, "--query", command.query,
+                                        "CSV with columns " + direction_columns_help +
+                                            "; - is standard input. Without: fluxes only");
     solve
         .add_option("--mu-in", command.mu_in,
                     "Cosines at which fluxes are given, (0, 1], comma between")
         ->delimiter(',')
-        ->check(number("in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }))
+        ->check(number_in("(0, 1]"))
         ->excludes(query);
     solve
         .add_option(
@@ -345,24 +377,22 @@ void add_request_options(CLI::App& solve, SolveCommand& command) {
             "at --mu-in (default 1), or with --query radiance. Comma between, in [0, the whole "
             "depth]")
         ->delimiter(',')
-        ->check(
-            number("in [0, inf)", [](double depth) { return depth >= 0 && std::isfinite(depth); }))
+        ->check(number_in("[0, inf)"))
         ->excludes(solve.get_option("--orders"));
-    solve.add_option("-o,--output", command.output, "File to write. Default or -: standard output")
-        ->check(file_name());
+    add_file(solve, "-o,--output", command.output, "File to write. Default or -: standard output");
     solve.add_flag("--quiet", command.quiet, "No notes");
 }
 
 }  // namespace
 
 void add_solve(CLI::App& app) {
-    auto command = std::make_shared<SolveCommand>();
-    CLI::App* solve =
-        app.add_subcommand("solve", "Solve a layer or a stack exactly, without a table");
-    add_layer_options(*solve, *command);
-    add_scheme_options(*solve, *command);
-    add_request_options(*solve, *command);
-    solve->footer(
+    const auto [command, options] = add_command<SolveCommand>(
+        app, "solve", "Solve a layer or a stack exactly, without a table", run_solve);
+    options.given = &command;
+    add_layer_options(command, options);
+    add_scheme_options(command, options);
+    add_request_options(command, options);
+    command.footer(
         observed_angles_help +
         "Answers of the side that a row of such angles does not see are nan.\n"
         "With --levels fluxes are over the incident flux: direct_flux, exp(-level / mu_in), and "
@@ -383,11 +413,6 @@ void add_solve(CLI::App& app) {
         "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5,1\n"
         "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5 --levels "
         "0,0.1,0.2");
-    solve->callback([=] {
-        check_given(*solve, command->request.scheme);
-        command->asked = solve->get_option("--query")->count() > 0;
-        run_solve(*command);
-    });
 }
 
 }  // namespace stratus

@@ -1,11 +1,8 @@
-#include <stratus/bake/bake.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/bake/ranks.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/io/checkpoint.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/table/packed_table.h>
 
@@ -13,32 +10,21 @@
 #include "progress.h"
 #include "query.h"
 
-#include <algorithm>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <iostream>
 #include <map>
 #include <mutex>
-#include <new>
-#include <optional>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// How the table of a row came out.
-struct Outcome {
+struct OutcomeNumbers {
     bool met = false, failed = false;
     double worst = 0, bytes = 0;
     double seconds = 0;  // 0: it was there already
+};
+struct Outcome : OutcomeNumbers {
     std::string remark;
 };
 
@@ -170,29 +156,22 @@ Outcome try_to_finish(const Finish& finish) {
 
 // ---- What ranks send to rank 0
 
-/// An outcome's numbers, before its remark and its table.
-struct OutcomeHead {
-    bool met, failed;
-    double worst, bytes, seconds;
-    std::size_t remark;  // letters
-};
-
-std::vector<char> to_message(const Outcome& of, const std::vector<char>& packed) {
-    const OutcomeHead head{of.met, of.failed, of.worst, of.bytes, of.seconds, of.remark.size()};
-    std::string message(reinterpret_cast<const char*>(&head), sizeof head);
-    message += of.remark;
+/// An outcome's numbers, its remark, a zero and its table.
+std::vector<char> to_message(const Outcome& outcome, const std::vector<char>& packed) {
+    const OutcomeNumbers& numbers = outcome;
+    std::string message(reinterpret_cast<const char*>(&numbers), sizeof numbers);
+    message += outcome.remark + '\0';
     message.append(packed.data(), packed.size());
     return {message.begin(), message.end()};
 }
 
 /// The outcome, and the table's bytes.
 std::pair<Outcome, std::string_view> read_outcome(std::span<const char> message) {
-    OutcomeHead head;
-    std::memcpy(&head, message.data(), sizeof head);
-    const std::string_view rest(message.data() + sizeof head, message.size() - sizeof head);
-    return {{head.met, head.failed, head.worst, head.bytes, head.seconds,
-             std::string(rest.substr(0, head.remark))},
-            rest.substr(head.remark)};
+    OutcomeNumbers numbers;
+    std::memcpy(&numbers, message.data(), sizeof numbers);
+    const Outcome outcome{numbers, message.data() + sizeof numbers};
+    return {outcome, std::string_view(message.data(), message.size())
+                         .substr(sizeof numbers + outcome.remark.size() + 1)};
 }
 
 // ---- All of them
@@ -212,7 +191,7 @@ RankedStage row_stage(const std::vector<SweepRow>& rows, const Alike& alike, int
 
 /// Bakes all rows; what has come out of each.
 std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFolder& folder,
-                               const SweepCommand& command, Progress& progress, Ranks* ranks) {
+                               const BakeCommand& command, Progress& progress, Ranks* ranks) {
     const Alike alike = find_alike(rows);
     std::vector<Outcome> outcomes(rows.size());
     std::mutex telling;
@@ -220,8 +199,8 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
     const auto told = [&](std::size_t row) {
         const std::lock_guard one_at_a_time(telling);
         ++finished;
-        const Outcome& of = outcomes[row];
-        if (of.failed || !of.met) progress.note(rows[row].name + ": " + of.remark);
+        const Outcome& outcome = outcomes[row];
+        if (outcome.failed || !outcome.met) progress.note(rows[row].name + ": " + outcome.remark);
         progress.show(static_cast<double>(finished) / static_cast<double>(rows.size()), "tables");
     };
     const auto finish_alike = [&](int n, const auto& finish) {
@@ -276,27 +255,27 @@ void write_summary(std::ostream& out, const std::vector<SweepRow>& rows,
                    const std::vector<Outcome>& outcomes) {
     out << "name,asked,met,worst,seconds,bytes,remark\n";
     for (std::size_t r = 0; r < rows.size(); ++r) {
-        const Outcome& of = outcomes[r];
+        const Outcome& outcome = outcomes[r];
         const auto number = [&](double value, int digits) {
             return value > 0 ? short_number(value, digits) : "";
         };
         out << quoted(rows[r].name) << ',' << short_number(rows[r].recipe.tolerance, 6) << ','
-            << (of.failed ? "failed"
-                : of.met  ? "yes"
-                          : "no")
-            << ',' << number(of.worst, 3) << ',' << number(of.seconds, 3) << ','
-            << number(of.bytes, 15) << ',' << quoted(of.remark) << '\n';
+            << (outcome.failed ? "failed"
+                : outcome.met  ? "yes"
+                               : "no")
+            << ',' << number(outcome.worst, 3) << ',' << number(outcome.seconds, 3) << ','
+            << number(outcome.bytes, 15) << ',' << quoted(outcome.remark) << '\n';
     }
 }
 
 /// Throws where a table failed, or missed its tolerance.
-void judge(const std::vector<Outcome>& outcomes, const SweepCommand& command) {
+void judge(const std::vector<Outcome>& outcomes, const BakeCommand& command) {
     const auto count = [&](auto holds) {
         return std::to_string(std::ranges::count_if(outcomes, holds)) + " of " +
                std::to_string(outcomes.size()) + " tables ";
     };
-    const auto has_failed = [](const Outcome& of) { return of.failed; };
-    const auto has_missed = [](const Outcome& of) { return !of.failed && !of.met; };
+    const auto has_failed = [](const Outcome& outcome) { return outcome.failed; };
+    const auto has_missed = [](const Outcome& outcome) { return !outcome.failed && !outcome.met; };
     std::vector<std::string> sentences;
     const bool any_failed = std::ranges::any_of(outcomes, has_failed);
     if (any_failed) sentences.push_back(count(has_failed) + "failed");
@@ -304,9 +283,9 @@ void judge(const std::vector<Outcome>& outcomes, const SweepCommand& command) {
         sentences.push_back(count(has_missed) + "miss their tolerance" +
                             (command.accept ? "" : " (--accept: exit code 0)"));
     if (sentences.empty()) return;
-    const std::string line = "bake: " + command.folder + ": " + joined(sentences, "; ");
+    const std::string line = "bake: " + command.output + ": " + joined(sentences, "; ");
     if (any_failed || !command.accept) throw std::runtime_error(line);
-    std::fprintf(stderr, "stratus: %s\n", line.c_str());
+    say(line);
 }
 
 /// Flushes all tables to disk. Each would have waited for the disk by itself; a power cut before
@@ -329,18 +308,18 @@ void refuse_left_over(const std::vector<SweepRow>& rows, const SweepFolder& fold
 
 }  // namespace
 
-void run_sweep(const SweepCommand& command, Ranks* ranks) {
+void run_sweep(const BakeCommand& command, Ranks* ranks) {
     std::vector<std::string> notes;
-    const std::vector<SweepRow> rows = command.csv.empty()
+    const std::vector<SweepRow> rows = command.sweep.empty()
                                            ? read_sweep(command.recipe, &notes)
-                                           : read_sweep(command.recipe, command.csv, &notes);
+                                           : read_sweep(command.recipe, command.sweep, &notes);
     if (ranks && !ranks->is_first()) {
         const Alike alike = find_alike(rows);
         ranks->run(row_stage(rows, alike, command.threads), command.threads);
         ranks->finish();
         return;
     }
-    const SweepFolder folder(command.folder, command.resume);
+    const SweepFolder folder(command.output, command.resume);
     if (!command.resume) refuse_left_over(rows, folder);
     std::vector<Outcome> outcomes;
     {
@@ -351,7 +330,7 @@ void run_sweep(const SweepCommand& command, Ranks* ranks) {
         try {
             outcomes = bake_rows(rows, folder, command, progress, ranks);
         } catch (const WorkStopped&) {
-            throw EndedBySignal(stop->signal(), "interrupted; " + sentence_of_kept(command.folder));
+            throw EndedBySignal(stop->signal(), "interrupted; " + sentence_of_kept(command.output));
         }
     }
     flush(rows, outcomes, folder);

@@ -7,25 +7,14 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/io/file_bytes.h>
-#include <stratus/io/table_file.h>
 #include <stratus/scene/render.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
 
 #include "options.h"
 #include "progress.h"
-#include "query.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <filesystem>
 #include <iostream>
-#include <limits>
-#include <memory>
 #include <sstream>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -39,11 +28,7 @@ struct InfoOptions {
 constexpr std::size_t label_width = 22;
 constexpr int digits = 6;  // of numbers
 
-std::string megabytes(double bytes) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.2f MB", bytes / 1e6);
-    return text;
-}
+std::string megabytes(double bytes) { return formatted("%.2f MB", bytes / 1e6); }
 
 /// A text may list a thousand numbers; the file has all of them.
 std::string shortened(const std::string& text) {
@@ -66,7 +51,7 @@ std::string attribute(const Table& table, const std::string& name) {
     return found == table.attributes.end() ? "" : found->second;
 }
 
-std::string described(const Axis& axis, const char* scale_name, double unit = 1,
+std::string described(const Axis& axis, const std::string& scale_name, double unit = 1,
                       const char* unit_name = "") {
     const std::vector<double>& values = axis.values;
     std::string text =
@@ -76,7 +61,7 @@ std::string described(const Axis& axis, const char* scale_name, double unit = 1,
     if (axis.view().ends_at_infinity && values.size() > 2)
         text += " (finite to " + short_number(values[values.size() - 2] / unit, digits) + ")";
     text += unit_name;
-    if (values.size() > 1) text += std::string(", ") + scale_name;
+    if (values.size() > 1) text += ", " + scale_name;
     return text;
 }
 
@@ -143,11 +128,10 @@ void print_content(const Table& table, const TableView& view) {
         }
     }
     print("lower boundary", lower_boundary_text(table));
-    print("albedo", described(table.albedo, axis_scale_name(table.albedo.scale)));
-    print("optical depth",
-          described(table.optical_depth, axis_scale_name(table.optical_depth.scale)));
-    print("mu_in", described(table.mu_in, axis_scale_name(table.mu_in.scale)));
-    print("mu_out", described(table.mu_out, axis_scale_name(table.mu_out.scale)));
+    for (const auto& [name, axis] :
+         {std::pair("albedo", &table.albedo), std::pair("optical depth", &table.optical_depth),
+          std::pair("mu_in", &table.mu_in), std::pair("mu_out", &table.mu_out)})
+        print(name, described(*axis, axis_scale_name(axis->scale)));
     print("azimuth",
           described(table.azimuth, axis_scale_name(table.azimuth.scale), pi / 180, " degrees"));
     print("sides", describe_sides(view));
@@ -160,7 +144,7 @@ void print_size(const AnyTable& given, const std::string& path) {
     if (given.packed() == nullptr)
         print("in memory", megabytes(bytes_in_memory(table, sizeof(float))) + " as float, " +
                                megabytes(bytes_in_memory(table, sizeof(Half))) + " as half");
-    print("file", megabytes(static_cast<double>(std::filesystem::file_size(path))));
+    print("file", megabytes(static_cast<double>(fs::file_size(path))));
 }
 
 void print_accuracy(const Table& table) {
@@ -174,7 +158,7 @@ void print_attributes(const Table& table) {
     for (const auto& [name, text] : table.attributes) {
         if (name == "title" || text.empty()) continue;
         std::string label = name;
-        std::replace(label.begin(), label.end(), '_', ' ');
+        std::ranges::replace(label, '_', ' ');
         if (text.find('\n') == std::string::npos) {
             print(label, shortened(text));
         } else {
@@ -185,18 +169,14 @@ void print_attributes(const Table& table) {
     }
 }
 
-void draw_picture(const AnyTable& table, const InfoOptions& options) {
-    const Portrait portrait = make_portrait(table.table(), table.view());
-    write_file(options.picture,
-               [&](const std::filesystem::path& temporary) { draw_portrait(portrait, temporary); });
-}
-
 void run_info(const InfoOptions& options) {
     if (!options.picture.empty())
         require_output("info", "--picture", options.picture, {options.table}, {".png"});
     const AnyTable given = read_intact_table(options.table, options.reading);
     const Table& table = given.table();
-    if (!options.picture.empty()) draw_picture(given, options);
+    if (!options.picture.empty())
+        write_file(options.picture,
+                   std::bind_front(draw_portrait, make_portrait(table, given.view())));
     print_content(table, given.view());
     print_size(given, options.table);
     print_accuracy(table);
@@ -207,13 +187,12 @@ void run_info(const InfoOptions& options) {
 }  // namespace
 
 void add_info(CLI::App& app) {
-    auto options = std::make_shared<InfoOptions>();
-    CLI::App* command = app.add_subcommand("info", "Show what a table holds and how it was made");
-    add_table(*command, options->table);
-    command->add_option("--picture", options->picture, "Portrait of the table to draw, .png");
-    add_max_memory(*command, options->reading);
-    command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
-    command->callback([options] { run_info(*options); });
+    const auto [command, options] = add_command<InfoOptions>(
+        app, "info", "Show what a table holds and how it was made", run_info);
+    add_table(command, options.table);
+    command.add_option("--picture", options.picture, "Portrait of the table to draw, .png");
+    add_max_memory(command, options.reading);
+    command.footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
 }
 
 // `stratus convert`: all samples in the other file format, lossless both ways; those of a packed table as its
@@ -222,13 +201,13 @@ void add_info(CLI::App& app) {
 
 namespace {
 
-struct ConvertOptions {
-    std::string input;
-    std::string output;
+struct ChangeOptions {
+    std::string input, output;
     ReadOptions reading;
+    bool quiet = false;
 };
 
-void run_convert(const ConvertOptions& options) {
+void run_convert(const ChangeOptions& options) {
     if (!is_packed(options.input)) require_table_ending("convert", "IN", options.input);
     require_table_ending("convert", "OUT", options.output);
     require_different_files("convert", options.input, options.output);
@@ -237,44 +216,29 @@ void run_convert(const ConvertOptions& options) {
     write_table(table, options.output);
 }
 
-struct PackOptions {
-    std::string input, output;
-    ReadOptions reading;
-    bool quiet = false;
-};
-
-void run_pack(const PackOptions& options) {
+void run_pack(const ChangeOptions& options) {
     require_writable("pack", "--output", options.output, {packed_ending});
     require_different_files("pack", options.input, options.output);
-    if (is_packed(options.input))
-        throw std::invalid_argument("pack: TABLE must end in .h5 or .exr, got " + options.input);
+    if (is_packed(options.input)) require_table_ending("pack", "TABLE", options.input);
     const Table table = read_table(options.input, options.reading);
     const std::vector<char> packed = pack(table);
-    {
-        const SignalsHeld held;
-        write_content_atomically(options.output, packed);
-    }
+    write_content_held(options.output, {packed.data(), packed.size()});
     if (options.quiet) return;
     const double samples = 4.0 * static_cast<double>(table.reflection_multiple.size() +
                                                      table.transmission_multiple.size());
     const double size = static_cast<double>(packed.size());
-    std::cerr << "stratus: " << options.output << ": " << short_number(size / 1e6, 3) << " MB, "
-              << short_number(100 * size / samples, 3) << " % of the table's samples\n";
+    say(options.output + ": " + short_number(size / 1e6, 3) + " MB, " +
+        short_number(100 * size / samples, 3) + " % of the table's samples");
 }
 
-struct SealOptions {
-    std::string table, output;
-    ReadOptions reading;
-};
-
-void run_seal(const SealOptions& options) {
-    const std::string output = options.output.empty() ? options.table : options.output;
-    require_table_ending("seal", "TABLE", options.table);
+void run_seal(const ChangeOptions& options) {
+    const std::string output = options.output.empty() ? options.input : options.output;
+    require_table_ending("seal", "TABLE", options.input);
     require_table_ending("seal", "--output", output);
     require_writable("seal", "--output", output);
     ReadOptions reading = options.reading;
     reading.ignore_checksums = true;
-    const Table table = read_table(options.table, reading);
+    const Table table = read_table(options.input, reading);
     const SignalsHeld held;
     write_table(table, output);
 }
@@ -282,50 +246,45 @@ void run_seal(const SealOptions& options) {
 }  // namespace
 
 void add_convert(CLI::App& app) {
-    auto options = std::make_shared<ConvertOptions>();
-    CLI::App* command =
-        app.add_subcommand("convert", "Write a table's samples in another file format");
+    const auto [command, options] = add_command<ChangeOptions>(
+        app, "convert", "Write a table's samples in another file format", run_convert);
     command
-        ->add_option("IN", options->input,
-                     "Table to read, .h5 or .exr, losslessly, or .stratus, whose lookups are "
-                     "evaluated at its samples")
+        .add_option("IN", options.input,
+                    "Table to read, .h5 or .exr, losslessly, or .stratus, whose lookups are "
+                    "evaluated at its samples")
         ->required();
-    command->add_option("OUT", options->output, "Table to write, .h5 or .exr")->required();
-    add_max_memory(*command, options->reading);
-    command->footer("Example:\n  stratus convert saturn_rings.h5 saturn_rings.exr");
-    command->callback([options] { run_convert(*options); });
+    command.add_option("OUT", options.output, "Table to write, .h5 or .exr")->required();
+    add_max_memory(command, options.reading);
+    command.footer("Example:\n  stratus convert saturn_rings.h5 saturn_rings.exr");
 }
 
 void add_pack(CLI::App& app) {
-    auto options = std::make_shared<PackOptions>();
-    CLI::App* command = app.add_subcommand(
-        "pack", "Write the small file of a table that fast lookups map into memory");
-    command->add_option("TABLE", options->input, "Table to read, .h5 or .exr")->required();
-    command->add_option("-o,--output", options->output, "File to write, .stratus")->required();
-    command->add_flag("--quiet", options->quiet, "Do not report the size");
-    add_max_memory(*command, options->reading);
-    command->footer(
+    const auto [command, options] = add_command<ChangeOptions>(
+        app, "pack", "Write the small file of a table that fast lookups map into memory", run_pack);
+    command.add_option("TABLE", options.input, "Table to read, .h5 or .exr")->required();
+    command.add_option("-o,--output", options.output, "File to write, .stratus")->required();
+    command.add_flag("--quiet", options.quiet, "Do not report the size");
+    add_max_memory(command, options.reading);
+    command.footer(
         "eval, verify, info and render --table read it as they read a table; its accuracy is what\n"
         "`stratus verify` says. Keep the table: bind, edit and convert what is exact.\n\n"
         "Example:\n  stratus pack saturn_rings.h5 -o saturn_rings.stratus");
-    command->callback([options] { run_pack(*options); });
 }
 
 void add_seal(CLI::App& app) {
-    auto options = std::make_shared<SealOptions>();
-    CLI::App* command = app.add_subcommand(
-        "seal", "Write a table that was changed on purpose with checksums of what it holds now");
-    command->add_option("TABLE", options->table, "Table that was changed, .h5 or .exr")->required();
-    command->add_option("-o,--output", options->output,
-                        "File to write, .h5 or .exr. Default: TABLE itself");
-    add_max_memory(*command, options->reading);
-    command->footer(
+    const auto [command, options] = add_command<ChangeOptions>(
+        app, "seal",
+        "Write a table that was changed on purpose with checksums of what it holds now", run_seal);
+    command.add_option("TABLE", options.input, "Table that was changed, .h5 or .exr")->required();
+    command.add_option("-o,--output", options.output,
+                       "File to write, .h5 or .exr. Default: TABLE itself");
+    add_max_memory(command, options.reading);
+    command.footer(
         "What it holds must be a valid table. Its measured error is still that of the bake; see\n"
         "`stratus verify`. Attributes of your own are kept if they are text or numbers, datasets "
         "of\n"
         "your own are not.\n\n"
         "Example:\n  stratus seal saturn_rings.h5");
-    command->callback([options] { run_seal(*options); });
 }
 
 // `stratus verify`: compares lookups at random points with fresh solutions.
@@ -375,9 +334,8 @@ void print_errors(const Verification& verification) {
 
 /// Percent of the values that are within the tolerance.
 double percent_within(const std::vector<ErrorSample>& samples, double tolerance) {
-    const auto within =
-        std::count_if(samples.begin(), samples.end(),
-                      [&](const ErrorSample& sample) { return sample.error <= tolerance; });
+    const auto within = std::ranges::count_if(
+        samples, [&](double error) { return error <= tolerance; }, &ErrorSample::error);
     return 100.0 * static_cast<double>(within) /
            static_cast<double>(std::max<std::size_t>(1, samples.size()));
 }
@@ -439,42 +397,38 @@ void run_verify(const VerifyCommand& command) {
             forward, grazing,
             verification.judges_grazing ? "" : "; the latter are not judged: the path law misses");
     if (verification.meets(table.tolerance)) return;
-    char missed[320];
-    int length = std::snprintf(
-        missed, sizeof missed,
+    std::string missed = formatted(
         "99.9 %% of values must be within its tolerance %.2g and all within 5 times it, "
         "got %.3f %% and %.2f times",
         table.tolerance, share, worst / table.tolerance);
     if (peaked && !verification.judges_grazing)
-        std::snprintf(missed + length, sizeof missed - size(length),
-                      "; 99 %% within 10 degrees of forward, got %.2f %%", forward);
+        missed += formatted("; 99 %% within 10 degrees of forward, got %.2f %%", forward);
     else if (peaked)
-        std::snprintf(missed + length, sizeof missed - size(length),
-                      "; 99 %% within 10 degrees of forward and at cosines below 0.15, got %.2f %% "
-                      "and %.2f %%",
-                      forward, grazing);
+        missed += formatted(
+            "; 99 %% within 10 degrees of forward and at cosines below 0.15, got %.2f %% "
+            "and %.2f %%",
+            forward, grazing);
     throw std::runtime_error("verify: " + command.table + ": " + missed);
 }
 
 }  // namespace
 
 void add_verify(CLI::App& app) {
-    auto command = std::make_shared<VerifyCommand>();
-    CLI::App* verify =
-        app.add_subcommand("verify", "Check a table against the solver at random points");
-    add_table(*verify, command->table);
-    verify->add_option("--samples", command->options.samples, "Random points")
+    const auto [command, options] = add_command<VerifyCommand>(
+        app, "verify", "Check a table against the solver at random points", run_verify);
+    add_table(command, options.table);
+    command.add_option("--samples", options.options.samples, "Random points")
         ->capture_default_str()
         ->check(whole_number(1, 100000000));
-    verify->add_option("--seed", command->options.seed, "Seed of the random points")
+    command.add_option("--seed", options.options.seed, "Seed of the random points")
         ->capture_default_str()
         ->check(whole_number(0, std::numeric_limits<unsigned>::max()));
-    add_threads(*verify, command->options.threads);
-    verify->add_flag("--bound", command->options.bound,
+    add_threads(command, options.options.threads);
+    command.add_flag("--bound", options.options.bound,
                      "Look up through bound slices, as renderers do, instead of five axes at once");
-    verify->add_flag("--quiet", command->quiet, "No progress");
-    add_max_memory(*verify, command->reading);
-    verify->footer(
+    command.add_flag("--quiet", options.quiet, "No progress");
+    add_max_memory(command, options.reading);
+    command.footer(
         "Exit code 1 when the table misses the tolerance that it states: 99.9 % of values within "
         "it, "
         "all within five times it. Peaked phase functions are also judged at points drawn near "
@@ -482,7 +436,6 @@ void add_verify(CLI::App& app) {
         "(Henyey-Greenstein: g from 0.84 on) directions with a cosine below 0.15 are shown apart "
         "and not judged.\nExample:\n"
         "  stratus verify saturn_rings.h5 --samples 2000");
-    verify->callback([command] { run_verify(*command); });
 }
 
 }  // namespace stratus

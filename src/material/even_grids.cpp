@@ -10,20 +10,12 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
-#include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 #include <stratus/io/write_options.h>
 
 #include "solved_stack.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <memory>
-#include <sstream>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -85,6 +77,32 @@ MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& opt
 
 namespace {
 
+/// Samples of one side over (colour, mu_in, mu_out, azimuth), times mu_in + mu_out.
+struct Samples {
+    std::vector<float> all_orders, multiple;
+};
+
+Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
+               const std::vector<double>& mu, const std::vector<double>& azimuths, int threads) {
+    const int cosines = static_cast<int>(mu.size());
+    const std::size_t row_size = mu.size() * azimuths.size(),
+                      count = colours.size() * mu.size() * row_size;
+    Samples samples{std::vector<float>(count), std::vector<float>(count)};
+    parallel_for(static_cast<int>(colours.size()) * cosines, threads, [&](int row) {
+        const int in = row % cosines;
+        const SolvedStack& colour = colours[size(row / cosines)];
+        std::size_t at = size(row) * row_size;
+        for (int out = 0; out < cosines; ++out) {
+            const double sum = mu[size(in)] + mu[size(out)];
+            for (const SolvedValue& value : (colour.*side.values)(in, out, azimuths)) {
+                samples.all_orders[at] = static_cast<float>(sum * value.total);
+                samples.multiple[at++] = static_cast<float>(sum * value.multiple);
+            }
+        }
+    });
+    return samples;
+}
+
 constexpr int atlas_cosines = 64, atlas_azimuths = 64;
 
 Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack>& colours,
@@ -92,27 +110,19 @@ Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack
     const std::vector<double> azimuths = even_azimuths(atlas_azimuths);
     const int row_count = static_cast<int>(rows.size());
     Image image(atlas_cosines * atlas_azimuths, row_count * atlas_cosines);
-    parallel_for(row_count * atlas_cosines, threads, [&](int y) {
-        const LitSide& row = rows[size(y / atlas_cosines)];
-        const int out = y % atlas_cosines;
-        for (int in = 0; in < atlas_cosines; ++in) {
-            const double sum = mu[size(in)] + mu[size(out)];
-            for (std::size_t c = 0; c < 3; ++c) {
-                const SolvedStack& colour = colours[colours.size() == 1 ? 0 : c];
-                if (colours.size() == 1 && c > 0) {
-                    for (int a = 0; a < atlas_azimuths; ++a) {
-                        float* const pixel = image.pixel(in * atlas_azimuths + a, y);
-                        pixel[c] = pixel[0];
-                    }
-                    continue;
-                }
-                const std::vector<SolvedValue> values = (colour.*row.values)(in, out, azimuths);
-                for (int a = 0; a < atlas_azimuths; ++a)
-                    image.pixel(in * atlas_azimuths + a, y)[c] =
-                        static_cast<float>(sum * values[size(a)].total);
-            }
+    for (int row = 0; row < row_count; ++row) {
+        const std::vector<float> values =
+            sample(rows[size(row)], colours, mu, azimuths, threads).all_orders;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float* value =
+                values.data() + c % colours.size() * values.size() / colours.size();
+            for (int in = 0; in < atlas_cosines; ++in)
+                for (int out = 0; out < atlas_cosines; ++out)
+                    for (int a = 0; a < atlas_azimuths; ++a)
+                        image.pixel(in * atlas_azimuths + a, row * atlas_cosines + out)[c] =
+                            *value++;
         }
-    });
+    }
     return image;
 }
 
@@ -128,19 +138,18 @@ std::string quoted(const std::string& text) {
 /// JSON has no infinity: null stands for it, of optical depths where nothing passes.
 std::string number_json(double value) { return std::isinf(value) ? "null" : shortest_text(value); }
 
-template <class Values>
-std::string list_json(const Values& values) {
+std::string list_json(const std::vector<double>& values) {
     std::string text;
     for (const double value : values) text += (text.empty() ? "" : ", ") + number_json(value);
     return "[" + text + "]";
 }
 
 /// One list for each colour.
-template <class OfColour>
-std::string lists_json(const std::vector<SolvedStack>& colours, const OfColour& of_colour) {
+std::string lists_json(const std::vector<SolvedStack>& colours,
+                       std::vector<double> (SolvedStack::*fluxes)() const) {
     std::string text;
     for (const SolvedStack& colour : colours)
-        text += (text.empty() ? "" : ",\n    ") + list_json(of_colour(colour));
+        text += (text.empty() ? "" : ",\n    ") + list_json((colour.*fluxes)());
     return "[\n    " + text + "\n  ]";
 }
 
@@ -166,17 +175,10 @@ std::string atlas_json(const Material& material, const std::vector<LitSide>& row
             "  \"not_in_it\": \"the beam straight through, exp(-optical_depth / mu); light from "
             "below is transmitted as from above with mu_in and mu_out exchanged\",\n"
          << "  \"optical_depth\": " << list_json(beam_depths(material))
-         << ",\n  \"mu_in\": " << list_json(mu_in) << ",\n  \"plane_albedo\": "
-         << lists_json(colours, [](const SolvedStack& of) { return of.solution().plane_albedo; })
+         << ",\n  \"mu_in\": " << list_json(mu_in)
+         << ",\n  \"plane_albedo\": " << lists_json(colours, &SolvedStack::plane_albedo)
          << ",\n  \"diffuse_transmittance\": "
-         << lists_json(colours,
-                       [](const SolvedStack& of) {
-                           const auto& shares = of.solution().diffuse_transmittance;
-                           return of.is_transparent()
-                                      ? std::vector<double>(shares.begin(), shares.end())
-                                      : std::vector<double>(size(shares.size()));
-                       })
-         << "\n}\n";
+         << lists_json(colours, &SolvedStack::diffuse_transmittance) << "\n}\n";
     return json.str();
 }
 
@@ -205,31 +207,6 @@ namespace {
 constexpr int slice_cosines = 64, slice_azimuths = 65;
 constexpr auto cosines = size(slice_cosines), azimuths = size(slice_azimuths);
 
-/// Samples of one side over (colour, mu_in, mu_out, azimuth), times mu_in + mu_out.
-struct Samples {
-    std::vector<float> all_orders, multiple;
-};
-
-Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
-               const std::vector<double>& mu, int threads) {
-    const std::vector<double> around = even_azimuths(slice_azimuths);
-    const std::size_t count = colours.size() * cosines * cosines * azimuths;
-    Samples samples{std::vector<float>(count), std::vector<float>(count)};
-    parallel_for(static_cast<int>(colours.size()) * slice_cosines, threads, [&](int row) {
-        const int in = row % slice_cosines;
-        const SolvedStack& colour = colours[size(row / slice_cosines)];
-        std::size_t at = size(row) * cosines * azimuths;
-        for (int out = 0; out < slice_cosines; ++out) {
-            const double sum = mu[size(in)] + mu[size(out)];
-            for (const SolvedValue& value : (colour.*side.values)(in, out, around)) {
-                samples.all_orders[at] = static_cast<float>(sum * value.total);
-                samples.multiple[at++] = static_cast<float>(sum * value.multiple);
-            }
-        }
-    });
-    return samples;
-}
-
 void set_strings(const Material& material, TensorWriter& file) {
     file.set("format", "stratus-slice");
     file.set("format_version", "1");
@@ -252,10 +229,10 @@ void set_strings(const Material& material, TensorWriter& file) {
 void add_fluxes(const std::vector<SolvedStack>& colours, TensorWriter& file) {
     std::vector<double> albedo, transmittance;
     for (const SolvedStack& colour : colours) {
-        const ModeSolution& solution = colour.solution();
-        albedo.insert(albedo.end(), solution.plane_albedo.begin(), solution.plane_albedo.end());
-        for (const double share : solution.diffuse_transmittance)
-            transmittance.push_back(colour.is_transparent() ? share : 0);
+        const std::vector<double> reflected = colour.plane_albedo(),
+                                  transmitted = colour.diffuse_transmittance();
+        albedo.insert(albedo.end(), reflected.begin(), reflected.end());
+        transmittance.insert(transmittance.end(), transmitted.begin(), transmitted.end());
     }
     file.add("plane_albedo", {colours.size(), cosines}, albedo);
     file.add("diffuse_transmittance", {colours.size(), cosines}, transmittance);
@@ -274,11 +251,12 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
     axis[0] = 0;
     tensors.add("mu_in", {cosines}, axis);
     tensors.add("mu_out", {cosines}, axis);
-    tensors.add("azimuth", {azimuths}, even_azimuths(slice_azimuths));
+    const std::vector<double> around = even_azimuths(slice_azimuths);
+    tensors.add("azimuth", {azimuths}, around);
     tensors.add("optical_depth", {colours.size()}, beam_depths(material));
     add_fluxes(colours, tensors);
     for (const LitSide& side : lit_sides(material, colours)) {
-        const Samples samples = sample(side, colours, mu, options.threads);
+        const Samples samples = sample(side, colours, mu, around, options.threads);
         const std::vector<std::size_t> shape{colours.size(), cosines, cosines, azimuths};
         tensors.add(side.name, shape, samples.all_orders);
         tensors.add(std::string(side.name) + "_multiple", shape, samples.multiple);

@@ -3,20 +3,15 @@
 // mu_o is that of the outgoing direction, mu_i that of the propagation of the incident light, so
 // that mu_o mu_i < 0 is reflection; azimuth 0 is forward. A series is of f |mu_i|.
 #include <stratus/bake/parallel.h>
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 
 #include "solved_stack.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
-#include <string>
-#include <utility>
 
 namespace stratus {
 namespace {
@@ -74,21 +69,18 @@ class SideSeries {
     std::vector<ChannelSeries> series_;
 };
 
-using Values = std::vector<SolvedValue> (SolvedStack::*)(int in, int out,
-                                                         const std::vector<double>& azimuths) const;
-
 /// `symmetric`: half of the pairs are worked out.
-SideSeries make_series(const std::vector<SolvedStack>& colours, Values values, std::size_t count,
-                       bool symmetric, int threads) {
+SideSeries make_series(const std::vector<SolvedStack>& colours, SideValues values,
+                       std::size_t count, bool symmetric, int threads) {
     SideSeries all(count);
     parallel_for(static_cast<int>(count), threads, [&](int in) {
         for (int out = symmetric ? in : 0; out < static_cast<int>(count); ++out) {
             const auto bsdf = [&](const std::vector<double>& azimuths) {
                 std::vector<std::vector<double>> of_colours;
                 for (const SolvedStack& colour : colours) {
-                    std::vector<double>& of = of_colours.emplace_back();
+                    std::vector<double>& totals = of_colours.emplace_back();
                     for (const SolvedValue& value : (colour.*values)(in, out, azimuths))
-                        of.push_back(value.total / pi);
+                        totals.push_back(value.total / pi);
                 }
                 return to_channels(std::move(of_colours));
             };
@@ -136,7 +128,7 @@ std::array<double, 4> midway_shares(const std::vector<double>& mu, int place) {
 
 /// The largest relative error of splines through f |mu_i| at azimuths between pairs of nodes: `mu` has
 /// 0 and the nodes above it, a colour is solved there and then midway after each of `tried_after`.
-double spline_error(const SolvedStack& colour, Values values, const std::vector<double>& mu,
+double spline_error(const SolvedStack& colour, SideValues values, const std::vector<double>& mu,
                     int threads) {
     constexpr int tried = static_cast<int>(tried_after.size()), steps = 32;
     std::vector<double> azimuths;  // dense forward and back, where droplets have peaks
@@ -169,7 +161,7 @@ double spline_error(const SolvedStack& colour, Values values, const std::vector<
                         worst[row], std::abs(spline[k] / (midway(mu, in) * exact[k].total) - 1));
         }
     });
-    return *std::max_element(worst.begin(), worst.end());
+    return std::ranges::max(worst);
 }
 
 class FourierTable {
@@ -182,17 +174,14 @@ class FourierTable {
         for (const int place : tried_after) solved.push_back(midway(nodes, place));
         const std::vector<SolvedStack> colours = solve_colours(material, solved, options);
         channels_ = static_cast<int>(colours.size());
-        const bool symmetric = std::all_of(colours.begin(), colours.end(),
-                                           [](const auto& of) { return of.is_symmetric(); });
-        const auto side = [&](Values values, bool symmetric_side, double& error) {
+        const bool symmetric = std::ranges::all_of(colours, &SolvedStack::is_symmetric);
+        const auto side = [&](SideValues values, bool symmetric_side, double& error) {
             for (const SolvedStack& colour : colours)
                 error = std::max(error, spline_error(colour, values, nodes, options.threads));
             return make_series(colours, values, nodes.size(), symmetric_side, options.threads);
         };
         const SideSeries above = side(&SolvedStack::reflection, true, reflection_error_);
-        const bool same = std::all_of(colours.begin(), colours.end(), [](const auto& of) {
-            return of.is_symmetric() && of.is_transparent();
-        });
+        const bool same = symmetric && std::ranges::all_of(colours, &SolvedStack::is_transparent);
         const SideSeries below =
             same ? above : side(&SolvedStack::reflection_below, true, reflection_error_);
         const SideSeries through = side(&SolvedStack::transmission, symmetric, transmission_error_);

@@ -1,4 +1,3 @@
-#include <stratus/material/material.h>
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/argument.h>
@@ -9,9 +8,7 @@
 
 #include "solved_stack.h"
 
-#include <algorithm>
 #include <memory>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -41,9 +38,7 @@ std::string describe(const Stack& stack) {
 
 }  // namespace
 
-bool Material::is_opaque() const {
-    return std::none_of(colours.begin(), colours.end(), is_transparent);
-}
+bool Material::is_opaque() const { return std::ranges::none_of(colours, is_transparent); }
 
 const std::vector<std::string>& material_format_names() {
     static const std::vector<std::string> names{"fourier", "tensor",    "tensor-rgb",

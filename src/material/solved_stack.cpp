@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -24,7 +23,7 @@ SolvedStack::SolvedStack(const Stack& stack, const std::vector<double>& mu, int 
     above_ = solve_stack(stack.layers, stack.lower_boundary, mu, options);
     if (stack.layers.size() == 1 || !transparent_) return;
     std::vector<StackLayer> upside_down = stack.layers;
-    std::reverse(upside_down.begin(), upside_down.end());
+    std::ranges::reverse(upside_down);
     below_ = solve_stack(upside_down, {}, mu, options);
 }
 
@@ -43,6 +42,16 @@ std::vector<SolvedValue> SolvedStack::transmission(int in, int out,
                                                    const std::vector<double>& azimuths) const {
     if (!transparent_) return std::vector<SolvedValue>(azimuths.size());
     return above_.values(Side::transmission, in, out, azimuths);
+}
+
+std::vector<double> SolvedStack::plane_albedo() const {
+    return {above_.plane_albedo.begin(), above_.plane_albedo.end()};
+}
+
+std::vector<double> SolvedStack::diffuse_transmittance() const {
+    const auto& shares = above_.diffuse_transmittance;
+    if (!transparent_) return std::vector<double>(size(shares.size()));
+    return {shares.begin(), shares.end()};
 }
 
 std::vector<double> even_cosines(int count) {
@@ -64,8 +73,7 @@ std::vector<LitSide> lit_sides(const Material& material, const std::vector<Solve
     std::vector<LitSide> sides{{"reflection", &SolvedStack::reflection}};
     if (material.is_opaque()) return sides;
     sides.push_back({"transmission", &SolvedStack::transmission});
-    if (!std::all_of(colours.begin(), colours.end(),
-                     [](const SolvedStack& of) { return of.is_symmetric(); }))
+    if (!std::ranges::all_of(colours, &SolvedStack::is_symmetric))
         sides.push_back({"reflection_below", &SolvedStack::reflection_below});
     return sides;
 }
@@ -118,7 +126,7 @@ std::vector<std::vector<double>> try_series(const AzimuthValues& values, int int
     for (int j = 0; j <= intervals; ++j) azimuths.push_back(j * pi / intervals);
     for (int j = 0; j < 2 * intervals; ++j) cosine.push_back(std::cos(j * pi / intervals));
     std::vector<Series> all;
-    for (std::vector<double>& of : values(azimuths)) all.emplace_back(std::move(of));
+    for (std::vector<double>& function : values(azimuths)) all.emplace_back(std::move(function));
     for (int count = 1; count <= intervals / 2; ++count) {
         bool within = true;
         for (Series& series : all) {
@@ -139,8 +147,8 @@ std::vector<std::vector<double>> cosine_series(const AzimuthValues& values, doub
     for (int intervals = fewest_intervals; intervals <= most_intervals; intervals *= 2) {
         std::vector<std::vector<double>> found = try_series(values, intervals, tolerance);
         if (found.empty()) continue;
-        const bool dark = std::all_of(found.begin(), found.end(),
-                                      [](const auto& terms) { return !(terms[0] > 0); });
+        const bool dark =
+            std::ranges::all_of(found, [](const auto& terms) { return !(terms[0] > 0); });
         return dark ? std::vector<std::vector<double>>() : found;
     }
     throw std::runtime_error(
@@ -176,16 +184,8 @@ double spread(double mu) { return std::pow(2 / pi * std::asin(std::min(1.0, mu))
 }  // namespace
 
 double single_reflection(const Stack& stack, const Geometry& geometry) {
-    const double cosine = cos_scattering_angle_reflected(geometry);
-    double sum = 0, above = 0;
-    for (const StackLayer& layer : stack.layers) {
-        sum += direct_transmittance(above, geometry.mu_in) *
-               direct_transmittance(above, geometry.mu_out) *
-               single_reflection(layer.phase_function(cosine), layer.albedo, layer.optical_depth,
-                                 geometry.mu_in, geometry.mu_out);
-        above += layer.optical_depth;
-    }
-    return sum + single_reflection_of_boundary(stack.lower_boundary, above, geometry);
+    return stack_single_scattering(Side::reflection, stack.layers, geometry) +
+           single_reflection_of_boundary(stack.lower_boundary, stack.optical_depth(), geometry);
 }
 
 std::vector<double> ReflectionField::cosines(int count) {

@@ -2,21 +2,15 @@
 // geometry from these; functions of azimuth as cosine series.
 #pragma once
 
-#include <stratus/bake/stack_file.h>
-#include <stratus/io/file_bytes.h>
 #include <stratus/material/material.h>
 #include <stratus/transfer/stack.h>
 
 #include <bit>
 #include <cstddef>
-#include <filesystem>
-#include <functional>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 
@@ -39,7 +33,9 @@ class SolvedStack {
     std::vector<SolvedValue> transmission(int in, int out,
                                           const std::vector<double>& azimuths) const;
 
-    const ModeSolution& solution() const { return above_; }
+    /// Fluxes lit from above, over mu_in.
+    std::vector<double> plane_albedo() const;
+    std::vector<double> diffuse_transmittance() const;  // 0 of what is opaque
 
     /// Whether T is the same with the cosines exchanged, and R from either side.
     bool is_symmetric() const { return !below_.has_value(); }
@@ -51,6 +47,10 @@ class SolvedStack {
     std::optional<StackSolution> below_;  // of layers that differ and let light through
     bool transparent_ = false;
 };
+
+/// One of its functions of azimuth.
+using SideValues = std::vector<SolvedValue> (SolvedStack::*)(
+    int in, int out, const std::vector<double>& azimuths) const;
 
 // Grids that strangers look up: cosines even in u = asin(sqrt(mu)) 2 / pi, azimuths even from 0 to
 // pi, and R or T times mu_in + mu_out. That factor removes the growth at grazing angles; in u
@@ -65,8 +65,7 @@ std::vector<double> even_azimuths(int count);
 /// A side that light leaves, by the side that it came from.
 struct LitSide {
     const char* name;
-    std::vector<SolvedValue> (SolvedStack::*values)(int in, int out,
-                                                    const std::vector<double>& azimuths) const;
+    SideValues values;
 };
 
 /// Reflection; transmission, where light passes; reflection_below, where it is another.

@@ -18,8 +18,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <string>
-#include <utility>
 
 namespace stratus {
 namespace {

@@ -8,13 +8,9 @@
 #include <cairo-svg.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <stdexcept>
+#include <optional>
 
 namespace stratus {
 namespace {
@@ -147,8 +143,38 @@ void draw_on(cairo_surface_t* surface, const Colour& background, const Draw& dra
 }
 constexpr double exponent_size = 7, y_title_at = 14;
 
+/// A number at which a line is drawn across a plot.
+struct Tick {
+    double value;
+    std::string label{};            // may be empty
+    std::optional<int> exponent{};  // of the label, raised
+};
+
+/// Ticks of an axis so long, whose labels of powers of ten are at least `min_distance` apart.
+std::vector<Tick> make_ticks(const PlotAxis& axis, double length, double min_distance) {
+    std::vector<Tick> ticks;
+    if (axis.logarithmic) {
+        const int first = static_cast<int>(std::ceil(std::log10(axis.low) - 1e-9)),
+                  last = static_cast<int>(std::floor(std::log10(axis.high) + 1e-9));
+        const int step =
+            std::max(1, static_cast<int>(std::ceil(min_distance * (last - first) / length)));
+        for (int decade = first; decade <= last; ++decade)
+            ticks.push_back(
+                {std::pow(10.0, decade), (decade - first) % step == 0 ? "10" : "", decade});
+        return ticks;
+    }
+    const double step = round_below((axis.high - axis.low) / 4);
+    const long long last = std::llround(std::floor(axis.high / step + 1e-9));
+    for (long long k = std::llround(std::ceil(axis.low / step - 1e-9)); k <= last; ++k) {
+        const double value = static_cast<double>(k) * step;
+        ticks.push_back({value, short_number(value, 3)});
+    }
+    return ticks;
+}
+
 /// A label with its exponent, on a base line.
 void draw_label(const Page& page, Point at, const Tick& tick, Align align) {
+    if (tick.label.empty()) return;
     if (!tick.exponent) {
         page.text(at, tick.label, plot_text_size, black, align);
         return;
@@ -167,6 +193,10 @@ void draw_label(const Page& page, Point at, const Tick& tick, Align align) {
 Page::Page(cairo_t* cairo) : cairo_(cairo) {
     cairo_select_font_face(cairo_, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
     cairo_set_line_join(cairo_, CAIRO_LINE_JOIN_ROUND);
+}
+
+void Page::set_source(const Colour& colour, double opacity) const {
+    cairo_set_source_rgba(cairo_, colour.red, colour.green, colour.blue, opacity);
 }
 
 double Page::text_width(const std::string& text, double size) const {
@@ -190,7 +220,7 @@ void Page::fit(std::string& text, double& size, double max_width) const {
 void Page::text(Point at, std::string text, double size, const Colour& colour, Align align,
                 double max_width) const {
     fit(text, size, max_width);
-    cairo_set_source_rgb(cairo_, colour.red, colour.green, colour.blue);
+    set_source(colour);
     cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
     cairo_show_text(cairo_, text.c_str());
 }
@@ -210,12 +240,11 @@ void Page::haloed_text(Point at, std::string text, double size, const Colour& co
     cairo_new_path(cairo_);
     cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
     cairo_text_path(cairo_, text.c_str());
-    cairo_set_source_rgba(cairo_, halo.colour.red, halo.colour.green, halo.colour.blue,
-                          halo.opacity);
+    set_source(halo.colour, halo.opacity);
     cairo_set_line_width(cairo_, halo.width);
     cairo_set_dash(cairo_, nullptr, 0, 0);
     cairo_stroke_preserve(cairo_);
-    cairo_set_source_rgb(cairo_, colour.red, colour.green, colour.blue);
+    set_source(colour);
     cairo_fill(cairo_);
 }
 
@@ -225,7 +254,7 @@ void Page::trace(const std::vector<Point>& points) const {
 }
 
 void Page::stroke(const Pen& pen) const {
-    cairo_set_source_rgba(cairo_, pen.colour.red, pen.colour.green, pen.colour.blue, pen.opacity);
+    set_source(pen.colour, pen.opacity);
     cairo_set_line_width(cairo_, pen.width);
     cairo_set_dash(cairo_, pen.dashes.data(), static_cast<int>(pen.dashes.size()), 0);
     cairo_stroke(cairo_);
@@ -268,7 +297,7 @@ void Page::outline(const Box& box, const Pen& pen) const {
 void Page::fill(const std::vector<Point>& shape, const Colour& colour, double opacity) const {
     trace(shape);
     cairo_close_path(cairo_);
-    cairo_set_source_rgba(cairo_, colour.red, colour.green, colour.blue, opacity);
+    set_source(colour, opacity);
     cairo_fill(cairo_);
 }
 
@@ -281,7 +310,7 @@ void Page::fill(const Box& box, const Colour& colour, double top, double bottom)
     cairo_new_path(cairo_);
     cairo_rectangle(cairo_, box.x0, box.y0, box.width(), box.height());
     if (top == bottom)
-        cairo_set_source_rgba(cairo_, colour.red, colour.green, colour.blue, top);
+        set_source(colour, top);
     else
         cairo_set_source(cairo_, gradient.get());
     cairo_fill(cairo_);
@@ -382,46 +411,51 @@ void measure(const Draw& draw) {
     draw_on(surface.get(), white, draw);
 }
 
-std::vector<Tick> decade_ticks(int first, int last, double length, double min_distance,
-                               const std::function<double(double)>& position) {
-    const int step =
-        std::max(1, static_cast<int>(std::ceil(min_distance * (last - first) / length)));
-    std::vector<Tick> ticks;
-    for (int decade = first; decade <= last; ++decade) {
-        const bool has_label = (decade - first) % step == 0;
-        ticks.push_back({position(std::pow(10.0, decade)), has_label ? "10" : "", decade});
-    }
-    return ticks;
+void PlotAxis::include(std::initializer_list<double> values) {
+    low = std::min(low, std::min(values));
+    high = std::max(high, std::max(values));
 }
 
-std::vector<Tick> linear_ticks(double low, double high,
-                               const std::function<double(double)>& position) {
+void PlotAxis::round() {
+    if (logarithmic) {
+        low = std::pow(10, std::floor(std::log10(low)));
+        high = std::pow(10, std::ceil(std::log10(high)));
+        if (low == high) high *= 10;
+        return;
+    }
+    if (high - low <= 1e-9 * std::max(std::abs(low), std::abs(high))) {  // one value alone
+        const double about = low == 0 ? 1 : std::abs(low) / 10;
+        low -= about;
+        high += about;
+    }
     const double step = round_below((high - low) / 4);
-    const long long last = std::llround(std::floor(high / step + 1e-9));
-    std::vector<Tick> ticks;
-    for (long long k = std::llround(std::ceil(low / step - 1e-9)); k <= last; ++k) {
-        const double value = static_cast<double>(k) * step;
-        ticks.push_back({position(value), short_number(value, 3)});
-    }
-    return ticks;
+    low = step * std::floor(low / step + 1e-9);
+    high = step * std::ceil(high / step - 1e-9);
 }
 
-void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
-                 const std::string& title) {
-    for (const Tick& tick : ticks) {
-        page.line({tick.at, plot.y0}, {tick.at, plot.y1}, {0.5, grid});
-        if (!tick.label.empty()) draw_label(page, {tick.at, plot.y1 + 13}, tick, Align::centre);
-    }
-    page.text({plot.centre().x, plot.y1 + 26}, title, plot_text_size, black, Align::centre);
+double PlotAxis::share(double value) const {
+    return logarithmic ? std::log(value / low) / std::log(high / low)
+                       : (value - low) / (high - low);
 }
 
-void draw_y_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
-                 const std::string& title) {
-    for (const Tick& tick : ticks) {
-        page.line({plot.x0, tick.at}, {plot.x1, tick.at}, {0.5, grid});
-        if (!tick.label.empty()) draw_label(page, {plot.x0 - 4, tick.at + 3}, tick, Align::right);
+void draw_x_axis(const Page& page, const PlotFrame& frame) {
+    const Box& box = frame.box;
+    for (const Tick& tick : make_ticks(frame.x, box.width(), 30)) {
+        const double x = frame.across(tick.value);
+        page.line({x, box.y0}, {x, box.y1}, {0.5, grid});
+        draw_label(page, {x, box.y1 + 13}, tick, Align::centre);
     }
-    page.vertical_text({y_title_at, plot.centre().y}, title, plot_text_size, black);
+    page.text({box.centre().x, box.y1 + 26}, frame.x.title, plot_text_size, black, Align::centre);
+}
+
+void draw_y_axis(const Page& page, const PlotFrame& frame) {
+    const Box& box = frame.box;
+    for (const Tick& tick : make_ticks(frame.y, box.height(), 11)) {
+        const double y = frame.down(tick.value);
+        page.line({box.x0, y}, {box.x1, y}, {0.5, grid});
+        draw_label(page, {box.x0 - 4, y + 3}, tick, Align::right);
+    }
+    page.vertical_text({y_title_at, box.centre().y}, frame.y.title, plot_text_size, black);
 }
 
 }  // namespace stratus

@@ -10,15 +10,11 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstddef>
-#include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <memory>
-#include <optional>
 #include <stdexcept>
-#include <string>
 #include <system_error>
-#include <vector>
 
 namespace stratus {
 
@@ -109,6 +105,7 @@ class Page {
     void translated(Point origin, const std::function<void()>& draw) const;
 
   private:
+    void set_source(const Colour& colour, double opacity = 1) const;
     void fit(std::string& text, double& size, double max_width) const;
     void trace(const std::vector<Point>& points) const;
     void stroke(const Pen& pen) const;
@@ -146,35 +143,33 @@ constexpr Colour grid{0.87, 0.87, 0.87}, grey{0.35, 0.35, 0.35};
 constexpr double plot_text_size = 8;
 constexpr double plot_page_width = 16 / 2.54 * 72;  // points: 16 cm
 
-struct Tick {
-    double at;                      // on the page
-    std::string label;              // may be empty
-    std::optional<int> exponent{};  // of the label, raised
+/// An axis of a plot, linear or logarithmic.
+struct PlotAxis {
+    std::string title;
+    bool logarithmic = false;
+    double low = infinity, high = -infinity;
+
+    /// Extends it to hold values.
+    void include(std::initializer_list<double> values);
+    /// Extends it to round numbers; to whole decades if it is logarithmic.
+    void round();
+    /// Where a number is along it, 0 at its lower end and 1 at its upper one.
+    double share(double value) const;
 };
 
-/// A tick at 10^first .. 10^last, `length` being that of the axis; labels are at least
-/// `min_distance` apart. `position` puts a value on the page.
-std::vector<Tick> decade_ticks(int first, int last, double length, double min_distance,
-                               const std::function<double(double)>& position);
-
-/// Some five ticks or more, at round numbers from `low` to `high`. `position` as above.
-std::vector<Tick> linear_ticks(double low, double high,
-                               const std::function<double(double)>& position);
-
-/// A box and where numbers are in it, by axes that know the share of a number.
-template <class PlotAxis>
+/// A box and the axes along its lower and its left side.
 struct PlotFrame {
     Box box;
-    PlotAxis x{}, y{};
+    PlotAxis x, y;
 
     double across(double value) const { return box.x0 + x.share(value) * box.width(); }
     double down(double value) const { return box.y1 - y.share(value) * box.height(); }
     Point at(double of_x, double of_y) const { return {across(of_x), down(of_y)}; }
 };
 
-void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
-                 const std::string& title);
-void draw_y_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
-                 const std::string& title);
+/// Draws lines across the box at round numbers, some five or more, or at powers of ten, a label for each
+/// as far as there is room, and the axis' title.
+void draw_x_axis(const Page& page, const PlotFrame& frame);
+void draw_y_axis(const Page& page, const PlotFrame& frame);
 
 }  // namespace stratus

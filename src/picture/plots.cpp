@@ -5,14 +5,7 @@
 
 #include "page.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <functional>
-#include <initializer_list>
 #include <iterator>
-#include <limits>
-#include <utility>
 
 namespace stratus {
 
@@ -21,48 +14,34 @@ namespace stratus {
 namespace {
 
 constexpr double plot_bottom = 244, page_height = 280, line_legend_row = 14;
-constexpr Colour line_colours[] = {{0, 0, 0},          {0.10, 0.30, 0.65}, {0.05, 0.50, 0.35},
-                                   {0.85, 0.45, 0.05}, {0.70, 0.25, 0.50}, {0.45, 0.65, 0.85},
-                                   {0.40, 0.25, 0.10}, {0.60, 0.60, 0.10}};
+constexpr Colour blue{0.10, 0.30, 0.65}, green{0.05, 0.50, 0.35}, orange{0.85, 0.45, 0.05},
+    rose{0.70, 0.25, 0.50}, sky{0.45, 0.65, 0.85}, brown{0.40, 0.25, 0.10}, olive{0.60, 0.60, 0.10};
+constexpr Colour line_colours[] = {black, blue, green, orange, rose, sky, brown, olive};
 
 constexpr double lowest = 1e-99;  // for 0 on a logarithmic axis, which is clipped
-
-/// Ticks at the powers of ten from y_begin to y_end.
-std::vector<Tick> decades(const LinePlot& plot, const Box& box,
-                          const std::function<double(double)>& down) {
-    const int first = static_cast<int>(std::ceil(std::log10(plot.y_begin) - 1e-9));
-    const int last = static_cast<int>(std::floor(std::log10(plot.y_end) + 1e-9));
-    return decade_ticks(first, last, box.height(), 11, down);
-}
 
 }  // namespace
 
 void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg) {
     const bool below = plot.legend_below;
-    const Box box{46, 26, plot_page_width - (below ? 14 : 110), plot_bottom};
+    const bool logarithmic = plot.y_begin > 0;
+    const PlotFrame frame{{46, 26, plot_page_width - (below ? 14 : 110), plot_bottom},
+                          {plot.x_title, false, 0, plot.x_end},
+                          {plot.y_title, logarithmic, plot.y_begin, plot.y_end}};
+    const Box& box = frame.box;
     const double rows = below ? static_cast<double>(plot.lines.size()) : 0;
     const Point legend = below ? Point{box.x0, page_height + 8} : Point{box.x1 + 8, box.y0 + 10};
-    const bool logarithmic = plot.y_begin > 0;
-    const auto across = [&](double x) { return box.x0 + x / plot.x_end * box.width(); };
-    const auto down = [&](double y) {
-        const double share = logarithmic
-                                 ? std::log(y / plot.y_begin) / std::log(plot.y_end / plot.y_begin)
-                                 : y / plot.y_end;
-        return box.y1 - share * box.height();
-    };
     draw_svg(svg, plot_page_width, page_height + line_legend_row * rows, [&](const Page& page) {
         page.text({box.x0, 16}, plot.title, 10, black);
-        draw_x_axis(page, box, linear_ticks(0, plot.x_end, across), plot.x_title);
-        draw_y_axis(page, box,
-                    logarithmic ? decades(plot, box, down) : linear_ticks(0, plot.y_end, down),
-                    plot.y_title);
+        draw_x_axis(page, frame);
+        draw_y_axis(page, frame);
         for (std::size_t n = 0; n < plot.lines.size(); ++n) {
             const Line& line = plot.lines[n];
             Pen pen{1.2, line_colours[n % std::size(line_colours)]};
             if (line.dashed) pen.dashes = {4, 3};
             std::vector<Point> curve;
             for (const auto& [x, y] : line.points)
-                curve.push_back({across(x), down(logarithmic ? std::max(y, lowest) : y)});
+                curve.push_back(frame.at(x, logarithmic ? std::max(y, lowest) : y));
             page.clipped(box, [&] { page.curve(curve, pen); });
             const double y = legend.y + line_legend_row * static_cast<double>(n);
             pen.width = 1.4;
@@ -78,53 +57,17 @@ namespace {
 
 constexpr double values_top = 40, values_bottom = 230, residuals_top = 252, residuals_bottom = 340;
 constexpr double residual_page_height = 376, point_radius = 2.2;
-constexpr Colour series_colours[] = {
-    {0.10, 0.30, 0.65}, {0.85, 0.45, 0.05}, {0.05, 0.50, 0.35}, {0.70, 0.25, 0.50}};
+constexpr Colour series_colours[] = {blue, orange, green, rose};
 
 Colour series_colour(std::size_t series) {
     return series_colours[series % std::size(series_colours)];
 }
 
-/// The range of an axis, widened to round numbers.
-struct AxisRange {
-    double low = infinity, high = -infinity;
-
-    void include(std::initializer_list<double> values) {
-        low = std::min(low, std::min(values));
-        high = std::max(high, std::max(values));
-    }
-
-    void widen() {
-        if (high - low <= 1e-9 * std::max(std::abs(low), std::abs(high))) {  // one value alone
-            const double about = low == 0 ? 1 : std::abs(low) / 10;
-            low -= about;
-            high += about;
-        }
-        const double step = round_below((high - low) / 4);
-        low = step * std::floor(low / step + 1e-9);
-        high = step * std::ceil(high / step - 1e-9);
-    }
-
-    double share(double value) const { return (value - low) / (high - low); }
-};
-
-using Panel = PlotFrame<AxisRange>;
-
-void draw_axes(const Page& page, const Panel& panel, const std::string& x_title,
-               const std::string& y_title) {
-    draw_x_axis(page, panel.box,
-                linear_ticks(panel.x.low, panel.x.high, [&](double x) { return panel.across(x); }),
-                x_title);
-    draw_y_axis(page, panel.box,
-                linear_ticks(panel.y.low, panel.y.high, [&](double y) { return panel.down(y); }),
-                y_title);
-}
-
 /// A value with its bar.
-void draw_measured(const Page& page, const Panel& panel, double x, double y, double sigma,
+void draw_measured(const Page& page, const PlotFrame& frame, double x, double y, double sigma,
                    const Pen& pen) {
-    page.line(panel.at(x, y - sigma), panel.at(x, y + sigma), pen);
-    page.mark(panel.at(x, y), Marker::circle, point_radius, pen);
+    page.line(frame.at(x, y - sigma), frame.at(x, y + sigma), pen);
+    page.mark(frame.at(x, y), Marker::circle, point_radius, pen);
 }
 
 void draw_legend(const Page& page, const std::vector<ResidualSeries>& series, Point at) {
@@ -141,21 +84,26 @@ void draw_legend(const Page& page, const std::vector<ResidualSeries>& series, Po
 }  // namespace
 
 void draw_residual_plot(const ResidualPlot& plot, const std::filesystem::path& svg) {
-    Panel values{{46, values_top, plot_page_width - 14, values_bottom}, {}, {}};
-    Panel residuals{{46, residuals_top, plot_page_width - 14, residuals_bottom}, {}, {-2, 2}};
+    PlotFrame values{{46, values_top, plot_page_width - 14, values_bottom}, {}, {plot.y_title}};
+    PlotFrame residuals{{46, residuals_top, plot_page_width - 14, residuals_bottom},
+                        {},
+                        {"residual / sigma", false, -2, 2}};
     for (const ResidualSeries& series : plot.series)
         for (const auto& [x, observed, sigma, model] : series.points) {
             values.x.include({x});
             values.y.include({0, observed - sigma, observed + sigma, model});
             residuals.y.include({(observed - model) / sigma - 1, (observed - model) / sigma + 1});
         }
-    for (AxisRange* const range : {&values.x, &values.y, &residuals.y}) range->widen();
+    for (PlotAxis* const axis : {&values.x, &values.y, &residuals.y}) axis->round();
     residuals.x = values.x;
+    residuals.x.title = plot.x_title;
     draw_svg(svg, plot_page_width, residual_page_height, [&](const Page& page) {
         page.text({values.box.x0, 14}, plot.title, 10, black, Align::left, values.box.width());
         draw_legend(page, plot.series, {values.box.x0 + 4, 30});
-        draw_axes(page, values, "", plot.y_title);
-        draw_axes(page, residuals, plot.x_title, "residual / sigma");
+        for (const PlotFrame* const frame : {&values, &residuals}) {
+            draw_x_axis(page, *frame);
+            draw_y_axis(page, *frame);
+        }
         page.line(residuals.at(residuals.x.low, 0), residuals.at(residuals.x.high, 0), {0.8, grey});
         for (std::size_t n = 0; n < plot.series.size(); ++n)
             for (const auto& [x, observed, sigma, model] : plot.series[n].points) {
@@ -189,47 +137,26 @@ struct Style {
 
 /// Styles of measured series in their order: dark and light alternate, for print without colour.
 constexpr Style styles[] = {
-    {Marker::circle, {0.10, 0.30, 0.65}}, {Marker::square, {0.88, 0.55, 0.10}},
-    {Marker::cross, {0.05, 0.45, 0.35}},  {Marker::triangle, {0.80, 0.35, 0.60}},
-    {Marker::plus, {0.40, 0.25, 0.10}},   {Marker::diamond, {0.45, 0.65, 0.85}},
-    {Marker::circle, {0.80, 0.15, 0.10}}, {Marker::square, {0.30, 0.30, 0.30}},
+    {Marker::circle, blue},
+    {Marker::square, {0.88, 0.55, 0.10}},
+    {Marker::cross, {0.05, 0.45, 0.35}},
+    {Marker::triangle, {0.80, 0.35, 0.60}},
+    {Marker::plus, brown},
+    {Marker::diamond, sky},
+    {Marker::circle, {0.80, 0.15, 0.10}},
+    {Marker::square, {0.30, 0.30, 0.30}},
 };
 
-// Axes
-
-/// Whole decades that contain all values.
-struct Decades {
-    int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
-
-    void include(double value) {
-        const double decade = std::log10(value);
-        first = std::min(first, static_cast<int>(std::floor(decade)));
-        last = std::max(last, static_cast<int>(std::ceil(decade)));
-        if (first == last) ++last;
-    }
-    int count() const { return last - first; }
-
-    /// 0 at the first decade, 1 at the last.
-    double share(double value) const { return (std::log10(value) - first) / count(); }
-};
-
-using Frame = PlotFrame<Decades>;
-
-void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
+void draw_axes(const Page& page, const PlotFrame& frame) {
+    draw_x_axis(page, frame);
     const Box& box = frame.box;
-    draw_x_axis(page, box,
-                decade_ticks(frame.x.first, frame.x.last, box.width(), 30,
-                             [&](double x) { return frame.across(x); }),
-                panel.x_title);
-    for (int decade = frame.x.first; decade < frame.x.last; ++decade)
+    const double last = std::log10(frame.x.high) - 0.5;
+    for (double decade = std::log10(frame.x.low); decade < last; ++decade)
         for (int digit = 2; digit < 10; ++digit) {
             const double x = frame.across(digit * std::pow(10.0, decade));
             page.line({x, box.y1}, {x, box.y1 - 2.5}, {0.5, grey});
         }
-    draw_y_axis(page, box,
-                decade_ticks(frame.y.first, frame.y.last, box.height(), 11,
-                             [&](double y) { return frame.down(y); }),
-                panel.y_title);
+    draw_y_axis(page, frame);
     page.outline(box, {0.7, black});
 }
 
@@ -256,7 +183,7 @@ void draw_chosen_mark(const Page& page, Point at) {
     page.fill(shape, black);
 }
 
-void draw_steps(const Page& page, const Frame& frame, const PlotSeries& series) {
+void draw_steps(const Page& page, const PlotFrame& frame, const PlotSeries& series) {
     std::vector<Point> steps;
     for (const PlotPoint& point : series.points) {
         const Point at = frame.at(point.x, point.y);
@@ -266,7 +193,7 @@ void draw_steps(const Page& page, const Frame& frame, const PlotSeries& series) 
     page.curve(steps, {0.9, black});
 }
 
-void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
+void draw_series(const Page& page, const PlotFrame& frame, const PlotPanel& panel) {
     for (const Role role : {Role::measured, Role::frontier, Role::chosen})
         for (const PlotSeries& series : panel.series) {
             if (series.role != role) continue;
@@ -342,16 +269,20 @@ void check(const std::vector<PlotPanel>& panels) {
 }
 
 void draw_panel(const Page& page, const PlotPanel& panel, double top) {
-    Frame frame{{left, top + legend_height(panel), plot_page_width - right, 0}, {}, {}};
-    frame.box.y1 = frame.box.y0 + plot_height;
+    const double box_top = top + legend_height(panel);
+    PlotFrame frame{{left, box_top, plot_page_width - right, box_top + plot_height},
+                    {panel.x_title, true},
+                    {panel.y_title, true}};
     for (const PlotSeries& series : panel.series)
         for (const PlotPoint& point : series.points) {
-            frame.x.include(point.x);
-            frame.y.include(point.y);
+            frame.x.include({point.x});
+            frame.y.include({point.y});
         }
+    frame.x.round();
+    frame.y.round();
     page.text({left, top + 10}, panel.title, title_size, black);
     draw_legend(page, panel, top + title_height);
-    draw_axes(page, frame, panel);
+    draw_axes(page, frame);
     draw_series(page, frame, panel);
 }
 
@@ -383,9 +314,8 @@ constexpr double heading = 78, row_gap = 16;
 constexpr double layer_height = 5, layer_width = 70, max_radius = 39;
 constexpr double lobe_title_size = 11, text_size = 9;
 
-constexpr Colour curve_colours[] = {{0.10, 0.30, 0.65}, {0.05, 0.50, 0.35}, {0.85, 0.45, 0.05},
-                                    {0.70, 0.25, 0.50}, {0.40, 0.25, 0.10}, {0.45, 0.65, 0.85},
-                                    {0.20, 0.20, 0.20}, {0.60, 0.60, 0.10}};
+constexpr Colour curve_colours[] = {blue, green, orange, rose, brown, sky, {0.20, 0.20, 0.20},
+                                    olive};
 
 Colour curve_colour(std::size_t curve) { return curve_colours[curve % std::size(curve_colours)]; }
 

@@ -1,14 +1,11 @@
 #include <stratus/picture/portrait.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/picture/plots.h>
 #include <stratus/picture/png.h>
 
 #include "page.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace stratus {
 namespace {

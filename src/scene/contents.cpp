@@ -1,7 +1,5 @@
 #include <stratus/scene/contents.h>
 
-#include <stratus/base/constants.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,17 +7,17 @@
 namespace stratus {
 namespace {
 
-double sun_radius(const Scene& scene) noexcept {
+double sun_radius(const Scene& scene) {
     return scene.effects.sun_size ? scene.sun_diameter / 2 : 0;
 }
 
 /// The sun's height over z = 0, radians.
-double sun_elevation(const Scene& scene) noexcept {
+double sun_elevation(const Scene& scene) {
     return std::asin(std::clamp(scene.to_sun.z, -1.0, 1.0));
 }
 
 /// The ground of a planet or slab; null where it is black or there is none.
-const Texture* reflecting_ground(const Scene& scene) noexcept {
+const Texture* reflecting_ground(const Scene& scene) {
     const Texture* ground = nullptr;
     if (const Planet* const planet = std::get_if<Planet>(&scene.subject)) ground = &planet->surface;
     if (const Slab* const slab = std::get_if<Slab>(&scene.subject))
@@ -28,13 +26,13 @@ const Texture* reflecting_ground(const Scene& scene) noexcept {
 }
 
 /// Whether there is ground under a slab, black or not.
-bool has_ground(const Scene& scene) noexcept {
+bool has_ground(const Scene& scene) {
     const Slab* const slab = std::get_if<Slab>(&scene.subject);
     return slab && slab->surface;
 }
 
 /// The sides of a plane in z = 0 are told apart by the signs of z.
-SeenLight seen_light_of_plane(const Scene& scene) noexcept {
+SeenLight seen_light_of_plane(const Scene& scene) {
     const Camera& camera = scene.camera;
     const double ahead = camera.forward().z;
     const bool from_above = camera.orthographic ? ahead < 0 : camera.position.z > 0,
@@ -57,7 +55,7 @@ SeenLight seen_light_of_plane(const Scene& scene) noexcept {
     return seen;
 }
 
-bool is_shining(const Scene& scene) noexcept {
+bool is_shining(const Scene& scene) {
     const Rings* const rings = std::get_if<Rings>(&scene.subject);
     return rings && !rings->has_black_planet() &&
            (scene.effects.ringshine || scene.effects.planetshine);
@@ -67,7 +65,7 @@ bool is_shining(const Scene& scene) noexcept {
 
 /// z / |v| along v = start + t step, t in [0, 1]: its ends, and the one place between where it may
 /// be largest or smallest.
-void widen_along(Range& range, const Vector3& start, const Vector3& step) noexcept {
+void widen_along(Range& range, const Vector3& start, const Vector3& step) {
     auto add = [&](double t) {
         const Vector3 v = start + t * step;
         widen(range, v.z / length(v));
@@ -87,7 +85,7 @@ struct PictureDirections {
     Range azimuth{0, 2 * pi};  // from the x axis; unwrapped
 };
 
-PictureDirections picture_directions(const Scene& scene) noexcept {
+PictureDirections picture_directions(const Scene& scene) {
     const PictureRays rays(scene.camera, scene.width, scene.height);
     const double w = scene.width, h = scene.height;
     const Vector3 forward = scene.camera.forward();
@@ -132,13 +130,13 @@ PictureDirections picture_directions(const Scene& scene) noexcept {
 
 /// Distance from the plane's axis up to which there may be a layer. Cells of pixels that reach rings
 /// are looked up at their middle, which may lie beside these.
-double farthest_layer(const Scene& scene) noexcept {
+double farthest_layer(const Scene& scene) {
     const Slab* const slab = std::get_if<Slab>(&scene.subject);
     return slab && !slab->surface ? std::sqrt(2.0) * slab->half_size : infinity;
 }
 
 /// Cosines at which the part of the plane that may be seen is seen.
-Range cosines_of_view(const Scene& scene, const Range& z) noexcept {
+Range cosines_of_view(const Scene& scene, const Range& z) {
     const Camera& camera = scene.camera;
     Range mu{0, 0};
     if (camera.orthographic) {
@@ -159,7 +157,7 @@ Range cosines_of_view(const Scene& scene, const Range& z) noexcept {
 }
 
 /// Azimuths between 0 and 180 degrees of a range of differences.
-Range folded(const Range& range) noexcept {
+Range folded(const Range& range) {
     if (range.max - range.min >= 2 * pi) return {0, 180};
     Range around{180, 0};
     for (const double end : {range.min, range.max})
@@ -173,7 +171,7 @@ Range folded(const Range& range) noexcept {
     return around;
 }
 
-SeenDirections directions_over_plane(const Scene& scene) noexcept {
+SeenDirections directions_over_plane(const Scene& scene) {
     const PictureDirections picture = picture_directions(scene);
     const double elevation = sun_elevation(scene), radius = sun_radius(scene);
     SeenDirections seen;
@@ -205,7 +203,7 @@ SeenDirections directions_over_plane(const Scene& scene) noexcept {
 }
 
 /// Between the directions to the sun and to the eye on a globe, radians.
-Range phase_angles(const Scene& scene) noexcept {
+Range phase_angles(const Scene& scene) {
     const Camera& camera = scene.camera;
     const double distance = length(camera.position);
     double spread = sun_radius(scene);
@@ -221,7 +219,7 @@ Range phase_angles(const Scene& scene) noexcept {
 
 /// On a globe all directions occur whose scattering angle is that between sun and eye. Beyond a phase
 /// angle of 90 degrees the brightest point of the visible part lies on its edge.
-SeenDirections directions_on_globe(const Scene& scene, const Planet& planet) noexcept {
+SeenDirections directions_on_globe(const Scene& scene, const Planet& planet) {
     if (planet.has_rings || seen_shell(scene) > 0) return {};
     const double least = phase_angles(scene).min;
     const Range mu{least_cosine, least > pi / 2 ? std::sin(least) : 1.0};
@@ -229,7 +227,7 @@ SeenDirections directions_on_globe(const Scene& scene, const Planet& planet) noe
 }
 
 /// Over a box of directions, degrees.
-Range scattering_angles_over(const SeenDirections& seen, Side side) noexcept {
+Range scattering_angles_over(const SeenDirections& seen, Side side) {
     Range angles{180, 0};
     // Over cosines the angle may turn between the corners; so many steps miss little of it, and the
     // range is widened by as much.
@@ -252,11 +250,16 @@ Range scattering_angles_over(const SeenDirections& seen, Side side) noexcept {
 
 }  // namespace
 
-void widen(Range& range, double value) noexcept {
+void widen(Range& range, double value) {
     range = {std::min(range.min, value), std::max(range.max, value)};
 }
 
-SeenLight seen_light(const Scene& scene) noexcept {
+void widen(Range& range, const Range& other) {
+    widen(range, other.min);
+    widen(range, other.max);
+}
+
+SeenLight seen_light(const Scene& scene) {
     SeenLight seen;
     if (std::holds_alternative<Planet>(scene.subject)) {
         seen.reflection = true;
@@ -274,13 +277,13 @@ SeenLight seen_light(const Scene& scene) noexcept {
     return seen;
 }
 
-SeenDirections seen_directions(const Scene& scene) noexcept {
+SeenDirections seen_directions(const Scene& scene) {
     if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
         return directions_on_globe(scene, *planet);
     return is_shining(scene) ? SeenDirections{} : directions_over_plane(scene);
 }
 
-Range seen_scattering_angles(const Scene& scene, Side side) noexcept {
+Range seen_scattering_angles(const Scene& scene, Side side) {
     const Planet* const planet = std::get_if<Planet>(&scene.subject);
     if (planet && !planet->has_rings) {
         const Range phase = phase_angles(scene);
@@ -290,19 +293,17 @@ Range seen_scattering_angles(const Scene& scene, Side side) noexcept {
 }
 
 std::vector<MatterSpan> matter_spans(const Scene& scene) {
-    const auto [least, most] =
-        std::minmax_element(scene.layer.albedo.begin(), scene.layer.albedo.end());
+    const auto [least, most] = std::ranges::minmax(scene.layer.albedo);
     std::vector<MatterSpan> spans;
     // Depths of red, green and blue.
     const auto& extinction = scene.layer.extinction;
-    const Range channels{*std::min_element(extinction.begin(), extinction.end()),
-                         *std::max_element(extinction.begin(), extinction.end())};
+    const auto channels = std::ranges::minmax(extinction);
     const Rings* const rings = std::get_if<Rings>(&scene.subject);
     if (!rings) {
         const double deepest = seen_depth(scene, scene.layer.optical_depth.max);
         const double thinnest = scene.layer.optical_depth.is_plain() ? deepest : 0;
         if (deepest * channels.max > 0)
-            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {*least, *most}});
+            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {least, most}});
         return spans;
     }
     const RingProfile& profile = rings->profile;
@@ -320,16 +321,11 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
     return spans;
 }
 
-double brightest_ground(const Scene& scene) noexcept {
+double brightest_ground(const Scene& scene) {
     const Texture* const ground = scene.effects.background ? reflecting_ground(scene) : nullptr;
     if (!ground) return 0;
-    const auto brightest = [](const Rgb& colour) {
-        return double{std::max({colour.r, colour.g, colour.b})};
-    };
     if (ground->pattern == Texture::Pattern::image) {
-        float most = 0;
-        for (const float value : ground->image->rgb) most = std::max(most, value);
-        return double{most};
+        return double{std::ranges::max(ground->image->rgb)};
     }
     return std::max(brightest(ground->colour), brightest(ground->other));
 }

@@ -2,7 +2,6 @@
 #include <stratus/base/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
-#include <stratus/transfer/solve_to_tolerance.h>
 
 #include <algorithm>
 #include <cmath>

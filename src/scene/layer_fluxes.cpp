@@ -18,13 +18,6 @@ std::vector<double> per_intercepted(const std::vector<float>& fluxes, const Tabl
     return divided;
 }
 
-LayerFluxes::Weights wide_weights(const AxisView& axis, double value) noexcept {
-    const Stencil stencil = axis.stencil(value);
-    LayerFluxes::Weights wide{stencil.first, {}};
-    for (std::size_t i = 0; i < wide.weight.size(); ++i) wide.weight[i] = double{stencil.weight[i]};
-    return wide;
-}
-
 }  // namespace
 
 LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<double, 3>& albedo)
@@ -37,17 +30,17 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
                         per_intercepted(table.plane_albedo, table),
                         {table.spherical_albedo.begin(), table.spherical_albedo.end()}});
     for (std::size_t c = 0; c < own_albedo_.size(); ++c) {
-        const Weights at = wide_weights(albedo_, own_albedo_[c]);
+        const Stencil at = albedo_.stencil(own_albedo_[c]);
         for (const Values& all : all_) {
             Values own;
             for (std::size_t flux = 0; flux < own.size(); ++flux) {
                 const std::size_t row_size = all[flux].size() / size(albedo_.count);
                 own[flux].assign(row_size, 0.0);
-                for (std::size_t a = 0; a < at.weight.size(); ++a) {
+                for (std::size_t a = 0; a < stencil_size; ++a) {
                     if (at.weight[a] == 0) continue;
                     const std::size_t row = size(at.first) + a;
                     for (std::size_t i = 0; i < row_size; ++i)
-                        own[flux][i] += at.weight[a] * all[flux][row * row_size + i];
+                        own[flux][i] += double{at.weight[a]} * all[flux][row * row_size + i];
                 }
             }
             own_[c].push_back(std::move(own));
@@ -60,29 +53,29 @@ LayerFluxes::LayerFluxes(const std::vector<Table>& tables, const std::array<doub
                 if (!flux.empty()) flux.resize(flux.size() + stencil_size, 0.0);
 }
 
-void LayerFluxes::set_cosine(Place& place, double mu) const noexcept {
+void LayerFluxes::set_cosine(Place& place, double mu) const {
     place.cosine = mu;
-    place.mu = wide_weights(mu_, mu);
+    place.mu = mu_.stencil(mu);
 }
 
-void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) const noexcept {
+void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) const {
     const bool own = albedo == own_albedo_[channel];
     place.values = own ? &own_[channel] : &all_;
-    place.albedo = own ? Weights{} : wide_weights(albedo_, albedo);
+    place.albedo = own ? Stencil{0, {1, 0, 0, 0}} : albedo_.stencil(albedo);
 }
 
-void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const noexcept {
+void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const {
     place.intercepted = intercepted_share(optical_depth, place.cosine);
     place.thinness = 1;
     if (optical_depth_.count == 0 || std::isinf(optical_depth)) {
         place.optical_depth = {optical_depth_.size() - 1, {1, 0, 0, 0}};
         return;
     }
-    place.optical_depth = wide_weights(optical_depth_, optical_depth);
+    place.optical_depth = optical_depth_.stencil(optical_depth);
     place.thinness = std::min(1.0, optical_depth / optical_depth_.lowest);
 }
 
-double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const noexcept {
+double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const {
     const std::vector<double>& values = (*place.values)[table][flux];
     if (values.empty()) return 0;
     const bool of_all_cosines = flux == spherical_albedo;
@@ -92,11 +85,11 @@ double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const n
     for (std::size_t a = 0; a < stencil_size; ++a) {
         if (place.albedo.weight[a] == 0) continue;
         for (std::size_t d = 0; d < stencil_size; ++d) {
-            const double share = place.albedo.weight[a] * place.optical_depth.weight[d];
+            const double share =
+                double{place.albedo.weight[a]} * double{place.optical_depth.weight[d]};
             if (share == 0) continue;
-            const std::size_t row =
-                (size(place.albedo.first) + a) * static_cast<std::size_t>(optical_depth_.size()) +
-                size(place.optical_depth.first) + d;
+            const std::size_t row = (size(place.albedo.first) + a) * size(optical_depth_.size()) +
+                                    size(place.optical_depth.first) + d;
             const double* const from = values.data() + row * cosines;
             if (of_all_cosines) {
                 sum += share * *from;
@@ -104,8 +97,8 @@ double LayerFluxes::at(const Place& place, Flux flux, std::size_t table) const n
             }
             const double* const near = from + place.mu.first;
             const auto& weight = place.mu.weight;
-            sum += share * (weight[0] * near[0] + weight[1] * near[1] + weight[2] * near[2] +
-                            weight[3] * near[3]);
+            sum += share * (double{weight[0]} * near[0] + double{weight[1]} * near[1] +
+                            double{weight[2]} * near[2] + double{weight[3]} * near[3]);
         }
     }
     return factor * sum;

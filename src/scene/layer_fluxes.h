@@ -7,8 +7,6 @@
 #include <stratus/table/table.h>
 
 #include <array>
-#include <cstddef>
-#include <vector>
 
 namespace stratus {
 
@@ -18,15 +16,9 @@ class LayerFluxes {
   public:
     enum Flux : std::size_t { diffuse_transmittance, plane_albedo, spherical_albedo };
 
-    /// Samples and their weights, as in Stencil.
-    struct Weights {
-        int first = 0;
-        std::array<double, stencil_size> weight{1, 0, 0, 0};
-    };
-
     /// A layer and a cosine among the samples of the tables.
     struct Place {
-        Weights mu, albedo, optical_depth;
+        Stencil mu{}, albedo{}, optical_depth{};
         double cosine = 1;
         double intercepted = 1;                       // share, of light along the cosine
         double thinness = 1;                          // of layers thinner than the tables', below 1
@@ -36,13 +28,13 @@ class LayerFluxes {
     /// `tables` differ in their mixtures alone; `albedo` of the layer in each channel.
     LayerFluxes(const std::vector<Table>& tables, const std::array<double, 3>& albedo);
 
-    void set_albedo(Place& place, std::size_t channel, double albedo) const noexcept;
-    void set_cosine(Place& place, double mu) const noexcept;
+    void set_albedo(Place& place, std::size_t channel, double albedo) const;
+    void set_cosine(Place& place, double mu) const;
     /// After the cosine.
-    void set_optical_depth(Place& place, double optical_depth) const noexcept;
+    void set_optical_depth(Place& place, double optical_depth) const;
 
     /// By one of the tables, at a place whose parts are all set; 0 where it has no such flux.
-    double at(const Place& place, Flux flux, std::size_t table = 0) const noexcept;
+    double at(const Place& place, Flux flux, std::size_t table = 0) const;
 
   private:
     AxisView albedo_, optical_depth_, mu_;

@@ -1,17 +1,11 @@
-#include <stratus/scene/layer_light.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/base/argument.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/contents.h>
 
 #include "layer_fluxes.h"
 #include "ring_light.h"
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
-#include <type_traits>
 
 namespace stratus {
 namespace {
@@ -23,7 +17,7 @@ Opposition scene_opposition(const Scene& scene) {
 }
 
 /// Whether a picture has so many samples, all of one sun, that RingOrders saves more than it costs.
-bool tabulates_orders(const Scene& scene, const Rings& rings) noexcept {
+bool tabulates_orders(const Scene& scene, const Rings& rings) {
     constexpr double lookups = 200;  // for each row of the profile
     const double samples = 1.0 * scene.width * scene.height * scene.samples * scene.samples;
     const bool one_sun = scene.sun_diameter == 0 || !scene.effects.sun_size;
@@ -32,7 +26,7 @@ bool tabulates_orders(const Scene& scene, const Rings& rings) noexcept {
 
 }  // namespace
 
-void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side) noexcept {
+void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side) {
     widen(mu_in, geometry.mu_in);
     widen(mu_out, geometry.mu_out);
     widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
@@ -111,7 +105,7 @@ void LayerLight::shine(int threads, LightDetail detail) {
         planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads, detail);
 }
 
-Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
+Rgb3 LayerLight::ringshine(const Vector3& point) const {
     Rgb3 sum{};
     if (ring_shine_)
         for (const LightSource& source : ring_shine_->sources(point)) sum = sum + source.irradiance;
@@ -126,7 +120,8 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return channel_depth(*matter, c); };
     Effects effects;
-    effects.single = scene_.effects.single && seen_shell(scene_) == 0;  // else by planet_and_slab.cpp
+    effects.single =
+        scene_.effects.single && seen_shell(scene_) == 0;  // else by planet_and_slab.cpp
     effects.multiple = multiple;
     effects.reflection = scene_.effects.reflection;
     effects.transmission = scene_.effects.transmission;
@@ -147,12 +142,12 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
             bound(Medium<3>{{depth(0), depth(1), depth(2)}, {albedo[0], albedo[1], albedo[2]}});
 }
 
-double LayerLight::channel_depth(const Matter& matter, std::size_t c) const noexcept {
+double LayerLight::channel_depth(const Matter& matter, std::size_t c) const {
     return seen_depth(scene_, matter.optical_depth) * scene_.layer.extinction[c];
 }
 
 template <class Function>
-Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const noexcept {
+Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const {
     const auto& extinction = scene_.layer.extinction;
     Rgb3 all;
     for (std::size_t c = 0; c < all.size(); ++c)
@@ -162,20 +157,20 @@ Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const n
 }
 
 template <class Function>
-Rgb3 LayerLight::own_channels(const Function& of) const noexcept {
-    Rgb3 value;
-    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(*channels_[c], c)[c];
-    return value;
+Rgb3 LayerLight::own_channels(const Function& value) const {
+    Rgb3 all;
+    for (std::size_t c = 0; c < all.size(); ++c) all[c] = value(*channels_[c], c)[c];
+    return all;
 }
 
-Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noexcept {
+Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const {
     Matter own = matter;
     own.albedo.fill(matter.albedo[c]);
     own.optical_depth *= scene_.layer.extinction[c];
     return own;
 }
 
-Scattering LayerLight::scattering(Side side, const Geometry& geometry) const noexcept {
+Scattering LayerLight::scattering(Side side, const Geometry& geometry) const {
     const double cosine = cos_scattering_angle(side, geometry);
     Scattering made{side, geometry, cosine, {}};
     const auto& components = scene_.layer.components;
@@ -185,7 +180,7 @@ Scattering LayerLight::scattering(Side side, const Geometry& geometry) const noe
 }
 
 double LayerLight::single(double mixture, double optical_depth,
-                          const Scattering& scattering) const noexcept {
+                          const Scattering& scattering) const {
     const auto& [side, geometry, cosine, phases] = scattering;
     double phase = phases[0];
     if (scene_.layer.components.size() > 1) phase = mixture * phase + (1 - mixture) * phases[1];
@@ -199,7 +194,7 @@ double LayerLight::single(double mixture, double optical_depth,
 }
 
 Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
-                          LightPath path) const noexcept {
+                          LightPath path) const {
     const LayerTable* const own = table(path);
     if (!own || !is_wanted(scattering.side) || matter.optical_depth == 0) return {};
     PackedLayers layers;
@@ -212,20 +207,20 @@ Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering,
     return {value[0], value[1], value[2]};
 }
 
-Rgb3 LayerLight::once(const Matter& matter, const Scattering& scattering) const noexcept {
+Rgb3 LayerLight::once(const Matter& matter, const Scattering& scattering) const {
     if (!scene_.effects.single || !is_wanted(scattering.side) || seen_shell(scene_) > 0) return {};
     return matter.albedo * each_depth(matter, [&](double depth) {
                return depth == 0 ? 0 : single(matter.mixture, depth, scattering);
            });
 }
 
-Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const noexcept {
+Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const {
     if (!is_wanted(scattering.side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, scattering.geometry, scattering.side);
     return once(matter, scattering) + multiple(matter, scattering);
 }
 
-Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const noexcept {
+Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const {
     const bool reflected = side == Side::reflection;
     if (!is_wanted(side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
@@ -250,13 +245,13 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     return once(matter, ready) + multiple(matter, ready);
 }
 
-bool LayerLight::has_sums() const noexcept {
+bool LayerLight::has_sums() const {
     if (recorded_) return false;
     if (channels_.empty()) return !std::holds_alternative<std::monostate>(slice_);
     return std::ranges::all_of(channels_, [](const auto& each) { return each->has_sums(); });
 }
 
-void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexcept {
+void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) {
     Batch& all = batch(side);
     const std::size_t k = all.count++;
     all.mu_in[k] = static_cast<float>(geometry.mu_in);
@@ -267,7 +262,7 @@ void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexc
     if (all.count == most) look_up(side);
 }
 
-void LightSum::look_up(Side side) noexcept {
+void LightSum::look_up(Side side) {
     Batch& all = batch(side);
     if (all.count == 0) return;
     // Values of a layer's slice, into channels [begin, end) of the sums.
@@ -300,19 +295,19 @@ void LightSum::look_up(Side side) noexcept {
     all.count = 0;
 }
 
-void LightSum::finish() noexcept {
+void LightSum::finish() {
     look_up(Side::reflection);
     look_up(Side::transmission);
 }
 
-Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
+Rgb3 LayerLight::beam(const Matter& matter, double mu) const {
     return each_depth(matter, [&](double depth) { return direct_transmittance(depth, mu); });
 }
 
 /// Where channels find their fluxes at a cosine, one after another: what they share is found once.
 class LayerLight::FluxLookup {
   public:
-    const LayerFluxes::Place& place(const Channel& channel) noexcept {
+    const LayerFluxes::Place& place(const Channel& channel) {
         const LayerFluxes* const fluxes = channel.light.fluxes_.get();
         const bool other = fluxes != fluxes_;
         if (other) fluxes->set_cosine(place_, channel.mu);
@@ -331,8 +326,7 @@ class LayerLight::FluxLookup {
 };
 
 template <class Function>
-auto LayerLight::each_channel(const Matter& matter, double mu,
-                              const Function& value) const noexcept {
+auto LayerLight::each_channel(const Matter& matter, double mu, const Function& value) const {
     const auto& extinction = scene_.layer.extinction;
     std::array<std::invoke_result_t<Function, const LayerLight&, const Channel&>, 3> all{};
     FluxLookup fluxes;
@@ -349,20 +343,20 @@ auto LayerLight::each_channel(const Matter& matter, double mu,
     return all;
 }
 
-double LayerLight::transmittance(const Channel& channel) const noexcept {
+double LayerLight::transmittance(const Channel& channel) const {
     if (channel.optical_depth == 0) return 1;
     const double beam = direct_transmittance(channel.optical_depth, channel.mu);
     if (!fluxes_ || !scene_.effects.transmission) return beam;
     return beam + fluxes_->at(channel.fluxes.place(channel), LayerFluxes::diffuse_transmittance);
 }
 
-double LayerLight::spherical_albedo(const Channel& channel) const noexcept {
+double LayerLight::spherical_albedo(const Channel& channel) const {
     if (!fluxes_ || channel.optical_depth == 0) return 0;
     if (is_stack()) return table(LightPath::fluxes)->headers[0].spherical_albedo_below;
     return fluxes_->at(channel.fluxes.place(channel), LayerFluxes::spherical_albedo);
 }
 
-double LayerLight::diffuse_transmittance(const Channel& channel) const noexcept {
+double LayerLight::diffuse_transmittance(const Channel& channel) const {
     double once = 0;
     if (!scattered_once_.empty()) {
         once = scattered_once_[0](channel.optical_depth, channel.mu);
@@ -385,19 +379,19 @@ double LayerLight::diffuse_transmittance(const Channel& channel) const noexcept 
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 
-double LayerLight::reflected_share(const Channel& channel) const noexcept {
+double LayerLight::reflected_share(const Channel& channel) const {
     if (!fluxes_ || !scene_.effects.reflection || channel.optical_depth == 0) return 0;
     return fluxes_->at(channel.fluxes.place(channel), LayerFluxes::plane_albedo);
 }
 
-double LayerLight::passing_share(const Channel& channel) const noexcept {
+double LayerLight::passing_share(const Channel& channel) const {
     const double depth = channel.optical_depth, direct = direct_transmittance(depth, channel.mu);
     return background_scatters_ && depth > 0 && depth < infinity
                ? std::min(1.0, direct + diffuse_transmittance(channel))
                : direct;
 }
 
-Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
+Rgb3 LayerLight::background(const Matter& matter, double mu) const {
     if (is_stack() && !channels_.empty())
         return own_channels([&](const LayerLight& light, std::size_t c) {
             return light.background(channel_matter(matter, c), mu);
@@ -410,7 +404,7 @@ Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
     return each_channel(matter, mu, &LayerLight::passing_share);
 }
 
-Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept {
+Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const {
     if (!scene_.effects.background) return {};
     struct Passed {
         double transmitted, returned;
@@ -426,11 +420,11 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albed
     return value;
 }
 
-Rgb3 LayerLight::total_transmittance(const Matter& matter, double mu) const noexcept {
+Rgb3 LayerLight::total_transmittance(const Matter& matter, double mu) const {
     return each_channel(matter, mu, &LayerLight::transmittance);
 }
 
-Rgb3 LayerLight::plane_albedo(const Matter& matter, double mu) const noexcept {
+Rgb3 LayerLight::plane_albedo(const Matter& matter, double mu) const {
     return each_channel(matter, mu, &LayerLight::reflected_share);
 }
 

@@ -5,14 +5,8 @@
 
 #include "sections.h"
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <filesystem>
-#include <string>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace stratus::scene_file {
 namespace {

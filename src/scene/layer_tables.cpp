@@ -3,12 +3,8 @@
 #include <stratus/base/argument.h>
 #include <stratus/table/member_and_ground.h>
 
-#include <algorithm>
-#include <cstddef>
 #include <map>
 #include <span>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 namespace stratus {
@@ -132,7 +128,7 @@ class GivenTable {
         return made;
     }
 
-    bool has_served() const noexcept { return served_; }
+    bool has_served() const { return served_; }
 
   private:
     std::optional<Table> family_;

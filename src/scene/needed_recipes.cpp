@@ -5,10 +5,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <string>
 #include <utility>
 
 namespace stratus {
@@ -96,8 +93,7 @@ Asked asked_by_shine(const Scene& scene) {
     const SeenDirections sunlight = seen_directions(without_shine(scene));
     const double sun = std::abs(scene.to_sun.z);
     if (scene.effects.ringshine) widen(out, sun);
-    if (scene.effects.planetshine)
-        for (const double end : {sunlight.mu_out.min, sunlight.mu_out.max}) widen(out, end);
+    if (scene.effects.planetshine) widen(out, sunlight.mu_out);
     return {{all_cosines, out, all_azimuths}, scene.effects.reflection, scene.effects.transmission};
 }
 
@@ -163,8 +159,8 @@ Range tabulated_azimuths(const Range& asked) {
 
 /// Makes mu_in and mu_out the same where that takes no more pairs than both as they are.
 void take_fewer_pairs(Recipe& recipe) {
-    const Range both{std::min(recipe.mu_in.min, recipe.mu_out.min),
-                     std::max(recipe.mu_in.max, recipe.mu_out.max)};
+    Range both = recipe.mu_in;
+    widen(both, recipe.mu_out);
     if (solved_pairs(both, both) <= solved_pairs(recipe.mu_in, recipe.mu_out))
         recipe.mu_in = recipe.mu_out = both;
 }
@@ -236,7 +232,7 @@ std::optional<Matter> uniform_matter(const Scene& scene) {
     return Matter{scene.layer.optical_depth.max, scene.layer.albedo, 1};
 }
 
-const char* light_path_name(LightPath path) noexcept {
+const char* light_path_name(LightPath path) {
     constexpr const char* names[] = {"sunlight", "fluxes", "shine"};
     return names[static_cast<std::size_t>(path)];
 }
@@ -328,15 +324,10 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     Recipe both = one;
     both.tolerance = std::min(one.tolerance, other.tolerance);
     for (Range Recipe::*const range : {&Recipe::optical_depth, &Recipe::albedo, &Recipe::mu_in,
-                                       &Recipe::mu_out, &Recipe::azimuth}) {
-        widen(both.*range, (other.*range).min);
-        widen(both.*range, (other.*range).max);
-    }
+                                       &Recipe::mu_out, &Recipe::azimuth})
+        widen(both.*range, other.*range);
     take_fewer_pairs(both);
-    if (Range* const mixture = mixture_range(both)) {
-        widen(*mixture, mixture_range(other)->min);
-        widen(*mixture, mixture_range(other)->max);
-    }
+    if (Range* const mixture = mixture_range(both)) widen(*mixture, *mixture_range(other));
     both.reflection = one.reflection || other.reflection;
     both.transmission = one.transmission || other.transmission;
     return both;

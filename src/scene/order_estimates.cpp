@@ -1,10 +1,7 @@
 #include <stratus/scene/plan.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/contents.h>
-#include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
 #include <algorithm>
@@ -49,12 +46,13 @@ struct ScatteringMatter {
 };
 
 ScatteringMatter scattering_matter(const std::vector<MatterSpan>& spans) {
-    double deepest = 0, thinnest = infinity, albedo = 0;
+    Range depth{infinity, 0}, albedos{1, 0};
     for (const MatterSpan& span : spans) {
-        deepest = std::max(deepest, span.optical_depth.max);
-        thinnest = std::min(thinnest, span.optical_depth.min);
-        albedo = std::max(albedo, span.albedo.max);
+        widen(depth, span.optical_depth);
+        widen(albedos, span.albedo);
     }
+    const auto [thinnest, deepest] = depth;
+    const double albedo = albedos.max;
     if (std::isinf(deepest)) return {{1, 1, true}, albedo};
     const double octaves =
         thinnest > 0 ? 1 + std::ceil(std::log2(deepest / thinnest) - 1e-9) : max_octaves;
@@ -74,10 +72,7 @@ std::vector<std::vector<PhaseFunction>> mixed_phase_functions(
     const auto& parts = scene.layer.components;
     if (parts.size() < 2) return {{parts[0]}};
     Range mixture{1, 0};
-    for (const MatterSpan& span : spans) {
-        widen(mixture, span.mixture.min);
-        widen(mixture, span.mixture.max);
-    }
+    for (const MatterSpan& span : spans) widen(mixture, span.mixture);
     std::vector<std::vector<PhaseFunction>> all;
     for (const double share : {mixture.min, (mixture.min + mixture.max) / 2, mixture.max}) {
         all.push_back({PhaseFunction::mixture(std::clamp(share, 0.0, 1.0), parts[0], parts[1])});

@@ -1,19 +1,14 @@
 // Reports for people on what each effect of a scene changes and costs.
 #include <stratus/bake/accuracy.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/scene/contents.h>
-#include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
 #include "render_forecast.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <memory>
 #include <utility>
 
 namespace stratus {
@@ -40,34 +35,30 @@ double brightest_channel(const float* pixel) {
 
 struct PictureChange {
     double mean = 0, max = 0;
-    int x = 0, y = 0;             // of max
+    int pixel = 0;                // of max, row by row
     std::vector<float> relative;  // of each pixel
 };
 
 PictureChange change_between(const Image& all, const Image& some) {
-    double brightest = 0, light = 0, sum = 0;
-    for (int y = 0; y < all.height; ++y)
-        for (int x = 0; x < all.width; ++x) {
-            brightest = std::max(brightest, brightest_channel(all.pixel(x, y)));
-            light += brightest_channel(all.pixel(x, y));
-        }
+    double largest = 0, light = 0, sum = 0;
+    for (std::size_t k = 0; k < all.rgb.size(); k += 3) {
+        largest = std::max(largest, brightest_channel(&all.rgb[k]));
+        light += brightest_channel(&all.rgb[k]);
+    }
     PictureChange change;
-    if (brightest == 0) return change;
-    for (int y = 0; y < all.height; ++y)
-        for (int x = 0; x < all.width; ++x) {
-            const float *const one = all.pixel(x, y), *const other = some.pixel(x, y);
-            double difference = 0;
-            for (int c = 0; c < 3; ++c)
-                difference = std::max(difference, std::abs(double{one[c]} - double{other[c]}));
-            sum += difference;
-            const double relative =
-                difference / std::max(brightest_channel(one), min_reference * brightest);
-            change.relative.push_back(static_cast<float>(relative));
-            if (relative <= change.max) continue;
-            change.max = relative;
-            change.x = x;
-            change.y = y;
-        }
+    if (largest == 0) return change;
+    for (std::size_t k = 0; k < all.rgb.size(); k += 3) {
+        double difference = 0;
+        for (std::size_t c = k; c < k + 3; ++c)
+            difference = std::max(difference, std::abs(double{all.rgb[c]} - double{some.rgb[c]}));
+        sum += difference;
+        const double relative =
+            difference / std::max(brightest_channel(&all.rgb[k]), min_reference * largest);
+        change.relative.push_back(static_cast<float>(relative));
+        if (relative <= change.max) continue;
+        change.max = relative;
+        change.pixel = static_cast<int>(k / 3);
+    }
     change.mean = sum / light;
     return change;
 }
@@ -188,6 +179,7 @@ PictureChange effect_change(EffectFlag effect, SparsePictures& pictures) {
 
 std::vector<EffectShare> effect_shares(SparsePictures& pictures, const Plan& plan) {
     const Scene& scene = pictures.scene();
+    const int width = pictures.with(plain_effects(scene.effects)).width;
     std::vector<EffectShare> shares;
     for (const auto& [name, effect] : scene_effects()) {
         if (!(scene.effects.*effect)) continue;
@@ -202,8 +194,8 @@ std::vector<EffectShare> effect_shares(SparsePictures& pictures, const Plan& pla
         share.max = change.max;
         share.changes = change.relative;
         if (change.max > 0)
-            share.where = "pixel (" + std::to_string(change.x) + ", " + std::to_string(change.y) +
-                          ") of the sparse picture";
+            share.where = "pixel (" + std::to_string(change.pixel % width) + ", " +
+                          std::to_string(change.pixel / width) + ") of the sparse picture";
         std::optional<ChangeEstimate> estimate;
         if (effect == &SceneEffects::opposition) estimate = opposition_estimate(scene);
         for (const LeftOut& left : plan.left_out)

@@ -1,20 +1,14 @@
 // Planets, the shells of their layers, and slabs.
-#include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
 #include "ring_light.h"
 #include "subjects.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-
 namespace stratus {
 namespace {
 
 /// Distance at which a ray enters the unit sphere; negative: nowhere.
-double distance_to_sphere(const Ray& ray) noexcept {
+double distance_to_sphere(const Ray& ray) {
     const double along = dot(ray.origin, ray.direction);
     // By the ray's nearest point, as below.
     const Vector3 nearest = ray.origin - along * ray.direction;
@@ -24,7 +18,7 @@ double distance_to_sphere(const Ray& ray) noexcept {
 
 }  // namespace
 
-double distance_to_globe(const Ray& ray, double flattening) noexcept {
+double distance_to_globe(const Ray& ray, double flattening) {
     const double stretch = 1 / (1 - flattening);
     const Vector3 o{ray.origin.x, ray.origin.y, ray.origin.z * stretch};
     const Vector3 d{ray.direction.x, ray.direction.y, ray.direction.z * stretch};
@@ -36,12 +30,12 @@ double distance_to_globe(const Ray& ray, double flattening) noexcept {
     return under > 0 ? -along - std::sqrt(under) : -1;
 }
 
-Vector3 globe_normal(const Vector3& point, double flattening) noexcept {
+Vector3 globe_normal(const Vector3& point, double flattening) {
     const double stretch = 1 / (1 - flattening);
     return normalised({point.x, point.y, point.z * stretch * stretch});
 }
 
-double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& cell) noexcept {
+double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& cell) {
     const double waves =
         std::max(layer.optical_depth.waves(sphere_extent), planet.surface.waves(sphere_extent));
     if (waves == 0) return 0;
@@ -56,14 +50,13 @@ double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& c
     return waves * std::max(length(points[1] - points[0]), length(points[3] - points[2]));
 }
 
-PlanetPlace planet_place(const Planet& planet, const SceneLayer& layer,
-                         const Vector3& normal) noexcept {
+PlanetPlace planet_place(const Planet& planet, const SceneLayer& layer, const Vector3& normal) {
     const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
     const SurfacePoint point = placed ? sphere_point(normal) : SurfacePoint{normal, 0, 0};
     return {point, {layer.optical_depth.at(point), layer.albedo, 1}};
 }
 
-Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) noexcept {
+Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal) {
     const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
     const auto [point, matter] = planet_place(planet, view.scene.layer, normal);
     const Rgb3 light = layer_light(view, matter, geometry, Side::reflection);
@@ -74,7 +67,7 @@ Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal)
                 view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 
-Rgb3 ray_radiance(const Planet& planet, const View& view) noexcept {
+Rgb3 ray_radiance(const Planet& planet, const View& view) {
     if (seen_shell(view.scene) > 0) return shell_radiance(planet, view);
     const double distance = distance_to_sphere(view.ray);
     if (distance < 0)
@@ -103,16 +96,16 @@ const GaussLegendre& gauss() {
 }
 
 /// From radius r along a direction of cosine mu to the vertical, out of the sphere of radius `top`.
-double path_out(double top, double r, double mu) noexcept {
+double path_out(double top, double r, double mu) {
     return std::sqrt(std::max(0.0, top * top - r * r * (1 - mu * mu))) - r * mu;
 }
 
 /// Whether the planet hides what lies along a direction.
-bool is_hidden(double r, double mu) noexcept { return mu < 0 && r * r * (1 - mu * mu) < 1; }
+bool is_hidden(double r, double mu) { return mu < 0 && r * r * (1 - mu * mu) < 1; }
 
 /// The cosine at which light leaves a plane layer from a mean depth, in its optical depth: x = optical_depth
 /// / cosine solves 1 / x - 1 / (exp(x) - 1) = depth, by Newton's method from below; 1 at most.
-double cosine_of_mean_depth(double optical_depth, double depth) noexcept {
+double cosine_of_mean_depth(double optical_depth, double depth) {
     const auto excess = [&](double x) { return 1 / x - 1 / std::expm1(x) - depth; };
     double x = std::max({optical_depth, 6 - 12 * depth, 1e-3});
     for (int step = 0; step < 60 && excess(x) > 1e-12; ++step) {
@@ -124,7 +117,7 @@ double cosine_of_mean_depth(double optical_depth, double depth) noexcept {
 
 }  // namespace
 
-double shell_cosine(double optical_depth, double height, double mu) noexcept {
+double shell_cosine(double optical_depth, double height, double mu) {
     constexpr double deepest = 30;  // slant depth, beyond which nothing arrives
     const double top = 1 + height, extinction = optical_depth / height, squared_sine = 1 - mu * mu;
     double low = mu < 0 ? std::max(1.0, 1 / std::sqrt(squared_sine)) : 1;
@@ -156,7 +149,7 @@ double shell_cosine(double optical_depth, double height, double mu) noexcept {
     return std::min(1.0, optical_depth / x);
 }
 
-Rgb3 shell_radiance(const Planet& planet, const View& view) noexcept {
+Rgb3 shell_radiance(const Planet& planet, const View& view) {
     const Scene& scene = view.scene;
     const auto& [origin, direction] = view.ray;
     const double top = 1 + planet.shell, along = -dot(origin, direction);
@@ -240,24 +233,24 @@ namespace {
 /// Beyond it, an integer no longer counts the cells of patterns: the horizon.
 constexpr double max_distance = 1e13;
 
-bool is_on(const Slab& slab, const Vector3& point) noexcept {
+bool is_on(const Slab& slab, const Vector3& point) {
     return std::abs(point.x) <= slab.half_size && std::abs(point.y) <= slab.half_size;
 }
 
 /// Empty beyond the slab's edges.
-Matter matter_at(const Slab& slab, const SceneLayer& layer, const Vector3& point) noexcept {
+Matter matter_at(const Slab& slab, const SceneLayer& layer, const Vector3& point) {
     if (!is_on(slab, point)) return {0, layer.albedo, 1};
     return {layer.optical_depth.at(plane_point(point.x, point.y, slab.image_size)), layer.albedo,
             1};
 }
 
 /// The layer through which the sun lights a point of the ground.
-Matter lit_through(const Slab& slab, const View& view, const Vector3& point) noexcept {
+Matter lit_through(const Slab& slab, const View& view, const Vector3& point) {
     return matter_at(slab, view.scene.layer, point + (slab.height / view.to_sun.z) * view.to_sun);
 }
 
 /// Radiance of the ground at one of its points, by Lambert's law.
-Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noexcept {
+Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) {
     const double mu_in = view.to_sun.z;
     if (!slab.surface || mu_in <= least_cosine) return {};
     const Matter lit = lit_through(slab, view, point);
@@ -266,8 +259,7 @@ Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noex
 }
 
 /// The sun that an ocean mirrors at one of its points.
-Rgb3 sun_in_water(const Slab& slab, const View& view, const Vector3& point,
-                  const Matter& seen) noexcept {
+Rgb3 sun_in_water(const Slab& slab, const View& view, const Vector3& point, const Matter& seen) {
     if (!slab.surface || !slab.surface->mirror || view.to_sun.z <= least_cosine) return {};
     return mirrored_sun(view, *slab.surface, lit_through(slab, view, point), seen,
                         scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction));
@@ -277,7 +269,7 @@ Rgb3 sun_in_water(const Slab& slab, const View& view, const Vector3& point,
 /// layer reflects down what the ground sends up: A t(mu_in) / (1 - A s) times the plane albedo, the
 /// sum over all orders of light between the two. Of ground and layers that vary, the ground straight
 /// below stands for all.
-Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) noexcept {
+Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) {
     const Vector3& direction = view.ray.direction;
     const Matter matter = matter_at(slab, view.scene.layer, crossing);
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -direction);
@@ -299,7 +291,7 @@ Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) noex
 }
 
 /// The ray crosses the layer from above and ends on the ground.
-Rgb3 light_over_ground(const Slab& slab, const View& view, const Vector3& crossing) noexcept {
+Rgb3 light_over_ground(const Slab& slab, const View& view, const Vector3& crossing) {
     const Vector3& direction = view.ray.direction;
     if (view.to_sun.z <= 0) return {};
     const Matter matter = matter_at(slab, view.scene.layer, crossing);
@@ -312,14 +304,14 @@ Rgb3 light_over_ground(const Slab& slab, const View& view, const Vector3& crossi
 }
 
 /// Distance along a ray to a level plane; infinity beyond the horizon.
-double distance_to_plane(const Ray& ray, double z) noexcept {
+double distance_to_plane(const Ray& ray, double z) {
     const double distance = (z - ray.origin.z) / ray.direction.z;
     return distance > 0 && distance <= max_distance ? distance : infinity;
 }
 
 }  // namespace
 
-double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell) noexcept {
+double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell) {
     double waves = layer.optical_depth.waves(slab.image_size);
     if (slab.surface) waves = std::max(waves, slab.surface->waves(slab.image_size));
     if (waves == 0) return 0;
@@ -337,7 +329,7 @@ double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell)
     return waves * std::max(apart(sides[0], sides[1]), apart(sides[2], sides[3]));
 }
 
-Rgb3 ray_radiance(const Slab& slab, const View& view) noexcept {
+Rgb3 ray_radiance(const Slab& slab, const View& view) {
     const double to_layer = distance_to_plane(view.ray, 0),
                  to_ground = distance_to_plane(view.ray, -slab.height);
     if (!std::isinf(to_layer)) {

@@ -1,15 +1,9 @@
 #include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
 #include "subjects.h"
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 
 namespace stratus {
 namespace {
@@ -28,7 +22,7 @@ constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 struct GridCounts {
     std::size_t azimuths, globe_radii, rows;
 };
-constexpr GridCounts grid_counts(LightDetail detail) noexcept {
+constexpr GridCounts grid_counts(LightDetail detail) {
     return detail == LightDetail::fine ? GridCounts{24, 16, 1} : GridCounts{6, 6, 3};
 }
 
@@ -62,8 +56,7 @@ template <Cells cells>
 using Sources = std::array<LightSource, 2 * cells.chi * cells.psi>;
 
 /// The cell of `parts` that holds a cell of `whole`, or a node.
-constexpr std::size_t cell_holding(std::size_t source, const Cells& whole,
-                                   const Cells& parts) noexcept {
+constexpr std::size_t cell_holding(std::size_t source, const Cells& whole, const Cells& parts) {
     const std::size_t psi = source % whole.psi, chi = source / whole.psi % whole.chi,
                       half = source / (whole.psi * whole.chi);
     return (half * parts.chi + chi * parts.chi / whole.chi) * parts.psi +
@@ -71,8 +64,7 @@ constexpr std::size_t cell_holding(std::size_t source, const Cells& whole,
 }
 
 /// Returns the globe as a point of the rings sees it. Directions of cells are sums weighted by light.
-Sources<small_cells> sources_at(const Rings& rings, const View& view,
-                                const Vector3& point) noexcept {
+Sources<small_cells> sources_at(const Rings& rings, const View& view, const Vector3& point) {
     static const GaussLegendre gauss(globe_nodes);
     const double pole = 1 - rings.flattening, radius = std::hypot(point.x, point.y);
     const Vector3 inward{-point.x / radius, -point.y / radius, 0}, along = cross({0, 0, 1}, inward);
@@ -108,7 +100,7 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view,
 }
 
 /// Neighbours as one.
-Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
+Sources<large_cells> merged(const Sources<small_cells>& sources) {
     Sources<large_cells> few;
     for (std::size_t s = 0; s < sources.size(); ++s) {
         LightSource& cell = few[cell_holding(s, small_cells, large_cells)];
@@ -146,7 +138,7 @@ struct GlobeLamps {
 
 /// Light that some of the rings' matter there scatters towards the eye.
 Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& light,
-               const Matter& matter) noexcept {
+               const Matter& matter) {
     const double depth = seen_depth(scene, matter.optical_depth);
     Rgb3 once{}, more{};
     for (const Lamp& lamp : lamps.small)
@@ -190,24 +182,23 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
             const double below = globe_radius(above - 1),
                          share = (radius - below) / (globe_radius(above) - below);
-            grid_[row * azimuths_ + static_cast<std::size_t>(k)] =
+            grid_[row * azimuths_ + size(k)] =
                 (1 - share) * scattered(globe[above - 1], scene, light, matter) +
                 share * scattered(globe[above], scene, light, matter);
         }
     });
 }
 
-Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const noexcept {
-    const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
-    const auto row = static_cast<std::size_t>(above - radius_.begin());
+Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const {
+    const std::size_t row = interval_with(radius_, radius);
     const double share =
-        std::clamp((radius - radius_[row - 1]) / (radius_[row] - radius_[row - 1]), 0.0, 1.0);
-    return (1 - share) * place.interpolated(&grid_[(row - 1) * azimuths_]) +
-           share * place.interpolated(&grid_[row * azimuths_]);
+        std::clamp((radius - radius_[row]) / (radius_[row + 1] - radius_[row]), 0.0, 1.0);
+    return (1 - share) * place.interpolated(&grid_[row * azimuths_]) +
+           share * place.interpolated(&grid_[(row + 1) * azimuths_]);
 }
 
 Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
-                               double radius, const Matter& matter) noexcept {
+                               double radius, const Matter& matter) {
     const View alone{view.scene, view.light, view.ray, view.to_sun};
     const Vector3 at = radius / std::hypot(point.x, point.y) * point;
     const std::vector<Lamp> lamps =

@@ -1,16 +1,10 @@
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
-#include <stratus/base/size.h>
 
 #include "ring_light.h"
 #include "subjects.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <numbers>
 #include <variant>
 
 namespace stratus {
@@ -24,7 +18,7 @@ Rgb3 radiance_seen(const View& view) {
 }
 
 /// Suns of each sample, where samples do not have one sun each.
-std::size_t suns_of_sample(const Scene& scene, std::size_t suns) noexcept {
+std::size_t suns_of_sample(const Scene& scene, std::size_t suns) {
     return std::max<std::size_t>(1, suns / size(scene.samples * scene.samples));
 }
 
@@ -101,17 +95,17 @@ class RowRenderer {
 
 }  // namespace
 
-Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
+Rgb3 background_along(const Scene& scene, const Vector3& direction) {
     const bool plain = scene.background.pattern == Texture::Pattern::plain;
     return widened(plain ? scene.background.colour : scene.background.at(sphere_point(direction)));
 }
 
-bool is_sun_along(const Scene& scene, const Vector3& direction) noexcept {
+bool is_sun_along(const Scene& scene, const Vector3& direction) {
     return scene.sun_visible &&
            length(direction - scene.to_sun) <= 2 * std::sin(scene.sun_diameter / 4);
 }
 
-Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept {
+Rgb3 sun_along(const Scene& scene, const Vector3& direction) {
     if (!is_sun_along(scene, direction)) return {};
     const double quarter = std::sin(scene.sun_diameter / 4);  // the solid angle is 4 pi its square
     return 1 / (4 * quarter * quarter) * scene.sun_colour;

@@ -5,10 +5,8 @@
 #include <stratus/scene/render.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <span>
-#include <string>
 
 namespace stratus {
 namespace {
@@ -91,8 +89,8 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
 }
 
 TableCost RenderForecast::scaled_cost(const SharedTable& timed, const Recipe& resolved) {
-    const auto work = [](const Recipe& of) {
-        return table_size(of).layers * of.discretisation.modes;
+    const auto work = [](const Recipe& recipe) {
+        return table_size(recipe).layers * recipe.discretisation.modes;
     };
     TableCost cost;
     cost.add(work(resolved) / work(timed.resolved), timed.cost);

@@ -5,7 +5,6 @@
 #include <stratus/scene/plan.h>
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <vector>
 

@@ -5,16 +5,14 @@
 #pragma once
 
 #include <stratus/base/axis.h>
-#include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/scene.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <numbers>
-#include <vector>
 
 namespace stratus {
 
@@ -24,7 +22,7 @@ struct Cell {
     double left, top, right, bottom;
 
     /// Through the middles of its sides: left, right, top, bottom.
-    std::array<Ray, 4> sides() const noexcept;
+    std::array<Ray, 4> sides() const;
 };
 
 /// How radii are distributed over a cell in which they change linearly: the sum of two uniform
@@ -33,15 +31,15 @@ struct Cell {
 class RingFootprint {
   public:
     /// One radius alone.
-    explicit RingFootprint(double radius) noexcept : centre_(radius) {}
+    explicit RingFootprint(double radius) : centre_(radius) {}
     /// Radii at the middles of the cell's sides; infinite where the cell sees the plane end, which
     /// makes it a point.
-    RingFootprint(double radius, const std::array<double, 4>& sides) noexcept;
+    RingFootprint(double radius, const std::array<double, 4>& sides);
 
-    double begin() const noexcept { return centre_ - (wide_ + narrow_) / 2; }
-    double end() const noexcept { return centre_ + (wide_ + narrow_) / 2; }
+    double begin() const { return centre_ - (wide_ + narrow_) / 2; }
+    double end() const { return centre_ + (wide_ + narrow_) / 2; }
     /// Share of the cell within a radius.
-    double within(double radius) const noexcept;
+    double within(double radius) const;
 
     /// Calls visit(matter, radius, share), shares of the cell whose sum is 1, so that a mean over them is
     /// that over the cell: between two rows of the profile two Gauss nodes for each unit of
@@ -71,7 +69,7 @@ void RingFootprint::visit(const RingProfile& profile, const Rgb3& tint, double s
     if (inside <= 0) return;
     auto row_before = [&](double at) {
         const auto next = std::upper_bound(radius.begin() + 1, radius.end() - 1, at);
-        return static_cast<std::size_t>(next - radius.begin()) - 1;
+        return size(next - radius.begin()) - 1;
     };
     const std::size_t first = row_before(from),
                       last = to <= radius[first + 1] ? first + 1 : row_before(to) + 1;
@@ -107,6 +105,12 @@ void RingFootprint::visit(const RingProfile& profile, const Rgb3& tint, double s
     }
 }
 
+/// The place of the lower end of the interval between ascending numbers in which one lies, or which is nearest.
+inline std::size_t interval_with(const std::vector<double>& ends, double value) {
+    const auto above = std::lower_bound(ends.begin() + 1, ends.end() - 1, value);
+    return size(above - ends.begin()) - 1;
+}
+
 // Light of rings that a picture asks for at many places, tabulated beforehand: orders n >= 2 towards the
 // camera, ringshine and planetshine.
 
@@ -119,7 +123,7 @@ struct AzimuthPlace {
     std::array<double, 4> weight{};
 
     AzimuthPlace() = default;
-    AzimuthPlace(const Vector3& point, std::size_t count) noexcept {
+    AzimuthPlace(const Vector3& point, std::size_t count) {
         const double turn = std::atan2(point.y, point.x) / (2 * pi),
                      along = (turn - std::floor(turn)) * static_cast<double>(count),
                      first = std::floor(along), t = along - first;
@@ -130,7 +134,7 @@ struct AzimuthPlace {
     }
 
     /// Interpolates values at all azimuths.
-    Rgb3 interpolated(const Rgb3* values) const noexcept {
+    Rgb3 interpolated(const Rgb3* values) const {
         Rgb3 sum{};
         for (std::size_t k = 0; k < 4; ++k) sum = sum + weight[k] * values[column[k]];
         return sum;
@@ -149,16 +153,16 @@ class RingOrders {
                LightDetail detail);
 
     /// Whether it has no values: of a camera so close that azimuths would have to be too many.
-    bool empty() const noexcept { return grid_.empty(); }
+    bool empty() const { return grid_.empty(); }
 
     /// Returns the place of a point of the rings, for `light`.
-    AzimuthPlace place(const Vector3& point) const noexcept { return {point, azimuth_count_}; }
+    AzimuthPlace place(const Vector3& point) const { return {point, azimuth_count_}; }
 
     /// R or diffuse T, whichever the camera sees.
-    Rgb3 light(const AzimuthPlace& place, double radius) const noexcept;
+    Rgb3 light(const AzimuthPlace& place, double radius) const;
 
   private:
-    Rgb3 at(const AzimuthPlace& place, std::size_t node) const noexcept;
+    Rgb3 at(const AzimuthPlace& place, std::size_t node) const;
 
     std::size_t azimuth_count_;
     std::vector<double>
@@ -192,7 +196,7 @@ class RingShine {
     /// meridian.
     static constexpr std::size_t parts = 2;
     using Sources = std::array<LightSource, parts>;
-    Sources sources(const Vector3& point) const noexcept;
+    Sources sources(const Vector3& point) const;
 
   private:
     struct Light;
@@ -233,14 +237,14 @@ class PlanetShine {
 
     /// Light of the rings' matter at a radius, in the direction from their centre to `point`, where the
     /// view's ray meets them: for rays to the camera, interpolated.
-    Rgb3 to_camera(const AzimuthPlace& place, double radius) const noexcept;
-    AzimuthPlace place(const Vector3& point) const noexcept { return {point, azimuths_}; }
+    Rgb3 to_camera(const AzimuthPlace& place, double radius) const;
+    AzimuthPlace place(const Vector3& point) const { return {point, azimuths_}; }
 
     /// For others, integrated.
     ///
     /// Range    directions that shine's table holds: those towards the camera, at least.
     static Rgb3 to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
-                             double radius, const Matter& matter) noexcept;
+                             double radius, const Matter& matter);
 
   private:
     std::size_t azimuths_;

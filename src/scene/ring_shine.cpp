@@ -1,18 +1,11 @@
 #include "ring_light.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
-#include <stratus/base/size.h>
 
 #include "subjects.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -24,7 +17,7 @@ struct Counts {
     int cosines, azimuths, latitudes, solar_times;
     bool profile_rows;  // each of them counts, else the middle of a ringlet
 };
-constexpr Counts sample_counts(LightDetail detail) noexcept {
+constexpr Counts sample_counts(LightDetail detail) {
     return detail == LightDetail::fine ? Counts{20, 9, 32, 25, true} : Counts{7, 4, 9, 8, false};
 }
 
@@ -37,7 +30,7 @@ std::size_t azimuth_nodes(const std::vector<PhaseFunction>& components) {
 
 /// sum of weight * value over 4 samples.
 template <class Value>
-Value interpolated(const Value* values, const Stencil& stencil) noexcept {
+Value interpolated(const Value* values, const Stencil& stencil) {
     Value sum{};
     for (int k = 0; k < stencil_size; ++k)
         if (stencil.weight[k] != 0)
@@ -47,8 +40,7 @@ Value interpolated(const Value* values, const Stencil& stencil) noexcept {
 
 /// Interpolates over 4 x 4 samples; rows of `width`.
 template <class Value>
-Value interpolated(const Value* values, int width, const Stencil& row,
-                   const Stencil& column) noexcept {
+Value interpolated(const Value* values, int width, const Stencil& row, const Stencil& column) {
     Value sum{};
     for (int i = 0; i < stencil_size; ++i)
         if (row.weight[i] != 0)
@@ -154,7 +146,7 @@ struct RingShine::Light {
 
     /// Towards a point that `towards` leads to, whose z counts up from the rings: on the unlit and
     /// on the lit side, of a sun above the x axis.
-    std::array<Rgb3, 2> at(int ringlet, const Vector3& sun, const Vector3& towards) const noexcept {
+    std::array<Rgb3, 2> at(int ringlet, const Vector3& sun, const Vector3& towards) const {
         const Stencil along = cosine_view.stencil(towards.z);
         std::array<Rgb3, 2> sum{};
         for (const std::size_t side : {0u, 1u}) {
@@ -259,7 +251,7 @@ std::array<RingShine::Sources, 2> RingShine::integrals(const Light& light, doubl
     return sources;
 }
 
-RingShine::Sources RingShine::sources(const Vector3& point) const noexcept {
+RingShine::Sources RingShine::sources(const Vector3& point) const {
     const AxisView latitudes = latitude_.view(), solar_times = solar_time_.view();
     const double latitude =
         std::atan2(std::abs(point.z) / (1 - flattening_), std::hypot(point.x, point.y));

@@ -1,15 +1,8 @@
 // Rings: their light along a ray, then the orders of scattering that it is made of.
 #include <stratus/bake/parallel.h>
-#include <stratus/base/constants.h>
-#include <stratus/base/size.h>
 
 #include "ring_light.h"
 #include "subjects.h"
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
 
 namespace stratus {
 namespace {
@@ -19,20 +12,20 @@ struct Crossing {
     double distance = infinity, radius = infinity;
 };
 
-Crossing ring_crossing(const Ray& ray) noexcept {
+Crossing ring_crossing(const Ray& ray) {
     const double distance = -ray.origin.z / ray.direction.z;
     if (!(distance > 0) || std::isinf(distance)) return {};
     const Vector3 point = ray.at(distance);
     return {distance, std::sqrt(point.x * point.x + point.y * point.y)};
 }
 
-bool meets_rings(const Rings& rings, const RingFootprint& footprint) noexcept {
+bool meets_rings(const Rings& rings, const RingFootprint& footprint) {
     return footprint.end() >= rings.profile.inner() && footprint.begin() <= rings.profile.outer();
 }
 
 /// Footprint of the view's cell, from `radius_along(ray)` of its middle and its sides.
 template <class RadiusAlong>
-RingFootprint cell_footprint(const View& view, const RadiusAlong& radius_along) noexcept {
+RingFootprint cell_footprint(const View& view, const RadiusAlong& radius_along) {
     const double radius = radius_along(view.ray);
     if (!view.cell || std::isinf(radius)) return RingFootprint(radius);
     std::array<double, 4> radii;
@@ -42,7 +35,7 @@ RingFootprint cell_footprint(const View& view, const RadiusAlong& radius_along) 
 
 /// Share of the sunlight that the rings let pass to a point of the globe, which the view's cell is
 /// around if it has one.
-Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noexcept {
+Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) {
     const auto radius_over = [&](const Vector3& at) {
         return ring_crossing({at, view.to_sun}).radius;
     };
@@ -66,14 +59,13 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
 
 }  // namespace
 
-std::array<Ray, 4> Cell::sides() const noexcept {
+std::array<Ray, 4> Cell::sides() const {
     const double x = (left + right) / 2, y = (top + bottom) / 2;
     return {rays.through(left, y), rays.through(right, y), rays.through(x, top),
             rays.through(x, bottom)};
 }
 
-RingFootprint::RingFootprint(double radius, const std::array<double, 4>& sides) noexcept
-    : centre_(radius) {
+RingFootprint::RingFootprint(double radius, const std::array<double, 4>& sides) : centre_(radius) {
     const double sum = sides[0] + sides[1] + sides[2] + sides[3];
     if (!std::isfinite(sum)) return;
     const double by_columns = std::abs(sides[1] - sides[0]),
@@ -83,7 +75,7 @@ RingFootprint::RingFootprint(double radius, const std::array<double, 4>& sides) 
     narrow_ = std::min(by_columns, by_rows);
 }
 
-double RingFootprint::within(double radius) const noexcept {
+double RingFootprint::within(double radius) const {
     const double beyond = std::abs(radius - centre_), flat = (wide_ - narrow_) / 2,
                  edge = (wide_ + narrow_) / 2;
     double outside = 0.5 - beyond / wide_;  // share farther out on the same side
@@ -94,13 +86,12 @@ double RingFootprint::within(double radius) const noexcept {
     return radius < centre_ ? outside : 1 - outside;
 }
 
-Matter RingProfile::at(double at_radius, const Rgb3& tint) const noexcept {
+Matter RingProfile::at(double at_radius, const Rgb3& tint) const {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
-    const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
-    return after(size(above - radius.begin()) - 1, at_radius, tint);
+    return after(interval_with(radius, at_radius), at_radius, tint);
 }
 
-Matter RingProfile::after(std::size_t row, double at_radius, const Rgb3& tint) const noexcept {
+Matter RingProfile::after(std::size_t row, double at_radius, const Rgb3& tint) const {
     const double share = (at_radius - radius[row]) / (radius[row + 1] - radius[row]);
     auto linear = [&](const std::vector<double>& rows) {
         return rows[row] + share * (rows[row + 1] - rows[row]);
@@ -111,7 +102,7 @@ Matter RingProfile::after(std::size_t row, double at_radius, const Rgb3& tint) c
             both > 0 ? first / both : 1};
 }
 
-Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept {
+Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) {
     const Vector3 normal = globe_normal(point, rings.flattening);
     const double mu_in = dot(normal, view.to_sun);
     Rgb3 sunlit{};
@@ -138,9 +129,9 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noe
 }
 
 /// Rings count by area (ring_light.h).
-double waves_within(const Rings&, const SceneLayer&, const Cell&) noexcept { return 0; }
+double waves_within(const Rings&, const SceneLayer&, const Cell&) { return 0; }
 
-Rgb3 ray_radiance(const Rings& rings, const View& view) noexcept {
+Rgb3 ray_radiance(const Rings& rings, const View& view) {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
     auto planet = [&] { return globe_light(rings, view, view.ray.at(to_planet)); };
@@ -206,7 +197,7 @@ constexpr double min_interval = 1e-6;  // planet radii
 
 using LightAt = std::function<Rgb3(double radius, double azimuth)>;
 
-double difference(const Rgb3& a, const Rgb3& b) noexcept {
+double difference(const Rgb3& a, const Rgb3& b) {
     double worst = 0;
     for (std::size_t c = 0; c < 3; ++c)
         worst = std::max(worst, std::abs(a[c] - b[c]) / std::max(std::abs(a[c]), faint));
@@ -214,7 +205,7 @@ double difference(const Rgb3& a, const Rgb3& b) noexcept {
 }
 
 /// The parabola through values at 0, 1/2 and 1.
-Rgb3 parabola(const Rgb3& first, const Rgb3& middle, const Rgb3& last, double t) noexcept {
+Rgb3 parabola(const Rgb3& first, const Rgb3& middle, const Rgb3& last, double t) {
     return ((1 - t) * (1 - 2 * t)) * first + (4 * t * (1 - t)) * middle + (t * (2 * t - 1)) * last;
 }
 
@@ -291,13 +282,12 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
     }
 }
 
-Rgb3 RingOrders::at(const AzimuthPlace& place, std::size_t node) const noexcept {
+Rgb3 RingOrders::at(const AzimuthPlace& place, std::size_t node) const {
     return place.interpolated(&grid_[node * azimuth_count_]);
 }
 
-Rgb3 RingOrders::light(const AzimuthPlace& place, double radius) const noexcept {
-    const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
-    const auto interval = size(above - radius_.begin()) - 1;
+Rgb3 RingOrders::light(const AzimuthPlace& place, double radius) const {
+    const std::size_t interval = interval_with(radius_, radius);
     const double t = (radius - radius_[interval]) / (radius_[interval + 1] - radius_[interval]);
     return parabola(at(place, 2 * interval), at(place, 2 * interval + 1),
                     at(place, 2 * interval + 2), t);

@@ -1,4 +1,3 @@
-#include <stratus/scene/scene.h>
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
@@ -6,16 +5,7 @@
 
 #include "sections.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace stratus {
 namespace scene_file {
@@ -362,12 +352,12 @@ bool are_alike(const SceneLayer& one, const SceneLayer& other) {
            text(one) == text(other);
 }
 
-double seen_shell(const Scene& scene) noexcept {
+double seen_shell(const Scene& scene) {
     const Planet* const planet = std::get_if<Planet>(&scene.subject);
     return planet && scene.effects.shell && scene.layer.optical_depth.max > 0 ? planet->shell : 0;
 }
 
-double seen_depth(const Scene& scene, double optical_depth) noexcept {
+double seen_depth(const Scene& scene, double optical_depth) {
     return scene.effects.density ? effective_optical_depth(optical_depth, scene.layer.density)
                                  : optical_depth;
 }

@@ -6,13 +6,9 @@
 #include <stratus/base/number_text.h>
 #include <stratus/picture/png.h>
 
-#include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace stratus::scene_file {
 

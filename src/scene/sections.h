@@ -1,16 +1,11 @@
 // The sections of a scene file: each TOML table is read into a part of the scene.
 #pragma once
 
-#include <stratus/bake/toml_section.h>
 #include <stratus/scene/scene.h>
 
-#include <array>
-#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <string>
-#include <vector>
 
 namespace stratus::scene_file {
 

@@ -115,8 +115,6 @@ std::vector<Scene> scene_and_even_ones(const Scene& scene) {
     return scenes;
 }
 
-double brightest_channel(const Rgb& light) { return double{std::max({light.r, light.g, light.b})}; }
-
 /// Compares pixels of a scene, whose layer is a shell, with those of the same layer as a plane.
 class ShellPixels {
   public:
@@ -126,8 +124,7 @@ class ShellPixels {
           curved_(shell_, tables, 1, LightDetail::sketch),
           flat_(plane_, tables, 1, LightDetail::sketch) {
         for (const auto& [x, y] : even_pixels(scene))
-            darkest_ = std::max(darkest_,
-                                min_reference * brightest_channel(radiance(plane_, flat_, x, y)));
+            darkest_ = std::max(darkest_, min_reference * brightest(radiance(plane_, flat_, x, y)));
     }
 
     /// Raises what is found by these pixels, until it exceeds `enough`.
@@ -135,9 +132,9 @@ class ShellPixels {
         for (const auto& [x, y] : pixels) {
             if (change.found > enough) return;
             const Rgb all = radiance(shell_, curved_, x, y), some = radiance(plane_, flat_, x, y);
-            const double difference = brightest_channel(
+            const double difference = brightest(
                 {std::abs(all.r - some.r), std::abs(all.g - some.g), std::abs(all.b - some.b)});
-            const double reference = std::max(brightest_channel(all), darkest_);
+            const double reference = std::max(brightest(all), darkest_);
             if (reference == 0 || difference <= change.found * reference) continue;
             change.found = difference / reference;
             change.where = "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ")";

@@ -7,10 +7,7 @@
 #include "sections.h"
 
 #include <cmath>
-#include <cstddef>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace stratus::scene_file {
 namespace {

@@ -6,16 +6,10 @@
 #include <stratus/io/file_bytes.h>
 #include <stratus/phase/mie.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
-#include <sstream>
-#include <system_error>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

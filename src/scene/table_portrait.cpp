@@ -6,13 +6,7 @@
 #include <stratus/table/lookup.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <string>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -4,7 +4,6 @@
 
 #include "kernels/noise.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -12,19 +11,19 @@ namespace stratus {
 
 namespace {
 
-double unit_random(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed) noexcept {
+double unit_random(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed) {
     std::uint32_t n = seed_hash(seed);
     for (const std::int64_t cell : {i, j, k}) n = chained_hash(n, static_cast<std::uint32_t>(cell));
     return n * 0x1p-32;
 }
 
-Rgb mixed(const Rgb& a, const Rgb& b, double share) noexcept {
+Rgb mixed(const Rgb& a, const Rgb& b, double share) {
     const auto t = static_cast<float>(share);
     return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
 }
 
 /// Bilinear; repeats, but for rows over a sphere, which end at its poles.
-Rgb interpolated_pixel(const Image& image, const SurfacePoint& point) noexcept {
+Rgb interpolated_pixel(const Image& image, const SurfacePoint& point) {
     const double u = point.u - std::floor(point.u),
                  v = point.on_sphere ? point.v : point.v - std::floor(point.v);
     const double x = u * image.width - 0.5, y = v * image.height - 0.5;
@@ -39,13 +38,11 @@ Rgb interpolated_pixel(const Image& image, const SurfacePoint& point) noexcept {
                  y - j);
 }
 
-double image_waves(const Image& image, double extent) noexcept {
-    return image.width / (4 * extent);
-}
+double image_waves(const Image& image, double extent) { return image.width / (4 * extent); }
 
 /// The level below which `share` of the noise lies. The noise is close to a normal distribution of
 /// this width about 0, whose distribution function the logistic one approximates.
-double noise_level(double share) noexcept {
+double noise_level(double share) {
     constexpr double spread = 0.34, logistic = 1.702;
     if (share <= 0) return -2;
     if (share >= 1) return 2;
@@ -54,20 +51,20 @@ double noise_level(double share) noexcept {
 
 }  // namespace
 
-SurfacePoint sphere_point(const Vector3& point) noexcept {
+SurfacePoint sphere_point(const Vector3& point) {
     return {point, 0.5 + std::atan2(point.y, point.x) / (2 * pi),
             std::acos(std::clamp(point.z, -1.0, 1.0)) / pi, true};
 }
 
-SurfacePoint plane_point(double x, double y, double extent) noexcept {
+SurfacePoint plane_point(double x, double y, double extent) {
     return {{x, y, 0}, x / extent, -y / extent};
 }
 
-double noise(const Vector3& point, unsigned seed) noexcept {
+double noise(const Vector3& point, unsigned seed) {
     return chosen_functions<NoiseKernel>().noise(point.x, point.y, point.z, seed);
 }
 
-Rgb Texture::at(const SurfacePoint& point) const noexcept {
+Rgb Texture::at(const SurfacePoint& point) const {
     switch (pattern) {
         case Pattern::plain: break;
         case Pattern::squares: {
@@ -97,7 +94,7 @@ Rgb Texture::at(const SurfacePoint& point) const noexcept {
     return colour;
 }
 
-double Texture::waves(double extent) const noexcept {
+double Texture::waves(double extent) const {
     switch (pattern) {
         case Pattern::plain: return 0;
         case Pattern::continents: return scale;
@@ -108,16 +105,16 @@ double Texture::waves(double extent) const noexcept {
     return scale / extent;
 }
 
-bool Texture::is_black() const noexcept {
+bool Texture::is_black() const {
     return pattern == Pattern::plain && colour.r == 0 && colour.g == 0 && colour.b == 0;
 }
 
-double DepthMap::waves(double extent) const noexcept {
+double DepthMap::waves(double extent) const {
     if (pattern == Pattern::image) return image_waves(*image, extent);
     return is_plain() ? 0 : scale;
 }
 
-double DepthMap::at(const SurfacePoint& point) const noexcept {
+double DepthMap::at(const SurfacePoint& point) const {
     switch (pattern) {
         case Pattern::plain: break;
         case Pattern::clouds: {

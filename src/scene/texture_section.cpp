@@ -1,11 +1,7 @@
 // Surfaces and the background: colours, patterns, images.
-#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 
 #include "sections.h"
-
-#include <algorithm>
-#include <string>
 
 namespace stratus::scene_file {
 namespace {
@@ -23,7 +19,7 @@ Texture read_ocean(const Section& section, const Source& source) {
         require_absent(section, other, "where there is wind");
     Rgb colour = read_colour(section, "colour");
     // The law refuses a colour too bright for it; an albedo is as much of R as of its mean.
-    const double most = double{std::max({colour.r, colour.g, colour.b})};
+    const double most = brightest(colour);
     const std::string law = "ocean:wind=" + shortest_text(section.number("wind")) +
                             ",index=" + shortest_text(section.number("index")) +
                             ",albedo=" + shortest_text(most);

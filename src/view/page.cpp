@@ -9,13 +9,11 @@
 #include <libdeflate.h>
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <new>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

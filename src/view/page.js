@@ -15,6 +15,26 @@ const fixed = {
 const scenes = ["sphere", "rings", "slab", "lobes"].filter((name) =>
   !(isOneSided && name === "rings") && !(table.has_ground && name === "slab"));
 
+/** The sliders of each group: id, name, ends and step. */
+const sliders = {
+  layer: [
+    ["depth", "Optical depth <var>τ</var>"],
+    ["albedo", "Albedo <var>w</var>"],
+    ["density", "Density <var>D</var>", 0, 0.5, 0.01],
+    ["opposition", "Opposition effect", 0, 1, 0.05],
+    ["ground", "Albedo of the ground", 0, 1, 0.01],
+  ],
+  sun: [
+    ["sun-elevation", "Elevation", -90, 90, 0.5],
+    ["sun-azimuth", "Azimuth", -180, 180, 0.5],
+  ],
+  camera: [
+    ["camera-elevation", "Elevation", -90, 90, 0.5],
+    ["camera-azimuth", "Azimuth", -180, 180, 0.5],
+    ["exposure", "Exposure", -2, 6, 0.25],
+  ],
+};
+
 /** Optical depths of the rings from the inside outward, as shares of the slider's. */
 const ringShares = [0.08, 1, 0.04, 0.4];
 
@@ -37,9 +57,7 @@ const notes = {
 /** Factors of 1 - w for red, green and blue. */
 const tints = { grey: [1, 1, 1], warm: [0.6, 1, 2.2], cold: [2.2, 1, 0.6] };
 
-const add = (a, b) => a.map((x, i) => x + b[i]);
 const times = (s, a) => a.map((x) => s * x);
-const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const normalized = (a) => times(1 / Math.hypot(...a), a);
 const direction = (elevation, azimuth) => {
@@ -287,6 +305,10 @@ function chooseScene(name) {
 }
 
 function prepareSliders() {
+  for (const [group, rows] of Object.entries(sliders))
+    byId(group).querySelector("legend").insertAdjacentHTML("afterend", rows.map(([id, name, least = 0, most = 1, step = "any"]) =>
+      `<label class="row"><span>${name}</span><output></output>` +
+      `<input type="range" id="${id}" min="${least}" max="${most}" step="${step}" value="0"></label>`).join(""));
   const { depth, albedo } = table;
   byId("depth").min = Math.log10(depth.lowest);
   byId("depth").max = Math.log10(depth.highest) + (depth.endsAtInfinity ? 0.1 : 0);

@@ -1,5 +1,7 @@
 #include "noise.h"
 
+#include <cstdint>
+
 namespace stratus {
 namespace {
 

@@ -5,8 +5,6 @@
 
 #include <stratus/base/instruction_set.h>
 
-#include <cstdint>
-
 namespace stratus {
 
 constexpr int noise_octaves = 8;

@@ -6,11 +6,6 @@
 
 #include <stratus/io/image.h>
 
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <vector>
-
 namespace stratus {
 
 /// Text in a picture, which starts at (x, y), in pixels, on its base line; wider text is cut.

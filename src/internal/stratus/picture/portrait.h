@@ -10,11 +10,6 @@
 #include <stratus/io/image.h>
 #include <stratus/picture/plots.h>
 
-#include <cstddef>
-#include <filesystem>
-#include <string>
-#include <vector>
-
 namespace stratus {
 
 struct PortraitColumn {

@@ -2,16 +2,14 @@
 // cast. Ranges may be wider than those of a picture's rays, never narrower.
 #pragma once
 
-#include <stratus/bake/recipe.h>
 #include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
 
-#include <vector>
-
 namespace stratus {
 
-/// Extends a range to include a value.
-void widen(Range& range, double value) noexcept;
+/// Extends a range to include a value, or all of another one.
+void widen(Range& range, double value);
+void widen(Range& range, const Range& other);
 
 /// The kinds of light that a scene asks its layer for.
 struct SeenLight {
@@ -21,11 +19,11 @@ struct SeenLight {
     bool underside = false;     // lit by the ground
     bool shine = false;         // that rings and their planet exchange, along all directions
 
-    bool any() const noexcept { return reflection || transmission || fluxes; }
+    bool any() const { return reflection || transmission || fluxes; }
 };
 
 /// Follows from the side of the layer on which sun and camera stand, with the scene's effects.
-SeenLight seen_light(const Scene& scene) noexcept;
+SeenLight seen_light(const Scene& scene);
 
 /// Directions to the sun and to the eye, as geometries of one scattering: cosines, and the azimuth
 /// between the directions of propagation.
@@ -36,11 +34,11 @@ struct SeenDirections {
 
 /// Exact for a point sun and an orthographic camera; of a perspective one over a plane, those of the
 /// part of the plane that the picture may show.
-SeenDirections seen_directions(const Scene& scene) noexcept;
+SeenDirections seen_directions(const Scene& scene);
 
 /// Scattering angles, degrees, of light that leaves on the lit side or, diffuse, on the other. Over a
 /// plane they are found on a grid of directions and widened by what that may miss.
-Range seen_scattering_angles(const Scene& scene, Side side) noexcept;
+Range seen_scattering_angles(const Scene& scene, Side side);
 
 /// Matter between two places of the layer: all depths and albedos in these ranges may occur.
 struct MatterSpan {
@@ -52,6 +50,6 @@ struct MatterSpan {
 std::vector<MatterSpan> matter_spans(const Scene& scene);
 
 /// The brightest Lambert albedo of the ground that is seen through the layer; 0 without one.
-double brightest_ground(const Scene& scene) noexcept;
+double brightest_ground(const Scene& scene);
 
 }  // namespace stratus

@@ -5,10 +5,6 @@
 #include <stratus/phase/phase_function.h>
 #include <stratus/picture/plots.h>
 
-#include <string>
-#include <variant>
-#include <vector>
-
 namespace stratus {
 
 /// Figure 8 of [Blinn82]: polar plots of the light that a layer scatters. Incident angles are

@@ -6,13 +6,6 @@
 #include <stratus/bsdf/slice.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/scene/layer_tables.h>
-#include <stratus/scene/scene.h>
-
-#include <array>
-#include <memory>
-#include <optional>
-#include <variant>
-#include <vector>
 
 namespace stratus {
 
@@ -22,7 +15,7 @@ struct LookupRange {
     Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
     bool reflection = false, transmission = false;
 
-    void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
+    void add(const Matter& matter, const Geometry& geometry, Side side);
 };
 
 /// Directions of one scattering in a layer that varies, with all that does not depend on its matter.
@@ -45,10 +38,10 @@ struct LightSource {
     Vector3 direction{0, 0, 0};  // towards it, of any length: a sum, weighted by brightness
     Rgb3 irradiance{};           // over the sun's on a surface that faces it
 
-    friend LightSource operator+(const LightSource& a, const LightSource& b) noexcept {
+    friend LightSource operator+(const LightSource& a, const LightSource& b) {
         return {a.direction + b.direction, a.irradiance + b.irradiance};
     }
-    friend LightSource operator*(double factor, const LightSource& source) noexcept {
+    friend LightSource operator*(double factor, const LightSource& source) {
         return {factor * source.direction, factor * source.irradiance};
     }
 };
@@ -73,34 +66,33 @@ class LayerLight {
     LayerLight(const Scene& scene, const TableView& table);
 
     /// R and diffuse T. `matter` is the scene's, without the effect of density.
-    Rgb3 reflection(const Matter& matter, const Geometry& geometry) const noexcept {
+    Rgb3 reflection(const Matter& matter, const Geometry& geometry) const {
         return light(matter, geometry, Side::reflection);
     }
-    Rgb3 transmission(const Matter& matter, const Geometry& geometry) const noexcept {
+    Rgb3 transmission(const Matter& matter, const Geometry& geometry) const {
         return light(matter, geometry, Side::transmission);
     }
 
     // Counterparts for a layer that varies, whose colours share their phase functions.
 
-    Scattering scattering(Side side, const Geometry& geometry) const noexcept;
-    Rgb3 light(const Matter& matter, const Scattering& scattering) const noexcept;
+    Scattering scattering(Side side, const Geometry& geometry) const;
+    Rgb3 light(const Matter& matter, const Scattering& scattering) const;
     /// Scattered once by matter of albedo 1 and a depth as seen.
-    double single(double mixture, double optical_depth,
-                  const Scattering& scattering) const noexcept;
-    Rgb3 once(const Matter& matter, const Scattering& scattering) const noexcept;
+    double single(double mixture, double optical_depth, const Scattering& scattering) const;
+    Rgb3 once(const Matter& matter, const Scattering& scattering) const;
     /// Orders n >= 2, of the table for a light path.
     Rgb3 multiple(const Matter& matter, const Scattering& scattering,
-                  LightPath path = LightPath::sunlight) const noexcept;
+                  LightPath path = LightPath::sunlight) const;
 
     /// Whether a LightSum finds this layer's light: that of a uniform layer.
-    bool has_sums() const noexcept;
+    bool has_sums() const;
 
     /// exp(-tau / mu).
-    Rgb3 beam(const Matter& matter, double mu) const noexcept;
+    Rgb3 beam(const Matter& matter, double mu) const;
 
     /// Share of the scene's background that is seen through the layer: the beam, and of a background
     /// of one colour the diffuse transmittance. What patterns and images give scattered is left out.
-    Rgb3 background(const Matter& matter, double mu) const noexcept;
+    Rgb3 background(const Matter& matter, double mu) const;
 
     // A Lambert surface below the layer, interreflections included. It is lit through `lit`: exact
     // where the layer is the same all over. Without orders n >= 2 the beam alone is transmitted, and
@@ -108,42 +100,40 @@ class LayerLight {
 
     /// pi I / F0 of the ground over mu_in: A t(mu_in) / (1 - A s), t the direct and diffuse
     /// transmittance, s the layer's spherical albedo.
-    Rgb3 ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept;
+    Rgb3 ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const;
 
     /// Share of the ground's radiance that is seen from above through the layer: direct and diffuse
     /// transmittance.
-    Rgb3 total_transmittance(const Matter& matter, double mu) const noexcept;
+    Rgb3 total_transmittance(const Matter& matter, double mu) const;
 
     /// Share of the ground's radiance that the layer's underside reflects down along `mu`.
-    Rgb3 plane_albedo(const Matter& matter, double mu) const noexcept;
+    Rgb3 plane_albedo(const Matter& matter, double mu) const;
 
     /// Irradiance of a point of the globe by its rings, over the sun's on a surface that faces it.
-    Rgb3 ringshine(const Vector3& point) const noexcept;
+    Rgb3 ringshine(const Vector3& point) const;
 
     /// Null where the globe is not lit by its rings.
-    const RingShine* ring_shine() const noexcept { return ring_shine_.get(); }
+    const RingShine* ring_shine() const { return ring_shine_.get(); }
 
     /// Light of the layer of the rings' planet; null where that is bare.
-    const LayerLight* planet() const noexcept { return planet_.get(); }
+    const LayerLight* planet() const { return planet_.get(); }
 
-    const Scene& scene() const noexcept { return scene_; }
+    const Scene& scene() const { return scene_; }
 
     /// Null where rings' orders n >= 2 are not tabulated for the camera.
-    const RingOrders* ring_orders() const noexcept {
-        return recorded_ ? nullptr : ring_orders_.get();
-    }
+    const RingOrders* ring_orders() const { return recorded_ ? nullptr : ring_orders_.get(); }
 
     /// Null where a planet does not light its rings.
-    const PlanetShine* planetshine() const noexcept { return planet_shine_.get(); }
+    const PlanetShine* planetshine() const { return planet_shine_.get(); }
 
     /// Records later lookups in `range`, which one thread at a time may do.
-    void record(LookupRange* range) noexcept { recorded_ = range; }
+    void record(LookupRange* range) { recorded_ = range; }
 
   private:
     friend class LightSum;
 
     /// The depth that one channel sees.
-    double channel_depth(const Matter& matter, std::size_t c) const noexcept;
+    double channel_depth(const Matter& matter, std::size_t c) const;
     class FluxLookup;
     /// One channel of the layer where it is looked up, at a cosine.
     struct Channel {
@@ -155,30 +145,28 @@ class LayerLight {
     };
     /// `value(light, channel)` of each, evaluated once where neighbours are alike.
     template <class Function>
-    auto each_channel(const Matter& matter, double mu, const Function& value) const noexcept;
+    auto each_channel(const Matter& matter, double mu, const Function& value) const;
     /// `value(depth)` of each channel, evaluated once where neighbours are as deep.
     template <class Function>
-    Rgb3 each_depth(const Matter& matter, const Function& value) const noexcept;
-    /// `of(light, c)` of each channel's own light.
+    Rgb3 each_depth(const Matter& matter, const Function& value) const;
+    /// `value(light, c)` of each channel's own light.
     template <class Function>
-    Rgb3 own_channels(const Function& of) const noexcept;
+    Rgb3 own_channels(const Function& value) const;
     /// `matter` in one channel: grey in its albedo, of its depth.
-    Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
-    bool is_stack() const noexcept { return !scene_.layer.stacks.empty(); }
-    const LayerTable* table(LightPath path) const noexcept {
-        return tables_ ? tables_->at(path) : nullptr;
-    }
+    Matter channel_matter(const Matter& matter, std::size_t c) const;
+    bool is_stack() const { return !scene_.layer.stacks.empty(); }
+    const LayerTable* table(LightPath path) const { return tables_ ? tables_->at(path) : nullptr; }
     void shine(int threads, LightDetail detail);
     void bind(const TableView* table, bool multiple, LightDetail detail = LightDetail::fine);
-    Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
-    bool is_wanted(Side side) const noexcept {
+    Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const;
+    bool is_wanted(Side side) const {
         return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
     }
-    double transmittance(const Channel& channel) const noexcept;
-    double spherical_albedo(const Channel& channel) const noexcept;
-    double reflected_share(const Channel& channel) const noexcept;
-    double diffuse_transmittance(const Channel& channel) const noexcept;
-    double passing_share(const Channel& channel) const noexcept;
+    double transmittance(const Channel& channel) const;
+    double spherical_albedo(const Channel& channel) const;
+    double reflected_share(const Channel& channel) const;
+    double diffuse_transmittance(const Channel& channel) const;
+    double passing_share(const Channel& channel) const;
 
     const Scene& scene_;
     const LayerTables* tables_;
@@ -203,13 +191,13 @@ class LayerLight {
 class LightSum {
   public:
     /// `light` must outlive this, and have sums.
-    explicit LightSum(const LayerLight& light) noexcept : light_(light) {}
+    explicit LightSum(const LayerLight& light) : light_(light) {}
 
     /// Directs later additions to `sum`, which must stay until `finish`.
-    void into(Rgb3& sum) noexcept { sum_ = &sum; }
-    void add(Side side, const Geometry& geometry, const Rgb3& share) noexcept;
+    void into(Rgb3& sum) { sum_ = &sum; }
+    void add(Side side, const Geometry& geometry, const Rgb3& share);
     /// Until then, sums are incomplete.
-    void finish() noexcept;
+    void finish();
 
   private:
     static constexpr std::size_t most = 64;
@@ -219,12 +207,10 @@ class LightSum {
         std::array<Rgb3, most> share;
         std::array<Rgb3*, most> sum;
     };
-    void look_up(Side side) noexcept;
+    void look_up(Side side);
 
     const LayerLight& light_;
-    Batch& batch(Side side) noexcept {
-        return side == Side::reflection ? reflection_ : transmission_;
-    }
+    Batch& batch(Side side) { return side == Side::reflection ? reflection_ : transmission_; }
 
     Batch reflection_, transmission_;
     Rgb3* sum_ = nullptr;

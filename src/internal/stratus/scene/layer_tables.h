@@ -10,17 +10,9 @@
 
 #include <stratus/bake/bake.h>
 #include <stratus/scene/contents.h>
-#include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
-#include <stratus/table/packed_table.h>
-#include <stratus/table/table.h>
 
 #include <array>
-#include <cstddef>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <vector>
 
 namespace stratus {
 
@@ -32,7 +24,7 @@ enum class LightPath {
 };
 constexpr std::size_t light_paths = 3;
 
-const char* light_path_name(LightPath path) noexcept;
+const char* light_path_name(LightPath path);
 
 /// The ways of light for which a scene needs a table; none where its effects need no table.
 std::vector<LightPath> needed_paths(const Scene& scene);
@@ -83,7 +75,7 @@ struct LayerTables {
     /// Tables of the planet_scene (scene.h).
     std::shared_ptr<const LayerTables> planet;
 
-    const LayerTable* at(LightPath path) const noexcept {
+    const LayerTable* at(LightPath path) const {
         const auto& own = paths[static_cast<std::size_t>(path)];
         return own ? own.get() : paths[0].get();
     }

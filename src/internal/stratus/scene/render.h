@@ -4,16 +4,12 @@
 // ringlet is. The same bits on any number of threads, and for a pixel alone or with all others.
 #pragma once
 
-#include <stratus/io/image.h>
 #include <stratus/picture/portrait.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/scene.h>
 #include <stratus/table/table.h>
 
 #include <functional>
-#include <memory>
-#include <string>
-#include <vector>
 
 namespace stratus {
 

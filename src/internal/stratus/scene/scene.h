@@ -24,19 +24,8 @@
 #include <stratus/bake/recipe.h>
 #include <stratus/bake/toml_section.h>
 #include <stratus/layer/effects.h>
-#include <stratus/layer/stack_layers.h>
-#include <stratus/phase/phase_function.h>
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>
-
-#include <array>
-#include <cstddef>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace stratus {
 
@@ -109,9 +98,9 @@ struct RingProfile {
     double inner() const { return radius.front(); }
     double outer() const { return radius.back(); }
     /// Albedos are multiplied by `tint`.
-    Matter at(double radius, const Rgb3& tint) const noexcept;
+    Matter at(double radius, const Rgb3& tint) const;
     /// The matter at a radius known to lie between two rows, `row` and the next.
-    Matter after(std::size_t row, double radius, const Rgb3& tint) const noexcept;
+    Matter after(std::size_t row, double radius, const Rgb3& tint) const;
 };
 
 /// A planet, flattened at its poles, and its rings in its equatorial plane.
@@ -121,7 +110,7 @@ struct Rings {
     std::optional<SceneLayer> planet_layer;  // on the surface; none: it is bare
     double flattening = 0;
 
-    bool has_black_planet() const noexcept { return surface.is_black() && !planet_layer; }
+    bool has_black_planet() const { return surface.is_black() && !planet_layer; }
 };
 
 /// A planet with a Lambert surface, and the layer directly on it.
@@ -232,9 +221,9 @@ SceneLayer layer_of_stacks(std::vector<std::vector<StackLayer>> stacks);
 bool are_alike(const SceneLayer& one, const SceneLayer& other);
 
 /// The height of the layer as a spherical shell, with its effect; 0: plane, or nothing scatters.
-double seen_shell(const Scene& scene) noexcept;
+double seen_shell(const Scene& scene);
 
 /// The optical depth with the effect of density, where that is on.
-double seen_depth(const Scene& scene, double optical_depth) noexcept;
+double seen_depth(const Scene& scene, double optical_depth);
 
 }  // namespace stratus

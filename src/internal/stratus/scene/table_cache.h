@@ -13,11 +13,6 @@
 #include <stratus/table/packed_table.h>
 
 #include <cstdint>
-#include <filesystem>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace stratus {
 
@@ -41,7 +36,7 @@ class TableCache {
     void keep_droplets() const;
 
     /// Why tables could not be kept; empty: they could.
-    const std::string& trouble() const noexcept { return trouble_; }
+    const std::string& trouble() const { return trouble_; }
 
   private:
     void remove_oldest(const std::filesystem::path& newest) const;

@@ -7,8 +7,7 @@
 #include <stratus/layer/ground_law.h>
 #include <stratus/scene/space.h>
 
-#include <array>
-#include <memory>
+#include <algorithm>
 #include <numbers>
 
 namespace stratus {
@@ -16,21 +15,23 @@ namespace stratus {
 /// Light or a share of it: red, green and blue.
 using Rgb3 = std::array<double, 3>;
 
-inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {
+inline Rgb3 operator*(double factor, const Rgb3& light) {
     return {factor * light[0], factor * light[1], factor * light[2]};
 }
-inline Rgb3 operator*(const Rgb3& share, const Rgb3& light) noexcept {
+inline Rgb3 operator*(const Rgb3& share, const Rgb3& light) {
     return {share[0] * light[0], share[1] * light[1], share[2] * light[2]};
 }
-inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
+inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }
 
-inline Rgb3 widened(const Rgb& light) noexcept {
+inline Rgb3 widened(const Rgb& light) {
     return {double{light.r}, double{light.g}, double{light.b}};
 }
 
-inline double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
+inline double brightest(const Rgb& light) { return double{std::max({light.r, light.g, light.b})}; }
+
+inline double brightness(const Rgb3& light) { return light[0] + light[1] + light[2]; }
 
 /// A point of a surface: in space, for patterns, and on an image, (0, 0) the upper left corner and
 /// (1, 1) the lower right one; images repeat beyond, but end at the poles of a sphere.
@@ -42,18 +43,18 @@ struct SurfacePoint {
 
 /// On a planet, from a point of the unit sphere: longitude, 0 in the image's middle and along x, and
 /// latitude.
-SurfacePoint sphere_point(const Vector3& point) noexcept;
+SurfacePoint sphere_point(const Vector3& point);
 
 /// Width of images on the unit sphere, along its equator.
 constexpr double sphere_extent = 2 * std::numbers::pi;
 
 /// On a plane whose images are `extent` wide and high, their lower left corner in the origin and
 /// upright as seen from above.
-SurfacePoint plane_point(double x, double y, double extent) noexcept;
+SurfacePoint plane_point(double x, double y, double extent);
 
 /// Perlin's gradient noise (Improving noise, 2002), about -1 to 1: eight octaves, each twice as fine
 /// and half as strong as the one before. The same bits on every machine.
-double noise(const Vector3& point, unsigned seed) noexcept;
+double noise(const Vector3& point, unsigned seed);
 
 /// Colour of a Lambert surface (its albedo) or of a background (its radiance).
 struct Texture {
@@ -74,13 +75,13 @@ struct Texture {
     std::shared_ptr<const GroundLaw> mirror;
     double mirror_albedo = 0;
 
-    Rgb at(const SurfacePoint& point) const noexcept;
+    Rgb at(const SurfacePoint& point) const;
     /// Waves of its coarsest detail in a unit of length, where images are `extent` wide; of images a wave
     /// for four of their pixels.
-    double waves(double extent) const noexcept;
-    bool is_black() const noexcept;
+    double waves(double extent) const;
+    bool is_black() const;
     /// Whether it depends on the point's place on an image.
-    bool uses_image_place() const noexcept {
+    bool uses_image_place() const {
         return pattern != Pattern::plain && pattern != Pattern::continents;
     }
 };
@@ -99,12 +100,12 @@ struct DepthMap {
     Vector3 offset{0, 0, 0};  // by which clouds have drifted
     std::shared_ptr<const Image> image;
 
-    double at(const SurfacePoint& point) const noexcept;
+    double at(const SurfacePoint& point) const;
     /// Returns the same of a map of depths.
-    double waves(double extent) const noexcept;
-    bool is_plain() const noexcept { return pattern == Pattern::plain; }
+    double waves(double extent) const;
+    bool is_plain() const { return pattern == Pattern::plain; }
     /// Whether it depends on the point's place on an image.
-    bool uses_image_place() const noexcept { return pattern == Pattern::image; }
+    bool uses_image_place() const { return pattern == Pattern::image; }
 };
 
 }  // namespace stratus

@@ -40,21 +40,23 @@ AxisScale read_scale(const TensorFile& file, const std::string& name) {
     return *scale;
 }
 
-float as_float(float value) { return value; }
-float as_float(Half value) { return to_float(value); }
-
-template <class Number>
-std::shared_ptr<const PathOrders> path_orders(const TensorFile& file,
-                                              const TensorOf<Number>& orders) {
-    require(orders.shape[1] < 1 << 16, packed_caller, "orders of path_orders", "below 65536",
-            orders.shape[1]);
+std::shared_ptr<const PathOrders> path_orders(const TensorFile& file) {
+    const bool is_rounded = file.tensor(path_orders_name).type == TensorType::f16;
     std::vector<float> samples;
-    samples.reserve(orders.count());
-    for (std::size_t n = 0; n < orders.count(); ++n) samples.push_back(as_float(orders.data[n]));
+    std::vector<std::size_t> shape;
+    const auto take = [&](const auto& orders, const auto& to_number) {
+        shape = orders.shape;
+        std::transform(orders.begin(), orders.end(), std::back_inserter(samples), to_number);
+    };
+    if (is_rounded)
+        take(file.numbers<Half>(path_orders_name, 2), to_float);
+    else
+        take(file.numbers<float>(path_orders_name, 2), [](float value) { return value; });
+    require(shape[1] < 1 << 16, packed_caller, "orders of path_orders", "below 65536", shape[1]);
     return std::make_shared<const PathOrders>(
         static_cast<float>(to_number(path_offset_name, file.text(path_offset_name))),
-        to_number(path_deepest_name, file.text(path_deepest_name)),
-        static_cast<int>(orders.shape[1]) + 2, std::move(samples));
+        to_number(path_deepest_name, file.text(path_deepest_name)), static_cast<int>(shape[1]) + 2,
+        std::move(samples));
 }
 
 /// The axes of a family, whose parameters are known.
@@ -111,14 +113,9 @@ Table packed_header(const TensorFile& file) {
     prepare_header(table);
     if (!table.has_family())
         table.phase_curve = read_phase_curve(file, phase_name, 1, table.phase_function);
-    if (has_feature(file.strings(), path_law_feature)) {
-        if (table.has_family())
-            table.path_law = PathOrders::of_any(table.phase_function);
-        else
-            table.path_law = file.tensor(path_orders_name).type == TensorType::f16
-                                 ? path_orders(file, file.numbers<Half>(path_orders_name, 2))
-                                 : path_orders(file, file.numbers<float>(path_orders_name, 2));
-    }
+    if (has_feature(file.strings(), path_law_feature))
+        table.path_law = table.has_family() ? PathOrders::of_any(table.phase_function)
+                                            : path_orders(file);
     check_features(file.strings(), table);
     return table;
 }
@@ -432,11 +429,10 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
                                 static_cast<int>(depths));
 }
 
-PackedMember packed_member(const TensorFile& file, const Table& table, std::size_t m,
-                           const PathSheetView& sheet) {
+PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, std::size_t m,
+                                  const PathSheetView& sheet) {
     const std::string prefix = member_prefix(table, m);
-    PackedMember sample{};
-    sample.extrapolation_length = table.extrapolation_lengths[m];
+    PerSide<SideMemory> sides;
     const TableView view = table.view();
     // Members that vary in parameters need no closed form: none lies at the point itself.
     const PhaseFunction phase = table.varies_parameters()
@@ -445,11 +441,11 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     const bool has_sheet = sheet.sample != nullptr;
     const float growth = has_sheet ? path_growth(*table.path_law, table.highest_order) : 0;
     for (const Side which : both_sides) {
-        SideMemory& side = sample.side[which];
+        SideMemory& side = sides[which];
         const std::string name = prefix + side_name(which);
         set_closed_forms(file, prefix, table, phase, which, side);
         set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),
-                 sample.extrapolation_length, which, side);
+                 table.extrapolation_lengths[m], which, side);
         set_directions(view, side);
         side.view.path = sheet;
         if (has_sheet) {
@@ -466,7 +462,7 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
         side.view.block = side.blocks.data();
         side.view.block_of_cell = side.block_of_cell.data();
     }
-    return sample;
+    return sides;
 }
 
 }  // namespace stratus

@@ -85,40 +85,34 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
     }
     over_boundary_ = one_sided_ = boundary != nullptr && boundary->is_present();
     if (effects.single) forward_phase_ = static_cast<float>(phase_function(1));
-    const auto set_medium = [&](SliceSide<channels>& view, Side which) {
+    for (const Side which : both_sides) {
+        const bool is_lit = which == Side::reflection;
+        if (is_lit ? !effects.reflection : one_sided_ || !effects.transmission) continue;
+        BoundSide& side = *sides_[which];
+        SliceSide<channels>& view = side.view;
         for (int c = 0; c < channels; ++c) {
             view.optical_depth[c] = in_single(medium_.optical_depth[c], which);
             view.quarter_albedo[c] = static_cast<float>(medium_.albedo[c] / 4);
         }
         view.level = one_sided_ ? 1 : 0;
         view.slope = one_sided_ ? 0 : 1;
-    };
-    if (effects.reflection) {
-        SliceSide<channels>& view = sides_.reflection->view;
-        set_medium(view, Side::reflection);
-        if (effects.single) {
-            const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
-            const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
+        if (!effects.single) continue;
+        side.phase = curve;
+        if (is_lit) {
+            const auto kind = one_sided_ ? boundary->kind : LowerBoundary::Kind::none;
+            const bool layer_below = kind == LowerBoundary::Kind::layer;
             const Opposition opposition = seen_opposition(effects.opposition, effects.density);
-            sides_.reflection->phase =
-                plain ? curve : reflected_curve(phase_function, opposition, boundary);
-            sides_.reflection->opposition = OppositionTable(opposition);
-            view.opposition = sides_.reflection->opposition.view();
-            sides_.reflection->form = sides_.reflection->phase.form();
-            const bool on_surface = one_sided_ && boundary->kind == LowerBoundary::Kind::surface;
+            if (opposition.law != Opposition::Law::none || layer_below)
+                side.phase = reflected_curve(phase_function, opposition, boundary);
+            side.opposition = OppositionTable(opposition);
+            view.opposition = side.opposition.view();
             for (int c = 0; c < channels; ++c) {
-                view.surface_albedo[c] = on_surface ? static_cast<float>(boundary->albedo) : 0;
-                view.boundary_quarter_albedo[c] =
-                    layer_below ? static_cast<float>(boundary->albedo / 4) : 0;
+                const float albedo = one_sided_ ? static_cast<float>(boundary->albedo) : 0;
+                view.surface_albedo[c] = kind == LowerBoundary::Kind::surface ? albedo : 0;
+                view.boundary_quarter_albedo[c] = layer_below ? albedo / 4 : 0;
             }
         }
-    }
-    if (effects.transmission && !one_sided_) {
-        set_medium(sides_.transmission->view, Side::transmission);
-        if (effects.single) {
-            sides_.transmission->phase = curve;
-            sides_.transmission->form = curve.form();
-        }
+        side.form = side.phase.form();
     }
     for (const Side which : both_sides) sides_[which]->view.phase = sides_[which]->phase.view();
     set_kernels();

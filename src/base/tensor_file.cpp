@@ -141,6 +141,14 @@ std::size_t find_not_finite(const Number* numbers, std::size_t count, Infinity i
     return first;
 }
 
+template <class Value>
+const Value& found(const std::map<std::string, Value>& all, const char* kind,
+                   const std::string& name) {
+    const auto place = all.find(name);
+    if (place == all.end()) refuse_tensor_file(kind + quoted(name), "in the file", "none");
+    return place->second;
+}
+
 // ---- Checksum
 
 /// CRC-32 of what is added, as of zlib and PNG.
@@ -276,16 +284,11 @@ bool TensorFile::is_intact() const {
 }
 
 const std::string& TensorFile::text(const std::string& key) const {
-    const auto found = strings_.find(key);
-    if (found == strings_.end()) refuse_tensor_file("string " + quoted(key), "in the file", "none");
-    return found->second;
+    return found(strings_, "string ", key);
 }
 
 const Tensor& TensorFile::tensor(const std::string& name) const {
-    const auto found = tensors_.find(name);
-    if (found == tensors_.end())
-        refuse_tensor_file("tensor " + quoted(name), "in the file", "none");
-    return found->second;
+    return found(tensors_, "tensor ", name);
 }
 
 template <class Number>

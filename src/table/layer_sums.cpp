@@ -83,28 +83,11 @@ std::vector<std::vector<float>> inverted(std::vector<std::vector<double>>& q,
     return rows;
 }
 
-/// Coefficients of functions by weighted least squares at the directions of a sketch: P v are those of
-/// values v, with P = R^-1 Q^T W of W F = Q R: F the functions, W the weights of the directions, Q by
-/// Gram-Schmidt, twice for the sake of rounding.
-class SketchFit {
-  public:
-    SketchFit() = default;
-
-    /// `function`: at the directions; `weight`: of each direction.
-    SketchFit(const std::vector<std::vector<float>>& function, const std::vector<float>& weight);
-
-    std::vector<float> coefficients(const std::vector<float>& values) const {
-        std::vector<float> found;
-        for (const std::vector<float>& row : rows_) found.push_back(dot(row, values));
-        return found;
-    }
-
-  private:
-    std::vector<std::vector<float>> rows_;  // P
-};
-
-SketchFit::SketchFit(const std::vector<std::vector<float>>& function,
-                     const std::vector<float>& weight) {
+/// Weighted least squares at the directions of a sketch: returns the rows of P, whose products with values v are
+/// the coefficients of functions. P = R^-1 Q^T W of W F = Q R: F the functions at these directions, W the
+/// weights of these, Q by Gram-Schmidt, twice for the sake of rounding.
+std::vector<std::vector<float>> least_squares(const std::vector<std::vector<float>>& function,
+                                              const std::vector<float>& weight) {
     std::vector<std::vector<double>> q, r;
     for (const std::vector<float>& column : function) {
         std::vector<double> left(weight.size()), shares(q.size(), 0.0);
@@ -125,7 +108,7 @@ SketchFit::SketchFit(const std::vector<std::vector<float>>& function,
         q.push_back(std::move(left));
         r.push_back(std::move(shares));
     }
-    rows_ = inverted(q, r, weight);
+    return inverted(q, r, weight);
 }
 
 /// The search on one side.
@@ -211,7 +194,7 @@ class SideSearch {
         std::vector<std::vector<float>> left = sums_.values;
         std::vector<float> error(left.size(), 0.0f);
         for (std::size_t layer = 0; layer < left.size(); ++layer) {
-            subtract_sum(at_sketch_, fit_.coefficients(left[layer]), left[layer]);
+            subtract_sum(at_sketch_, coefficients(left[layer]), left[layer]);
             error[layer] = largest_product(left[layer], sums_.importance[layer]);
         }
         while (missed.size() < most_missed) {
@@ -236,7 +219,7 @@ class SideSearch {
         if (!sums_.is_spanned()) return std::move(sums_);
         fit();
         for (std::vector<float>& of_layer : values) {
-            sums_.coefficient.push_back(fit_.coefficients(of_layer));
+            sums_.coefficient.push_back(coefficients(of_layer));
             of_layer = weighted_sum(at_sketch_, sums_.coefficient.back());
         }
         return std::move(sums_);
@@ -289,7 +272,14 @@ class SideSearch {
         at_sketch_.clear();
         for (const std::vector<float>& function : sums_.function)
             at_sketch_.push_back(picked(function, sums_.sketch));
-        fit_ = SketchFit(at_sketch_, picked(greatest_, sums_.sketch));
+        fit_ = least_squares(at_sketch_, picked(greatest_, sums_.sketch));
+    }
+
+    /// Of values at the sketch, by the fit.
+    std::vector<float> coefficients(const std::vector<float>& values) const {
+        std::vector<float> found;
+        for (const std::vector<float>& row : fit_) found.push_back(dot(row, values));
+        return found;
     }
 
     /// The layer of those seen in full that misses most; null where none does, or no more functions
@@ -306,7 +296,7 @@ class SideSearch {
     Seen* fitted() {
         fit();
         for (auto& [layer, seen] : full_) {
-            subtract_sum(sums_.function, fit_.coefficients(picked(seen.left, sums_.sketch)),
+            subtract_sum(sums_.function, coefficients(picked(seen.left, sums_.sketch)),
                          seen.left);
             seen.error = largest_product(seen.left, seen.importance);
         }
@@ -374,7 +364,7 @@ class SideSearch {
     bool are_unlike_ = false, misses_ = false, settled_ = false;
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions
-    SketchFit fit_;
+    std::vector<std::vector<float>> fit_;
 };
 
 /// Layers all over the table.

@@ -123,13 +123,11 @@ Table packed_header(const TensorFile& file) {
 bool is_reserved(const std::string& name) {
     static const std::vector<std::string> fixed{checksum_key, format_name, format_version_name,
                                                 path_offset_name, path_deepest_name};
-    if (find_entry(shared_entries, name)) return true;
-    if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) return true;
-    for (const std::string& parameter : parameter_names())
-        if (name == parameter + scale_suffix) return true;
-    return std::any_of(axis_fields.begin(), axis_fields.end(), [&](const AxisField& field) {
-        return name == std::string(field.name) + scale_suffix;
-    });
+    if (find_entry(shared_entries, name) || is_listed(name, fixed)) return true;
+    std::vector<std::string> axes = parameter_names();
+    for (const AxisField& field : axis_fields) axes.emplace_back(field.name);
+    return std::any_of(axes.begin(), axes.end(),
+                       [&](const std::string& axis) { return name == axis + scale_suffix; });
 }
 
 namespace {

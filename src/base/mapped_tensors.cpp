@@ -213,7 +213,9 @@ std::uint32_t TensorHeaderReader::read_hex() {
     std::uint32_t number = 0;
     for (int i = 0; i < 4; ++i, ++next_) {
         const std::size_t digit =
-            next_ == end_ ? digits.npos : digits.find(static_cast<char>(std::tolower(static_cast<unsigned char>(*next_))));
+            next_ == end_
+                ? digits.npos
+                : digits.find(static_cast<char>(std::tolower(static_cast<unsigned char>(*next_))));
         if (digit == digits.npos) refuse_tensor_file(place(next_), "a hexadecimal digit", met());
         number = number << 4 | static_cast<std::uint32_t>(digit);
     }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -121,23 +120,43 @@ void require_contiguous(std::vector<Extent>& extents, std::size_t data_bytes) {
                            std::to_string(data_bytes));
 }
 
+template <class Number>
+struct BitsOf;
+template <>
+struct BitsOf<Half> {
+    using Type = std::int16_t;
+    static constexpr Type infinity = 0x7c00;
+};
+template <>
+struct BitsOf<float> {
+    using Type = std::int32_t;
+    static constexpr Type infinity = 0x7f800000;
+};
+template <>
+struct BitsOf<double> {
+    using Type = std::int64_t;
+    static constexpr Type infinity = 0x7ff0000000000000;
+};
+
 /// The index of the first number that is NaN or, unless allowed, infinite; `count` if there is none.
 template <class Number>
 std::size_t find_not_finite(const Number* numbers, std::size_t count, Infinity infinity) {
-    const auto is_beyond = [=](std::size_t i) {
-        if constexpr (std::is_same_v<Number, Half>) {  // bits without their sign, the largest for NaN
-            constexpr int infinite = 0x7c00;
-            return (numbers[i].bits & 0x7fff) > infinite - (infinity == Infinity::allowed ? 0 : 1);
-        } else {
-            using Limits = std::numeric_limits<Number>;
-            return !(std::abs(numbers[i]) <=
-                     (infinity == Infinity::allowed ? Limits::infinity() : Limits::max()));
-        }
+    // The bits without their sign grow with the magnitude and are largest for NaN.
+    using Bits = typename BitsOf<Number>::Type;
+    constexpr Bits magnitude = std::numeric_limits<Bits>::max();
+    const Bits largest =
+        static_cast<Bits>(BitsOf<Number>::infinity - (infinity == Infinity::allowed ? 0 : 1));
+    const auto is_beyond = [&](std::size_t i) {
+        Bits bits;
+        std::memcpy(&bits, numbers + i, sizeof bits);
+        return static_cast<Bits>(bits & magnitude) > largest;
     };
-    int any = 0;  // without a branch: many are looked at side by side
-    for (std::size_t i = 0; i < count; ++i) any |= is_beyond(i) ? 1 : 0;
-    std::size_t first = any != 0 ? 0 : count;
-    while (first < count && !is_beyond(first)) ++first;
+    Bits beyond = 0;  // of the numbers' width and without a branch: looked at many at a time
+    for (std::size_t i = 0; i < count; ++i)
+        beyond = static_cast<Bits>(beyond | (is_beyond(i) ? 1 : 0));
+    if (beyond == 0) return count;
+    std::size_t first = 0;
+    while (!is_beyond(first)) ++first;
     return first;
 }
 

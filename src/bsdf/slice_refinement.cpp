@@ -155,11 +155,11 @@ Sheet summed(const TableView& table, const ChannelOrders& orders) {
 
 /// Cubic along one axis: a row of `samples`.
 void refine_row(const float* from, int samples, const Stencils& stencils, float* to) {
+    const int last = std::min(stencil_size, samples) - 1;
     for (const Stencil& stencil : stencils) {
-        const auto part = [&](int s) {
-            return stencil.weight[s] * from[std::min(stencil.first + s, samples - 1)];
-        };
-        *to++ = part(0) + part(1) + part(2) + part(3);
+        const float *const at = from + stencil.first, *const weight = stencil.weight;
+        *to++ = weight[0] * at[0] + weight[1] * at[std::min(1, last)] +
+                weight[2] * at[std::min(2, last)] + weight[3] * at[last];
     }
 }
 

@@ -21,7 +21,8 @@ constexpr IndexRow ice[] = {
 
 void require_wavelength(double wavelength, double first, double last, const std::string& where) {
     require(wavelength >= first && wavelength <= last, "mie", "wavelength",
-            "in [" + shortest_text(first) + ", " + shortest_text(last) + "] um" + where, wavelength);
+            "in [" + shortest_text(first) + ", " + shortest_text(last) + "] um" + where,
+            wavelength);
 }
 
 /// Between rows of ice n and the logarithm of k are linear in the logarithm of the wavelength.
@@ -85,7 +86,7 @@ std::complex<double> interpolated_index(IndexRows rows, double wavelength) {
     for (const IndexRow* row : {above - 1, above})
         if (row->wavelength == wavelength) return {row->n, row->k};
     NeighbourRows about{{above - 1 == rows.first ? nullptr : above - 2, above - 1, above,
-                      above + 1 == end ? nullptr : above + 1}};
+                         above + 1 == end ? nullptr : above + 1}};
     const double n = interpolated(about, wavelength, [](const IndexRow& row) { return row.n; });
     if (above[-1].k == 0 || above->k == 0) {
         const double t = std::log(wavelength / above[-1].wavelength) /

@@ -112,10 +112,9 @@ class BlendBuilder {
   private:
     /// False when the sample is too small to be scaled back up.
     bool add(int albedo, int depth, double share_in_member) noexcept {
-        const std::ptrdiff_t at =
-            (std::ptrdiff_t{query_.member} * table_.albedo.count + albedo) *
-                table_.optical_depth.size() +
-            depth;
+        const std::ptrdiff_t at = (std::ptrdiff_t{query_.member} * table_.albedo.count + albedo) *
+                                      table_.optical_depth.size() +
+                                  depth;
         if (weight_[at] == 0) return false;
         const double share = share_of_member_ * share_in_member;
         if (share != 0)

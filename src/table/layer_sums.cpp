@@ -296,8 +296,7 @@ class SideSearch {
     Seen* fitted() {
         fit();
         for (auto& [layer, seen] : full_) {
-            subtract_sum(sums_.function, coefficients(picked(seen.left, sums_.sketch)),
-                         seen.left);
+            subtract_sum(sums_.function, coefficients(picked(seen.left, sums_.sketch)), seen.left);
             seen.error = largest_product(seen.left, seen.importance);
         }
         return worst();

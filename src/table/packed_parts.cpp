@@ -114,20 +114,23 @@ Table packed_header(const TensorFile& file) {
     if (!table.has_family())
         table.phase_curve = read_phase_curve(file, phase_name, 1, table.phase_function);
     if (has_feature(file.strings(), path_law_feature))
-        table.path_law = table.has_family() ? PathOrders::of_any(table.phase_function)
-                                            : path_orders(file);
+        table.path_law =
+            table.has_family() ? PathOrders::of_any(table.phase_function) : path_orders(file);
     check_features(file.strings(), table);
     return table;
 }
 
 bool is_reserved(const std::string& name) {
-    static const std::vector<std::string> fixed{checksum_key, format_name, format_version_name,
-                                                path_offset_name, path_deepest_name};
-    if (find_entry(shared_entries, name) || is_listed(name, fixed)) return true;
-    std::vector<std::string> axes = parameter_names();
-    for (const AxisField& field : axis_fields) axes.emplace_back(field.name);
-    return std::any_of(axes.begin(), axes.end(),
-                       [&](const std::string& axis) { return name == axis + scale_suffix; });
+    static const std::vector<std::string> own = [] {
+        std::vector<std::string> names{checksum_key, format_name, format_version_name,
+                                       path_offset_name, path_deepest_name};
+        for (const std::string& parameter : parameter_names())
+            names.push_back(parameter + scale_suffix);
+        for (const AxisField& field : axis_fields)
+            names.push_back(std::string(field.name) + scale_suffix);
+        return names;
+    }();
+    return find_entry(shared_entries, name) || is_listed(name, own);
 }
 
 namespace {

@@ -57,8 +57,8 @@ void at_many(const PackedSide& side, const PackedKernel& kernel, const PackedPoi
 std::shared_ptr<char> aligned_copy(const std::vector<char>& bytes) {
     constexpr std::align_val_t alignment{packed_alignment};
     std::shared_ptr<char> copy(
-        static_cast<char*>(operator new (std::max<std::size_t>(1, bytes.size()), alignment)),
-        [](char* memory) { operator delete (memory, alignment); });
+        static_cast<char*>(operator new(std::max<std::size_t>(1, bytes.size()), alignment)),
+        [](char* memory) { operator delete(memory, alignment); });
     std::copy(bytes.begin(), bytes.end(), copy.get());
     return copy;
 }

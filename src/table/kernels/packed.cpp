@@ -166,8 +166,8 @@ STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& 
 template <int lanes, bool azimuthal, int width>
 STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan, int n) {
     return plan.factor[n] * with_rows(side, [&](auto functions, auto number, float unit) {
-               return unit * contracted_rows<functions, lanes, decltype(number), azimuthal>(
-                                 side, plan, n);
+               return unit *
+                      contracted_rows<functions, lanes, decltype(number), azimuthal>(side, plan, n);
            });
 }
 

@@ -226,33 +226,27 @@ void set_directions(const TableView& table, SideMemory& side) {
 }
 
 /// Checks a block, and that the cubics of every cell that it serves lie within it.
-class BlockChecks {
-  public:
-    BlockChecks(const TableView& table, bool needs_infinity, std::string name)
-        : albedos_(std::max(stencil_size, table.albedo.count)),
-          depths_(std::max(stencil_size, table.optical_depth.count)),
-          needs_infinity_(needs_infinity),
-          deepest_cell_(table.optical_depth.count > 1 ? depths_ - 1 : 0),
-          name_(std::move(name)) {}
-
-    int albedos() const { return albedos_; }
-    int depths() const { return depths_; }
+struct BlockChecks {
+    const std::string& name;
+    int albedos, depths;  // samples, those of short axes four
+    bool needs_infinity;  // in this cell along depth, and those beyond
+    int deepest_cell;
 
     void check_block(const std::int32_t* block, std::size_t rows) const {
-        require_field(block[BlockField::ends_at_infinity], 0, 1, "ends_at_infinity");
-        require_field(block[BlockField::first_albedo], 0, albedos_ - stencil_size, "first_albedo");
-        require_field(block[BlockField::albedos], stencil_size,
-                      albedos_ - block[BlockField::first_albedo], "albedos");
-        require_field(block[BlockField::first_depth], 0, depths_ - stencil_size, "first_depth");
         const int infinite = block[BlockField::ends_at_infinity];
+        require_field(infinite, 0, 1, "ends_at_infinity");
+        require_field(block[BlockField::first_albedo], 0, albedos - stencil_size, "first_albedo");
+        require_field(block[BlockField::albedos], stencil_size,
+                      albedos - block[BlockField::first_albedo], "albedos");
+        require_field(block[BlockField::first_depth], 0, depths - stencil_size, "first_depth");
         require_field(block[BlockField::depths], stencil_size + infinite,
-                      depths_ - block[BlockField::first_depth] + infinite, "depths");
+                      depths - block[BlockField::first_depth] + infinite, "depths");
         const std::size_t needed =
             size(block[BlockField::albedos]) * size(block[BlockField::depths]);
         require(
             block[BlockField::first_row] >= 0 && needed <= rows &&
                 size(block[BlockField::first_row]) <= rows - needed,
-            packed_caller, "first_row of " + name_,
+            packed_caller, "first_row of " + name,
             "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
             block[BlockField::first_row]);
     }
@@ -262,30 +256,22 @@ class BlockChecks {
             const int window = std::clamp(cell - 1, 0, samples - stencil_size);
             return window >= first && window + stencil_size <= first + count;
         };
+        const int infinite = block[BlockField::ends_at_infinity];
         const bool inside =
-            within(albedo, albedos_, block[BlockField::first_albedo], block[BlockField::albedos]) &&
-            within(depth, depths_, block[BlockField::first_depth], finite_depths(block)) &&
-            (!needs_infinity_ || depth < deepest_cell_ || block[BlockField::ends_at_infinity] == 1);
+            within(albedo, albedos, block[BlockField::first_albedo], block[BlockField::albedos]) &&
+            within(depth, depths, block[BlockField::first_depth],
+                   block[BlockField::depths] - infinite) &&
+            (!needs_infinity || depth < deepest_cell || infinite == 1);
         require(inside, packed_caller,
                 "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
-                    ") of " + name_,
+                    ") of " + name,
                 "one that holds its samples", "another");
     }
 
-  private:
-    static int finite_depths(const std::int32_t* block) {
-        return block[BlockField::depths] - block[BlockField::ends_at_infinity];
-    }
-
     void require_field(int value, int least, int most, const char* field) const {
-        require(value >= least && value <= most, packed_caller, std::string(field) + " of " + name_,
+        require(value >= least && value <= most, packed_caller, std::string(field) + " of " + name,
                 "in [" + std::to_string(least) + ", " + std::to_string(most) + "]", value);
     }
-
-    int albedos_, depths_;  // samples, those of short axes four
-    bool needs_infinity_;
-    int deepest_cell_;  // and those beyond
-    std::string name_;
 };
 
 template <class Number>
@@ -341,7 +327,10 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     require_aligned(coefficients.data, name + coefficients_name);
     const std::size_t block_bytes =
         rows * functions * (side.view.halves ? sizeof(Half) : sizeof(float));
-    const BlockChecks checks(table, side.view.ends_at_infinity, of_blocks);
+    const int albedos = std::max(stencil_size, table.albedo.count),
+              depths = std::max(stencil_size, table.optical_depth.count);
+    const BlockChecks checks{of_blocks, albedos, depths, side.view.ends_at_infinity,
+                             table.optical_depth.count > 1 ? depths - 1 : 0};
     for (std::size_t b = 0; b < count; ++b) {
         const std::int32_t* const block = blocks.data + b * size(BlockField::count);
         checks.check_block(block, coefficients.shape[0]);
@@ -352,14 +341,13 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     }
     const std::string of_cells = owner + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
-    require_shape(cells, of_cells, {size(checks.albedos()), size(checks.depths())});
+    require_shape(cells, of_cells, {size(albedos), size(depths)});
     for (std::size_t cell = 0; cell < cells.count(); ++cell) {
         const std::int32_t block = cells.data[cell];
         require(block >= 0 && size(block) < count, packed_caller, of_cells,
                 "below " + std::to_string(count), block);
         checks.check_cell(blocks.data + size(block) * size(BlockField::count),
-                          static_cast<int>(cell) / checks.depths(),
-                          static_cast<int>(cell) % checks.depths());
+                          static_cast<int>(cell) / depths, static_cast<int>(cell) % depths);
         side.block_of_cell.push_back(static_cast<float>(block));
     }
 }

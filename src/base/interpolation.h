@@ -11,13 +11,13 @@ namespace {
 
 STRATUS_INLINE LookupLanes gathered(const float* samples, LookupLanes::Ints index) {
 #if defined(__AVX512F__)
-    return LookupLanes(LookupLanes::Floats(_mm512_i32gather_ps(__m512i(index.v), samples, 4)));
+    return LookupLanes(_mm512_i32gather_ps(__m512i(index.v), samples, 4));
 #elif defined(__AVX2__)
-    return LookupLanes(LookupLanes::Floats(_mm256_i32gather_ps(samples, __m256i(index.v), 4)));
+    return LookupLanes(_mm256_i32gather_ps(samples, __m256i(index.v), 4));
 #else
     LookupLanes::Floats y{};
     for (int k = 0; k < lane_width; ++k) y[k] = samples[index.v[k]];
-    return LookupLanes(y);
+    return y;
 #endif
 }
 
@@ -50,8 +50,8 @@ STRATUS_INLINE Neighbours<F> neighbours(const float* samples, Index index) {
             _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
         const __m512i odd =
             _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
-        return {F(LookupLanes::Floats(_mm512_permutex2var_ps(low, even, high))),
-                F(LookupLanes::Floats(_mm512_permutex2var_ps(low, odd, high)))};
+        return {F(_mm512_permutex2var_ps(low, even, high)),
+                F(_mm512_permutex2var_ps(low, odd, high))};
     }
 #endif
     return {sample_at<F>(samples, index), sample_at<F>(samples + stride, index)};
@@ -63,7 +63,6 @@ struct FourSamples {
 };
 STRATUS_INLINE FourSamples four_samples(const float* samples, LookupLanes::Ints index) {
 #if defined(__AVX2__)
-    using Floats = LookupLanes::Floats;
     alignas(64) std::int32_t place[lane_width];
     store(index, place);
     const auto read = [&](int lane) { return _mm_loadu_ps(samples + place[lane]); };
@@ -76,10 +75,10 @@ STRATUS_INLINE FourSamples four_samples(const float* samples, LookupLanes::Ints 
     const __m512 a = rows(0), b = rows(1), c = rows(2), d = rows(3);
     const __m512 low_ab = _mm512_unpacklo_ps(a, b), high_ab = _mm512_unpackhi_ps(a, b);
     const __m512 low_cd = _mm512_unpacklo_ps(c, d), high_cd = _mm512_unpackhi_ps(c, d);
-    return {{LookupLanes(Floats(_mm512_shuffle_ps(low_ab, low_cd, 0x44))),
-             LookupLanes(Floats(_mm512_shuffle_ps(low_ab, low_cd, 0xee))),
-             LookupLanes(Floats(_mm512_shuffle_ps(high_ab, high_cd, 0x44))),
-             LookupLanes(Floats(_mm512_shuffle_ps(high_ab, high_cd, 0xee)))}};
+    return {{LookupLanes(_mm512_shuffle_ps(low_ab, low_cd, 0x44)),
+             LookupLanes(_mm512_shuffle_ps(low_ab, low_cd, 0xee)),
+             LookupLanes(_mm512_shuffle_ps(high_ab, high_cd, 0x44)),
+             LookupLanes(_mm512_shuffle_ps(high_ab, high_cd, 0xee))}};
 #else
     const auto rows = [&](int lane) {
         return _mm256_insertf128_ps(_mm256_castps128_ps256(read(lane)), read(lane + 4), 1);
@@ -87,10 +86,10 @@ STRATUS_INLINE FourSamples four_samples(const float* samples, LookupLanes::Ints 
     const __m256 a = rows(0), b = rows(1), c = rows(2), d = rows(3);
     const __m256 low_ab = _mm256_unpacklo_ps(a, b), high_ab = _mm256_unpackhi_ps(a, b);
     const __m256 low_cd = _mm256_unpacklo_ps(c, d), high_cd = _mm256_unpackhi_ps(c, d);
-    return {{LookupLanes(Floats(_mm256_shuffle_ps(low_ab, low_cd, 0x44))),
-             LookupLanes(Floats(_mm256_shuffle_ps(low_ab, low_cd, 0xee))),
-             LookupLanes(Floats(_mm256_shuffle_ps(high_ab, high_cd, 0x44))),
-             LookupLanes(Floats(_mm256_shuffle_ps(high_ab, high_cd, 0xee)))}};
+    return {{LookupLanes(_mm256_shuffle_ps(low_ab, low_cd, 0x44)),
+             LookupLanes(_mm256_shuffle_ps(low_ab, low_cd, 0xee)),
+             LookupLanes(_mm256_shuffle_ps(high_ab, high_cd, 0x44)),
+             LookupLanes(_mm256_shuffle_ps(high_ab, high_cd, 0xee))}};
 #endif
 #else
     return {{gathered(samples, index), gathered(samples + 1, index), gathered(samples + 2, index),
@@ -142,22 +141,21 @@ STRATUS_INLINE void compress_store(LookupLanes x, unsigned lanes, float* to) {
 /// Loads contiguous numbers into the lanes of the mask, 0 into the others. A whole register is read.
 STRATUS_INLINE LookupLanes expand_load(const float* from, unsigned lanes) {
 #if defined(__AVX512F__)
-    return LookupLanes(LookupLanes::Floats(
-        _mm512_maskz_expand_ps(static_cast<__mmask16>(lanes), _mm512_loadu_ps(from))));
+    return LookupLanes(
+        _mm512_maskz_expand_ps(static_cast<__mmask16>(lanes), _mm512_loadu_ps(from)));
 #elif defined(__AVX2__)
     const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
     const __m256i set = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(lanes)), bit);
     const __m256 spread =
         _mm256_permutevar8x32_ps(_mm256_loadu_ps(from), widened(lane_orders.before[lanes & 0xff]));
-    return LookupLanes(LookupLanes::Floats(
-        _mm256_and_ps(spread, _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, bit)))));
+    return LookupLanes(_mm256_and_ps(spread, _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, bit))));
 #else
     LookupLanes::Floats y{};
     for (int k = 0; k < lane_width; ++k) {
         y[k] = lanes >> k & 1 ? *from : 0;
         from += lanes >> k & 1;
     }
-    return LookupLanes(y);
+    return y;
 #endif
 }
 

@@ -247,51 +247,29 @@ template <int width, LaneContent content>
 struct FloatLanes {
     using Floats = typename SimdRegister<width>::Floats;
     using Ints = IntLanes<width, content>;
+    using Bits = typename SimdRegister<width>::Ints;
     Floats v;
 
     FloatLanes() = default;
-    STRATUS_INLINE explicit FloatLanes(float x) : v(x - Floats{}) {}
-    STRATUS_INLINE explicit FloatLanes(Floats x) : v(x) {}
+    STRATUS_INLINE FloatLanes(float x) : v(x - Floats{}) {}
+    STRATUS_INLINE FloatLanes(Floats x) : v(x) {}
 
-    STRATUS_FRIEND FloatLanes operator+(FloatLanes a, FloatLanes b) {
-        return FloatLanes(a.v + b.v);
-    }
-    STRATUS_FRIEND FloatLanes operator-(FloatLanes a, FloatLanes b) {
-        return FloatLanes(a.v - b.v);
-    }
-    STRATUS_FRIEND FloatLanes operator*(FloatLanes a, FloatLanes b) {
-        return FloatLanes(a.v * b.v);
-    }
-    STRATUS_FRIEND FloatLanes operator+(FloatLanes a, float b) { return FloatLanes(a.v + b); }
-    STRATUS_FRIEND FloatLanes operator-(FloatLanes a, float b) { return FloatLanes(a.v - b); }
-    STRATUS_FRIEND FloatLanes operator*(FloatLanes a, float b) { return FloatLanes(a.v * b); }
-    STRATUS_FRIEND FloatLanes operator-(float a, FloatLanes b) { return FloatLanes(a - b.v); }
-    STRATUS_FRIEND FloatLanes maximum(FloatLanes a, FloatLanes b) {
-        return FloatLanes(maximum(a.v, b.v));
-    }
-    STRATUS_FRIEND FloatLanes minimum(FloatLanes a, FloatLanes b) {
-        return FloatLanes(minimum(a.v, b.v));
-    }
-    STRATUS_FRIEND FloatLanes maximum(FloatLanes a, float b) { return maximum(a, FloatLanes(b)); }
-    STRATUS_FRIEND FloatLanes minimum(FloatLanes a, float b) { return minimum(a, FloatLanes(b)); }
+    STRATUS_FRIEND FloatLanes operator+(FloatLanes a, FloatLanes b) { return a.v + b.v; }
+    STRATUS_FRIEND FloatLanes operator-(FloatLanes a, FloatLanes b) { return a.v - b.v; }
+    STRATUS_FRIEND FloatLanes operator*(FloatLanes a, FloatLanes b) { return a.v * b.v; }
+    STRATUS_FRIEND FloatLanes maximum(FloatLanes a, FloatLanes b) { return maximum(a.v, b.v); }
+    STRATUS_FRIEND FloatLanes minimum(FloatLanes a, FloatLanes b) { return minimum(a.v, b.v); }
     STRATUS_FRIEND FloatLanes magnitude(FloatLanes x) {
-        return FloatLanes(
-            reinterpret_cast<Floats>(reinterpret_cast<decltype(Ints::v)>(x.v) & 0x7fffffff));
+        return reinterpret_cast<Floats>(reinterpret_cast<Bits>(x.v) & 0x7fffffff);
     }
-    STRATUS_FRIEND Ints truncated(FloatLanes x) {
-        return {__builtin_convertvector(x.v, decltype(Ints::v))};
-    }
+    STRATUS_FRIEND Ints truncated(FloatLanes x) { return {__builtin_convertvector(x.v, Bits)}; }
     STRATUS_FRIEND FloatLanes power_of_half(FloatLanes shifted) {
-        using Bits = decltype(Ints::v);
-        return FloatLanes(
-            reinterpret_cast<Floats>(bits_of_1 - (reinterpret_cast<Bits>(shifted.v) << 23)));
+        return reinterpret_cast<Floats>(bits_of_1 - (reinterpret_cast<Bits>(shifted.v) << 23));
     }
     STRATUS_FRIEND BinaryParts<FloatLanes> binary_parts(FloatLanes x) {
-        using Bits = decltype(Ints::v);
         const Bits bits = reinterpret_cast<Bits>(x.v);
         const Bits n = (bits - bits_of_root_half) >> 23;
-        return {FloatLanes(__builtin_convertvector(n, Floats)),
-                FloatLanes(reinterpret_cast<Floats>(bits - (n << 23)))};
+        return {__builtin_convertvector(n, Floats), reinterpret_cast<Floats>(bits - (n << 23))};
     }
 
     STRATUS_FRIEND Ints where_less(FloatLanes a, FloatLanes b, std::int32_t n) {
@@ -299,54 +277,50 @@ struct FloatLanes {
     }
     STRATUS_FRIEND FloatLanes choose_less(FloatLanes a, FloatLanes b, FloatLanes yes,
                                           FloatLanes no) {
-        return FloatLanes(a.v < b.v ? yes.v : no.v);
-    }
-    template <int bits>
-    STRATUS_INLINE OctavePlace<FloatLanes, Ints> octave_place() const {
-        using Bits = decltype(Ints::v);
-        constexpr int shift = 23 - bits;
-        const Bits n = reinterpret_cast<Bits>(v), exponent = n & 0x7f800000;
-        return {Ints{n >> shift},
-                FloatLanes(__builtin_convertvector(n & ((1 << shift) - 1), Floats) *
-                           (1.0f / (1 << shift))),
-                FloatLanes(reinterpret_cast<Floats>(exponent)),
-                FloatLanes(reinterpret_cast<Floats>(0x7f000000 - exponent))};
+        return a.v < b.v ? yes.v : no.v;
     }
 
     // For lookups and channels, 12 bits or more from the processor and one step of Newton: 2e-7, at a
     // fraction of the time of a division or an exact root. For quantities, as for a float.
     STRATUS_FRIEND FloatLanes reciprocal(FloatLanes x) {
-        if constexpr (content == LaneContent::quantities) return FloatLanes(1.0f / x.v);
+        if constexpr (content == LaneContent::quantities) return 1.0f / x.v;
         const Floats y = estimated_reciprocal(x.v);
-        return FloatLanes(y + y * (1.0f - x.v * y));
+        return y + y * (1.0f - x.v * y);
     }
     STRATUS_FRIEND FloatLanes reciprocal_root(FloatLanes x) {
-        if constexpr (content == LaneContent::quantities)
-            return FloatLanes(1.0f / rounded_root(x.v));
+        if constexpr (content == LaneContent::quantities) return 1.0f / rounded_root(x.v);
         return prompt_reciprocal_root(x);
     }
     STRATUS_FRIEND FloatLanes prompt_reciprocal_root(FloatLanes x) {
         const Floats y = estimated_reciprocal_root(x.v), half = y * 0.5f;
-        return FloatLanes(y + half * (1.0f - x.v * y * y));
+        return y + half * (1.0f - x.v * y * y);
     }
     /// Takes numbers that are 0 or not below 1e-30.
     STRATUS_FRIEND FloatLanes square_root(FloatLanes x) {
         if constexpr (content == LaneContent::quantities)
-            return FloatLanes(rounded_root(x.v));
+            return rounded_root(x.v);
         else
-            return x * reciprocal_root(maximum(x, FloatLanes(1e-30f)));
+            return x * reciprocal_root(maximum(x, 1e-30f));
     }
 };
 
 template <int width, LaneContent content>
 STRATUS_INLINE FloatLanes<width, content> as_float(IntLanes<width, content> n) {
-    using Lanes = FloatLanes<width, content>;
-    return Lanes(__builtin_convertvector(n.v, typename Lanes::Floats));
+    return __builtin_convertvector(n.v, typename SimdRegister<width>::Floats);
 }
 
 template <int bits, int width, LaneContent content>
 STRATUS_INLINE auto octave_place(FloatLanes<width, content> x) {
-    return x.template octave_place<bits>();
+    using Lanes = FloatLanes<width, content>;
+    using Floats = typename Lanes::Floats;
+    using Bits = typename Lanes::Bits;
+    constexpr int shift = 23 - bits;
+    const Bits n = reinterpret_cast<Bits>(x.v), exponent = n & 0x7f800000;
+    return OctavePlace<Lanes, typename Lanes::Ints>{
+        {n >> shift},
+        __builtin_convertvector(n & ((1 << shift) - 1), Floats) * (1.0f / (1 << shift)),
+        reinterpret_cast<Floats>(exponent),
+        reinterpret_cast<Floats>(0x7f000000 - exponent)};
 }
 
 /// Many lookups.
@@ -358,13 +332,9 @@ using QuantityLanes = FloatLanes<4, LaneContent::quantities>;
 
 // ---- any of them
 
-template <class F>
-STRATUS_INLINE F clamped(F x, float low, float high) {
-    return maximum(minimum(x, high), low);
-}
-template <int width, LaneContent content>
-STRATUS_INLINE FloatLanes<width, content> clamped(FloatLanes<width, content> x, float low,
-                                                  FloatLanes<width, content> high) {
+/// `high` is a number of type F, or one that all lanes share.
+template <class F, class N>
+STRATUS_INLINE F clamped(F x, float low, N high) {
     return maximum(minimum(x, high), low);
 }
 
@@ -391,13 +361,9 @@ STRATUS_INLINE F load(const float* from) {
     __builtin_memcpy(&x, from, sizeof x);
     return x;
 }
-template <class F>
-STRATUS_INLINE void store(F x, float* to) {
+template <class Numbers, class Number>
+STRATUS_INLINE void store(Numbers x, Number* to) {
     __builtin_memcpy(to, &x, sizeof x);
-}
-STRATUS_INLINE void store(std::int32_t n, std::int32_t* to) { *to = n; }
-STRATUS_INLINE void store(LookupLanes::Ints n, std::int32_t* to) {
-    __builtin_memcpy(to, &n.v, sizeof n.v);
 }
 
 /// A bit for each lane in which a < b.
@@ -431,14 +397,13 @@ STRATUS_INLINE auto channel_value(const float* number, int channel) {
 // ---- numbers that one lookup needs more than once, side by side
 
 STRATUS_INLINE QuantityLanes quantities(float a, float b, float c = 0, float d = 0) {
-    return QuantityLanes(QuantityLanes::Floats{a, b, c, d});
+    return QuantityLanes::Floats{a, b, c, d};
 }
 
 /// Two, and 0.
 STRATUS_INLINE QuantityLanes two_quantities(float a, float b) {
 #if defined(__SSE4_1__)
-    return QuantityLanes(
-        QuantityLanes::Floats(_mm_insert_ps(to_register(a), to_register(b), 0x1c)));
+    return QuantityLanes(_mm_insert_ps(to_register(a), to_register(b), 0x1c));
 #else
     return quantities(a, b);
 #endif

@@ -3,23 +3,19 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/size.h>
 
+#include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
-#include <utility>
 
-#if defined(__unix__) || defined(__APPLE__)
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#else
-#include <filesystem>
-#include <fstream>
-#include <new>
-#endif
 
 namespace stratus {
 namespace {
@@ -32,18 +28,14 @@ namespace {
     refuse(path, std::generic_category().message(errno));
 }
 
-}  // namespace
-
-#if defined(__unix__) || defined(__APPLE__)
-
-namespace {
-
 struct Descriptor {
     int number;
     ~Descriptor() { ::close(number); }
 };
 
 }  // namespace
+
+void MappedFile::Unmapping::operator()(void* data) const noexcept { ::munmap(data, bytes); }
 
 MappedFile::MappedFile(const std::string& path) {
     // Without waiting for somebody to write into a pipe of this name, which is refused then.
@@ -55,57 +47,10 @@ MappedFile::MappedFile(const std::string& path) {
     if (S_ISDIR(status.st_mode)) refuse(path, "is a directory");
     if (!S_ISREG(status.st_mode)) refuse(path, "is not a regular file");
     if (status.st_size == 0) refuse(path, "is empty");
-    bytes_ = size(status.st_size);
-    void* const start = ::mmap(nullptr, bytes_, PROT_READ, MAP_PRIVATE, file.number, 0);
+    const std::size_t bytes = size(status.st_size);
+    void* const start = ::mmap(nullptr, bytes, PROT_READ, MAP_PRIVATE, file.number, 0);
     if (start == MAP_FAILED) refuse_as_system(path);
-    data_ = start;
-}
-
-MappedFile::~MappedFile() {
-    if (data_ != nullptr) ::munmap(data_, bytes_);
-}
-
-#else
-
-namespace {
-
-constexpr std::align_val_t alignment{64};
-
-}  // namespace
-
-MappedFile::MappedFile(const std::string& path) {
-    std::error_code ignored;  // opening the file says it better
-    const auto status = std::filesystem::status(path, ignored);
-    if (std::filesystem::is_directory(status)) refuse(path, "is a directory");
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-        refuse(path, "is not a regular file");
-    errno = 0;
-    std::ifstream file(path, std::ios::binary | std::ios::ate);
-    const std::streamoff length = file ? static_cast<std::streamoff>(file.tellg()) : 0;
-    if (!file || length < 0) refuse_as_system(path);
-    if (length == 0) refuse(path, "is empty");
-    bytes_ = size(length);
-    data_ = ::operator new(bytes_, alignment);
-    file.seekg(0);
-    if (!file.read(static_cast<char*>(data_), static_cast<std::streamsize>(length))) {
-        ::operator delete(data_, alignment);
-        refuse_as_system(path);
-    }
-}
-
-MappedFile::~MappedFile() {
-    if (data_ != nullptr) ::operator delete(data_, alignment);
-}
-
-#endif
-
-MappedFile::MappedFile(MappedFile&& other) noexcept
-    : data_(std::exchange(other.data_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
-
-MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
-    std::swap(data_, other.data_);
-    std::swap(bytes_, other.bytes_);
-    return *this;
+    data_ = {start, Unmapping{bytes}};
 }
 
 namespace {
@@ -113,23 +58,11 @@ namespace {
 bool is_surrogate(std::uint32_t character) { return character >= 0xd800 && character < 0xe000; }
 
 void append_utf8(std::string& text, std::uint32_t character) {
-    const auto append = [&](std::uint32_t byte) { text += static_cast<char>(byte); };
-    const auto append_more = [&](int shift) { append(0x80 | (character >> shift & 0x3f)); };
-    if (character < 0x80) {
-        append(character);
-    } else if (character < 0x800) {
-        append(0xc0 | character >> 6);
-        append_more(0);
-    } else if (character < 0x10000) {
-        append(0xe0 | character >> 12);
-        append_more(6);
-        append_more(0);
-    } else {
-        append(0xf0 | character >> 18);
-        append_more(12);
-        append_more(6);
-        append_more(0);
-    }
+    constexpr std::uint32_t leads[] = {0, 0xc0, 0xe0, 0xf0};  // by bytes after the first
+    const int more = character < 0x80 ? 0 : character < 0x800 ? 1 : character < 0x10000 ? 2 : 3;
+    text += static_cast<char>(leads[more] | character >> 6 * more);
+    for (int shift = 6 * (more - 1); shift >= 0; shift -= 6)
+        text += static_cast<char>(0x80 | (character >> shift & 0x3f));
 }
 
 }  // namespace
@@ -193,21 +126,19 @@ std::string TensorHeaderReader::read_string() {
 }
 
 std::size_t TensorHeaderReader::read_integer() {
-    constexpr std::size_t max = std::numeric_limits<std::size_t>::max();
     skip_space();
     const char* const start = next_;
-    if (!is_digit()) refuse_tensor_file(place(start), "a digit", met());
     std::size_t number = 0;
-    for (int digits = 0; is_digit(); ++digits, ++next_) {
-        const auto digit = size(*next_ - '0');
-        if (digits > 0 && number == 0)
-            refuse_tensor_file("the number from " + place(start), "without leading zeros",
-                               quoted({'0', *next_}));
-        if (number > (max - digit) / 10)
-            refuse_tensor_file("the number from " + place(start), "at most " + std::to_string(max),
-                               "more");
-        number = 10 * number + digit;
-    }
+    const auto [stop, error] = std::from_chars(start, end_, number);
+    if (stop == start) refuse_tensor_file(place(start), "a digit", met());
+    if (*start == '0' && stop - start > 1)
+        refuse_tensor_file("the number from " + place(start), "without leading zeros",
+                           quoted({start, 2}));
+    if (error != std::errc())
+        refuse_tensor_file("the number from " + place(start),
+                           "at most " + std::to_string(std::numeric_limits<std::size_t>::max()),
+                           "more");
+    next_ = stop;
     return number;
 }
 
@@ -277,15 +208,15 @@ std::uint32_t TensorHeaderReader::read_escaped_character() {
 
 /// The four digits after 'u'.
 std::uint32_t TensorHeaderReader::read_hex() {
+    constexpr std::string_view digits = "0123456789abcdef";
     ++next_;
     std::uint32_t number = 0;
     for (int i = 0; i < 4; ++i, ++next_) {
-        const char letter = next_ == end_ ? '\0' : *next_;
-        const int digit = letter >= '0' && letter <= '9'   ? letter - '0'
-                          : letter >= 'a' && letter <= 'f' ? letter - 'a' + 10
-                          : letter >= 'A' && letter <= 'F' ? letter - 'A' + 10
-                                                           : -1;
-        if (digit < 0) refuse_tensor_file(place(next_), "a hexadecimal digit", met());
+        const std::size_t digit =
+            next_ == end_
+                ? digits.npos
+                : digits.find(static_cast<char>(std::tolower(static_cast<unsigned char>(*next_))));
+        if (digit == digits.npos) refuse_tensor_file(place(next_), "a hexadecimal digit", met());
         number = number << 4 | static_cast<std::uint32_t>(digit);
     }
     return number;

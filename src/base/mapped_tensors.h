@@ -1,10 +1,9 @@
 // Files of tensors as they lie on the disk: mapped into memory, then the header that says what they hold.
-//
-// The bytes of a file, without copying them where the system can map files into memory.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,17 +16,17 @@ class MappedFile {
   public:
     /// Errors   std::runtime_error "PATH: reason".
     explicit MappedFile(const std::string& path);
-    MappedFile(MappedFile&& other) noexcept;
-    MappedFile& operator=(MappedFile&& other) noexcept;
-    ~MappedFile();
 
     /// Aligned to at least 64 bytes.
-    const void* data() const noexcept { return data_; }
-    std::size_t bytes() const noexcept { return bytes_; }
+    const void* data() const noexcept { return data_.get(); }
+    std::size_t bytes() const noexcept { return data_.get_deleter().bytes; }
 
   private:
-    void* data_ = nullptr;
-    std::size_t bytes_ = 0;
+    struct Unmapping {
+        std::size_t bytes;
+        void operator()(void* data) const noexcept;
+    };
+    std::unique_ptr<void, Unmapping> data_;
 };
 
 // The header of a file of tensors (tensor_file.h) as text: its JSON, and what is said about it.
@@ -81,7 +80,6 @@ class TensorHeaderReader {
 
   private:
     bool is_next(char wanted) const { return next_ != end_ && *next_ == wanted; }
-    bool is_digit() const { return next_ != end_ && *next_ >= '0' && *next_ <= '9'; }
     void skip_space();
     bool take(char wanted);
     void expect(char wanted);

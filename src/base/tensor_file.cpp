@@ -17,15 +17,12 @@ constexpr std::size_t file_alignment = 64;  // bytes
 constexpr char strings_key[] = "__metadata__";
 
 struct TypeName {
-    TensorType type;
     const char* name;
     std::size_t size;  // bytes of a number
 };
 
-constexpr TypeName type_names[] = {{TensorType::f16, "F16", 2},
-                                   {TensorType::f32, "F32", 4},
-                                   {TensorType::f64, "F64", 8},
-                                   {TensorType::i32, "I32", 4}};
+/// One for each TensorType, in order.
+constexpr TypeName type_names[] = {{"F16", 2}, {"F32", 4}, {"F64", 8}, {"I32", 4}};
 
 const TypeName& type_name(TensorType type) { return type_names[static_cast<int>(type)]; }
 
@@ -61,7 +58,7 @@ Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& 
                              [&](const TypeName& type) { return type.name == text; });
             if (found == std::end(type_names))
                 refuse_tensor_file("dtype" + of(), "F16, F32, F64 or I32", quoted(text));
-            tensor.type = found->type;
+            tensor.type = static_cast<TensorType>(found - std::begin(type_names));
         } else if (field == "shape") {
             tensor.shape = header.read_integers(max_tensor_rank);
         } else if (field == "data_offsets") {
@@ -161,6 +158,14 @@ std::size_t find_not_finite(const Number* numbers, std::size_t count, Infinity i
     std::size_t first = 0;
     while (!is_beyond(first)) ++first;
     return first;
+}
+
+template <class Value>
+const Value& found(const std::map<std::string, Value>& all, const char* kind,
+                   const std::string& name) {
+    const auto place = all.find(name);
+    if (place == all.end()) refuse_tensor_file(kind + quoted(name), "in the file", "none");
+    return place->second;
 }
 
 // ---- Checksum
@@ -298,16 +303,11 @@ bool TensorFile::is_intact() const {
 }
 
 const std::string& TensorFile::text(const std::string& key) const {
-    const auto found = strings_.find(key);
-    if (found == strings_.end()) refuse_tensor_file("string " + quoted(key), "in the file", "none");
-    return found->second;
+    return found(strings_, "string ", key);
 }
 
 const Tensor& TensorFile::tensor(const std::string& name) const {
-    const auto found = tensors_.find(name);
-    if (found == tensors_.end())
-        refuse_tensor_file("tensor " + quoted(name), "in the file", "none");
-    return found->second;
+    return found(tensors_, "tensor ", name);
 }
 
 template <class Number>

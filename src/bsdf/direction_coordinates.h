@@ -77,67 +77,56 @@ struct SphereQuarter {
     float reach(const Cosine& in) const noexcept { return as_float(number % 2) - in.v; }
 };
 
-/// From mu_in, s = 0, to an end, s = 1: v - v_in = reach (slope s + (1 - slope) s^2).
+/// On the way from mu_in, s = 0, to an end of a quarter, s = 1.
 struct OutgoingCosine {
     Cosine cosine;
     float stretch;  // |d mu / d s|
 };
-
-inline OutgoingCosine outgoing_cosine(const SphereQuarter& quarter, float slope, const Cosine& in,
-                                      float s) noexcept {
-    const float reach = quarter.reach(in);
-    const Cosine out = cosine_at(in.v + reach * s * (slope + (1 - slope) * s));
-    return {out, std::abs(reach) * (slope + 2 * (1 - slope) * s) * (4 * out.v * out.root_mu)};
-}
-
-/// tan(azimuth / 2) = a q / (b (1 - q)), q in [0, 1].
-struct AzimuthScale {
-    float a, b;
-};
-
-[[gnu::always_inline]] inline AzimuthScale azimuth_scale(Side side,
-                                                         const DirectionDensity::Peaks& peaks,
-                                                         const Cosine& in,
-                                                         const Cosine& out) noexcept {
-    // The smallest and the largest angle from the middle of either peak over all azimuths.
-    const float apart = std::abs(in.v - out.v), sum = in.v + out.v;
-    const float elevation = (in.mu + out.mu) * 0.5f;
-    const float nearer = (peaks.at_same_cosine + apart) * (peaks.at_horizon + 1);
-    const float farther = (peaks.at_same_cosine + sum) * (peaks.at_horizon + elevation);
-    const float both[2] = {farther, nearer};
-    const int index = static_cast<int>(side);
-    return {both[index], both[1 - index]};
-}
 
 struct Azimuth {
     float cosine, sine;
     float stretch;  // d azimuth / d q
 };
 
-inline Azimuth azimuth_at(const AzimuthScale& scale, float q) noexcept {
-    const float x = scale.b * (1 - q), y = scale.a * q;
-    const float one_over = 1 / (x * x + y * y);
-    return {(x - y) * (x + y) * one_over, 2 * x * y * one_over, 2 * scale.a * scale.b * one_over};
-}
+/// tan(azimuth / 2) = a q / (b (1 - q)), q in [0, 1].
+struct AzimuthScale {
+    float a, b;
+};
 
-/// The coordinates above, which suit peaks like Henyey-Greenstein's, by the names that all
-/// coordinates share.
+/// Coordinates that suit peaks like Henyey-Greenstein's, by the names that all coordinates share.
 struct LobeCoordinates {
     /// Incident cosines over [0, 1], the normal first: v, and its inverse.
     static float incident_v(float place) noexcept { return place; }
     static float incident_place(const Cosine& in) noexcept { return in.v - normal_v; }
 
+    /// v - v_in = reach (slope s + (1 - slope) s^2).
     static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter,
                                           const DirectionDensity::Peaks& peaks, const Cosine& in,
                                           float s) noexcept {
-        return stratus::outgoing_cosine(quarter, peaks.slope, in, s);
+        const float reach = quarter.reach(in), slope = peaks.slope;
+        const Cosine out = cosine_at(in.v + reach * s * (slope + (1 - slope) * s));
+        return {out, std::abs(reach) * (slope + 2 * (1 - slope) * s) * (4 * out.v * out.root_mu)};
     }
-    static AzimuthScale azimuth_scale(Side side, const DirectionDensity::Peaks& peaks,
-                                      const Cosine& in, const Cosine& out) noexcept {
-        return stratus::azimuth_scale(side, peaks, in, out);
+
+    [[gnu::always_inline]] static AzimuthScale azimuth_scale(Side side,
+                                                             const DirectionDensity::Peaks& peaks,
+                                                             const Cosine& in,
+                                                             const Cosine& out) noexcept {
+        // The smallest and the largest angle from the middle of either peak over all azimuths.
+        const float apart = std::abs(in.v - out.v), sum = in.v + out.v;
+        const float elevation = (in.mu + out.mu) * 0.5f;
+        const float nearer = (peaks.at_same_cosine + apart) * (peaks.at_horizon + 1);
+        const float farther = (peaks.at_same_cosine + sum) * (peaks.at_horizon + elevation);
+        const float both[2] = {farther, nearer};
+        const int index = static_cast<int>(side);
+        return {both[index], both[1 - index]};
     }
+
     static Azimuth azimuth_at(const AzimuthScale& scale, float q) noexcept {
-        return stratus::azimuth_at(scale, q);
+        const float x = scale.b * (1 - q), y = scale.a * q;
+        const float one_over = 1 / (x * x + y * y);
+        return {(x - y) * (x + y) * one_over, 2 * x * y * one_over,
+                2 * scale.a * scale.b * one_over};
     }
 };
 

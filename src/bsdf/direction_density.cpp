@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -35,6 +36,9 @@ Event event(const float* cumulative, float u) noexcept {
 }
 
 float inside_unit(float u) noexcept { return within(0, u, 1 - 6e-8f); }
+
+using Inclination = DirectionDensity::Inclination;
+using HalfAzimuth = DirectionDensity::HalfAzimuth;
 
 constexpr float no_peak = 100;  // wide enough for even coordinates
 
@@ -66,19 +70,17 @@ DirectionDensity::Peaks make_peaks(const DirectionDensity::Light& light, Side si
     return {width, peak_width(light, side, grazing, false), slope, 0.5f / (1 - slope)};
 }
 
-}  // namespace
-
 // Samples of the density: incident cosines; outgoing ones in each quarter of the sphere; azimuths.
 // The samples of peaks hold a rainbow too.
-struct DirectionDensity::LobeGrid : LobeCoordinates {
+struct LobeGrid : LobeCoordinates {
     static constexpr int rows = 25, quarter_lines = 12, azimuths = 12, lines = 4 * quarter_lines;
 };
-struct DirectionDensity::PeakedGrid : PeakedCoordinates {
+struct PeakedGrid : PeakedCoordinates {
     static constexpr int rows = 33, quarter_lines = 24, azimuths = 32, lines = 4 * quarter_lines;
 };
 
 template <class Grid>
-struct DirectionDensity::SamplePlace {
+struct SamplePlace {
     std::size_t row, line, azimuth;  // samples, and the share of the way to the next
     float past_row, past_line, past_azimuth;
 
@@ -97,15 +99,13 @@ struct DirectionDensity::SamplePlace {
     }
 };
 
-namespace {
-
 /// A sample counts by half at either end.
 float end_half(int sample, int count) { return sample == 0 || sample == count - 1 ? 0.5f : 1.0f; }
 
 /// Light per area of the coordinates at incident cosine `in`, of all channels one after the other:
 /// at lines and azimuths a share `past` of the way from sample to sample, row by row.
 template <class Grid>
-std::vector<float> light_at(int channels, const DirectionDensity& density,
+std::vector<float> light_at(int channels, const PerSide<DirectionDensity::Peaks>& all_peaks,
                             const DirectionDensity::Light& light, const Cosine& in, float past) {
     const int moved = past > 0 ? 1 : 0;  // one sample fewer along either axis
     DirectionPairs pairs;
@@ -113,7 +113,7 @@ std::vector<float> light_at(int channels, const DirectionDensity& density,
     for (int number = 0; number < 4; ++number)
         for (int line = 0; line < Grid::quarter_lines - moved; ++line) {
             const SphereQuarter quarter(number);
-            const DirectionDensity::Peaks& peaks = density.peaks(quarter.side());
+            const DirectionDensity::Peaks& peaks = all_peaks[quarter.side()];
             const OutgoingCosine out = Grid::outgoing_cosine(
                 quarter, peaks, in, (as_float(line) + past) / (Grid::quarter_lines - 1));
             const auto scale = Grid::azimuth_scale(quarter.side(), peaks, in, out.cosine);
@@ -231,22 +231,25 @@ double deviation(const std::vector<float>& value, const std::vector<float>& half
     return sum > 0 ? std::sqrt(std::max(squares * density_sum / (sum * sum) - 1, 0.0)) : 0;
 }
 
-}  // namespace
+struct Filled {
+    DirectionDensity::Samples samples;
+    double largest_deviation;
+};
 
 template <class Grid>
-double DirectionDensity::fill(int channels, const Light& light) {
+Filled filled(int channels, const PerSide<DirectionDensity::Peaks>& peaks,
+              const DirectionDensity::Light& light) {
     constexpr int rows = Grid::rows, lines = Grid::lines, azimuths = Grid::azimuths;
-    density_.clear();
-    along_azimuth_.clear();
-    over_lines_.clear();
-    double largest_deviation = 0;
+    Filled made{};
+    auto& [density, along_azimuth, over_lines] = made.samples;
+    double& largest_deviation = made.largest_deviation;
     for (int row = 0; row < rows; ++row) {
         constexpr float lowest = 0.995f;  // mu = 1e-4: thin layers are far from their limit at 0
         const Cosine in = cosine_at(std::min(Grid::incident_v(as_float(row) / (rows - 1)), lowest));
         constexpr int check_every = 6;  // the horizon included: there all sharp peaks are seen
         const bool is_checked = row % check_every == 0;
-        std::vector<float> value = light_at<Grid>(channels, *this, light, in, 0), half_way;
-        if (channels > 1 || is_checked) half_way = light_at<Grid>(channels, *this, light, in, 0.5f);
+        std::vector<float> value = light_at<Grid>(channels, peaks, light, in, 0), half_way;
+        if (channels > 1 || is_checked) half_way = light_at<Grid>(channels, peaks, light, in, 0.5f);
         if (channels > 1) {
             const std::vector<float> high = raised<Grid>(value, half_way);
             const Envelope over = envelope<Grid>(channels, value, high);
@@ -273,18 +276,20 @@ double DirectionDensity::fill(int channels, const Light& light) {
             const double here = mass[size(line)];
             for (int k = 0; k < azimuths; ++k) {
                 const double one = value[size(line * azimuths + k)];
-                density_.push_back(static_cast<float>(one * scale));
-                along_azimuth_.push_back(here > 0 ? static_cast<float>(sum / here) : 0);
+                density.push_back(static_cast<float>(one * scale));
+                along_azimuth.push_back(here > 0 ? static_cast<float>(sum / here) : 0);
                 sum += one * end_half(k, azimuths);
             }
-            along_azimuth_.push_back(1);
-            over_lines_.push_back(all > 0 ? static_cast<float>(line_sum / all) : 0);
+            along_azimuth.push_back(1);
+            over_lines.push_back(all > 0 ? static_cast<float>(line_sum / all) : 0);
             line_sum += here * end_half(line % Grid::quarter_lines, Grid::quarter_lines);
         }
-        over_lines_.push_back(all > 0 ? 1.0f : 0.0f);
+        over_lines.push_back(all > 0 ? 1.0f : 0.0f);
     }
-    return largest_deviation;
+    return made;
 }
+
+}  // namespace
 
 DirectionDensity::DirectionDensity(int channels, const Light& light) {
     const Light sum = [&](std::size_t count, const float* const wi[3], const float* const wo[3],
@@ -296,20 +301,25 @@ DirectionDensity::DirectionDensity(int channels, const Light& light) {
             for (std::size_t c = 1; c < size(channels); ++c) value[i] += all[c * count + i];
         }
     };
-    for (const Side side : both_sides) peaks_[static_cast<int>(side)] = make_peaks(sum, side);
+    for (const Side side : both_sides) peaks_[side] = make_peaks(sum, side);
     constexpr double bearable = 0.2;  // met by Henyey-Greenstein's g = 0.95
-    const double of_lobes = fill<LobeGrid>(channels, light);
-    if (of_lobes <= bearable) return;
-    is_peaked_ = fill<PeakedGrid>(channels, light) < of_lobes;
-    if (!is_peaked_) fill<LobeGrid>(channels, light);
+    Filled made = filled<LobeGrid>(channels, peaks_, light);
+    if (made.largest_deviation > bearable) {
+        Filled peaked = filled<PeakedGrid>(channels, peaks_, light);
+        is_peaked_ = peaked.largest_deviation < made.largest_deviation;
+        if (is_peaked_) made = std::move(peaked);
+    }
+    samples_ = std::move(made.samples);
 }
 
+namespace {
+
 template <class Grid>
-[[gnu::always_inline]] inline float DirectionDensity::at(
-    const SamplePlace<Grid>& place) const noexcept {
+[[gnu::always_inline]] inline float density_at(const DirectionDensity& density,
+                                               const SamplePlace<Grid>& place) noexcept {
     constexpr int lines = Grid::lines, azimuths = Grid::azimuths;
     const float* const here =
-        density_.data() + (place.row * lines + place.line) * azimuths + place.azimuth;
+        density.samples().data() + (place.row * lines + place.line) * azimuths + place.azimuth;
     const auto along = [&](const float* from) {
         return from[0] + place.past_azimuth * (from[1] - from[0]);
     };
@@ -321,17 +331,12 @@ template <class Grid>
     return a + place.past_row * (b - a);
 }
 
-float DirectionDensity::pdf(Side side, const Inclination& from, const Inclination& to,
-                            const HalfAzimuth& half) const noexcept {
-    return is_peaked_ ? peaked_pdf(side, from, to, half) : lobe_pdf(side, from, to, half);
-}
-
-float DirectionDensity::lobe_pdf(Side side, const Inclination& from, const Inclination& to,
-                                 const HalfAzimuth& half) const noexcept {
+float lobe_pdf(const DirectionDensity& density, Side side, const Inclination& from,
+               const Inclination& to, const HalfAzimuth& half) noexcept {
     const auto [in, out] = Cosines(from, to);
-    const Peaks& peaks = peaks_[static_cast<int>(side)];
+    const DirectionDensity::Peaks& peaks = density.peaks(side);
     const SphereQuarter quarter(side, out.v > in.v);
-    const AzimuthScale scale = azimuth_scale(side, peaks, in, out);
+    const AzimuthScale scale = LobeGrid::azimuth_scale(side, peaks, in, out);
     const float x = scale.a * half.cosine, y = scale.b * half.sine;
     const float one_over = 1 / (x + y);
     const float reach = std::abs(quarter.reach(in));
@@ -340,18 +345,19 @@ float DirectionDensity::lobe_pdf(Side side, const Inclination& from, const Incli
     const float slope_here =
         square_root(peaks.slope * peaks.slope + 4 * (1 - peaks.slope) * distance);
     const float s = (slope_here - peaks.slope) * peaks.half_over_bend;
-    const float density = at(SamplePlace<LobeGrid>(
-        LobeGrid::incident_place(in) * (LobeGrid::rows - 1), quarter,
-        s * (LobeGrid::quarter_lines - 1), y * one_over * (LobeGrid::azimuths - 1)));
+    const float value = density_at(
+        density, SamplePlace<LobeGrid>(LobeGrid::incident_place(in) * (LobeGrid::rows - 1), quarter,
+                                       s * (LobeGrid::quarter_lines - 1),
+                                       y * one_over * (LobeGrid::azimuths - 1)));
     // d mu / d s times d azimuth / d q, and one of two signs of the azimuth
-    return density * (scale.a * scale.b) * half.square * (one_over * one_over) /
+    return value * (scale.a * scale.b) * half.square * (one_over * one_over) /
            (reach * slope_here * (16 * out.v * out.root_mu));
 }
 
-float DirectionDensity::peaked_pdf(Side side, const Inclination& from, const Inclination& to,
-                                   const HalfAzimuth& half) const noexcept {
+float peaked_pdf(const DirectionDensity& density, Side side, const Inclination& from,
+                 const Inclination& to, const HalfAzimuth& half) noexcept {
     const auto [in, out] = Cosines(from, to);
-    const Peaks& peaks = peaks_[static_cast<int>(side)];
+    const DirectionDensity::Peaks& peaks = density.peaks(side);
     const SphereQuarter quarter(side, out.v > in.v);
     const float reach = std::abs(quarter.reach(in));
     const FourthRoot along = PeakedGrid::cosine_root(quarter, in);
@@ -359,15 +365,16 @@ float DirectionDensity::peaked_pdf(Side side, const Inclination& from, const Inc
     const float s = along.place(within(0, std::abs(out.v - in.v) / reach, 1));
     const float t = half.sine / (square_root(half.square) + half.cosine);
     const float q = around.place(within(0, t, 1));
-    const float density = at(SamplePlace<PeakedGrid>(
-        PeakedGrid::incident_place(in) * (PeakedGrid::rows - 1), quarter,
-        s * (PeakedGrid::quarter_lines - 1), q * (PeakedGrid::azimuths - 1)));
+    const float value = density_at(
+        density, SamplePlace<PeakedGrid>(PeakedGrid::incident_place(in) * (PeakedGrid::rows - 1),
+                                         quarter, s * (PeakedGrid::quarter_lines - 1),
+                                         q * (PeakedGrid::azimuths - 1)));
     // d mu / d s times d azimuth / d q, and one of two signs of the azimuth
-    return density * (1 + t * t) /
+    return value * (1 + t * t) /
            (reach * along.stretch(s) * around.stretch(q) * (32 * out.v * out.root_mu));
 }
 
-struct DirectionDensity::DrawnLine {
+struct DrawnLine {
     Cosine in;
     float at_row;
     std::size_t row;
@@ -378,11 +385,11 @@ struct DirectionDensity::DrawnLine {
 /// The rest of a draw, once the side is known. A function for each side: one branch between them
 /// comes early, and later ones, in the slice too, are then predicted.
 template <class Grid, Side side>
-[[gnu::always_inline]] inline DirectionDensity::Direction DirectionDensity::draw(
-    const DrawnLine& given) const noexcept {
+[[gnu::always_inline]] inline DirectionDensity::Direction draw(const DirectionDensity& density,
+                                                               const DrawnLine& given) noexcept {
     constexpr int quarter_lines = Grid::quarter_lines, azimuths = Grid::azimuths;
     const SphereQuarter quarter(given.line.number / quarter_lines);
-    const Peaks& peaks = peaks_[static_cast<int>(side)];
+    const DirectionDensity::Peaks& peaks = density.peaks(side);
     const float at_line =
         around_sample(given.line.number % quarter_lines, quarter_lines - 1, given.line.rest);
     const OutgoingCosine out =
@@ -390,44 +397,54 @@ template <class Grid, Side side>
 
     const std::size_t line = given.row * Grid::lines + size(given.line.number);
     const float around = inside_unit(given.u2) * 2 - 1;
-    const Event event_along = event<azimuths>(along_azimuth_.data() + line * (azimuths + 1),
-                                              inside_unit(std::abs(around)));
+    const Event event_along = event<azimuths>(
+        density.along_azimuth().data() + line * (azimuths + 1), inside_unit(std::abs(around)));
     const float at_azimuth = around_sample(event_along.number, azimuths - 1, event_along.rest);
     const Azimuth azimuth = Grid::azimuth_at(Grid::azimuth_scale(side, peaks, given.in, out.cosine),
                                              at_azimuth * (1.0f / (azimuths - 1)));
-    const float density = at(SamplePlace<Grid>(given.at_row, quarter, at_line, at_azimuth));
+    const float value =
+        density_at(density, SamplePlace<Grid>(given.at_row, quarter, at_line, at_azimuth));
     return {side,
             out.cosine.mu,
             sine(out.cosine),
             azimuth.cosine,
             std::copysign(azimuth.sine, around),
-            density / (out.stretch * azimuth.stretch * 2)};
+            value / (out.stretch * azimuth.stretch * 2)};
 }
 
 template <class Grid>
-[[gnu::always_inline]] inline DirectionDensity::Direction DirectionDensity::sample_grid(
-    const Inclination& from, float u1, float u2, float u3) const noexcept {
+[[gnu::always_inline]] inline DirectionDensity::Direction sample_grid(
+    const DirectionDensity& density, const Inclination& from, float u1, float u2,
+    float u3) noexcept {
     constexpr int rows = Grid::rows, lines = Grid::lines;
     const Cosine in = to_cosine(from);
     const float at_row = Grid::incident_place(in) * (rows - 1);
     const auto low_row = truncated(within(0, at_row, rows - 2));
     const auto row = size(low_row + (u3 < at_row - as_float(low_row) ? 1 : 0));
-    const float* const over_lines = over_lines_.data() + row * (lines + 1);
+    const float* const over_lines = density.over_lines().data() + row * (lines + 1);
     if (!(over_lines[lines] > 0)) return {Side::reflection, 1, 0, 1, 0, 0};
     const DrawnLine given{in, at_row, row, event<lines>(over_lines, inside_unit(u1)), u2};
-    return given.line.number < lines / 2 ? draw<Grid, Side::reflection>(given)
-                                         : draw<Grid, Side::transmission>(given);
+    return given.line.number < lines / 2 ? draw<Grid, Side::reflection>(density, given)
+                                         : draw<Grid, Side::transmission>(density, given);
+}
+
+}  // namespace
+
+float DirectionDensity::pdf(Side side, const Inclination& from, const Inclination& to,
+                            const HalfAzimuth& half) const noexcept {
+    return is_peaked_ ? peaked_pdf(*this, side, from, to, half)
+                      : lobe_pdf(*this, side, from, to, half);
 }
 
 DirectionDensity::Direction DirectionDensity::sample(const Inclination& from, float u1, float u2,
                                                      float u3) const noexcept {
-    return is_peaked_ ? sample_grid<PeakedGrid>(from, u1, u2, u3)
-                      : sample_grid<LobeGrid>(from, u1, u2, u3);
+    return is_peaked_ ? sample_grid<PeakedGrid>(*this, from, u1, u2, u3)
+                      : sample_grid<LobeGrid>(*this, from, u1, u2, u3);
 }
 
 std::size_t DirectionDensity::bytes() const noexcept {
     return sizeof *this +
-           sizeof(float) * (density_.size() + along_azimuth_.size() + over_lines_.size());
+           sizeof(float) * (samples().size() + along_azimuth().size() + over_lines().size());
 }
 
 }  // namespace stratus

@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
 #include "layer/reflected_curve.h"
@@ -85,40 +86,34 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
     }
     over_boundary_ = one_sided_ = boundary != nullptr && boundary->is_present();
     if (effects.single) forward_phase_ = static_cast<float>(phase_function(1));
-    const auto set_medium = [&](SliceSide<channels>& view, Side which) {
+    for (const Side which : both_sides) {
+        const bool is_lit = which == Side::reflection;
+        if (is_lit ? !effects.reflection : one_sided_ || !effects.transmission) continue;
+        BoundSide& side = *sides_[which];
+        SliceSide<channels>& view = side.view;
         for (int c = 0; c < channels; ++c) {
             view.optical_depth[c] = in_single(medium_.optical_depth[c], which);
             view.quarter_albedo[c] = static_cast<float>(medium_.albedo[c] / 4);
         }
         view.level = one_sided_ ? 1 : 0;
         view.slope = one_sided_ ? 0 : 1;
-    };
-    if (effects.reflection) {
-        SliceSide<channels>& view = sides_.reflection->view;
-        set_medium(view, Side::reflection);
-        if (effects.single) {
-            const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
-            const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
+        if (!effects.single) continue;
+        side.phase = curve;
+        if (is_lit) {
+            const auto kind = one_sided_ ? boundary->kind : LowerBoundary::Kind::none;
+            const bool layer_below = kind == LowerBoundary::Kind::layer;
             const Opposition opposition = seen_opposition(effects.opposition, effects.density);
-            sides_.reflection->phase =
-                plain ? curve : reflected_curve(phase_function, opposition, boundary);
-            sides_.reflection->opposition = OppositionTable(opposition);
-            view.opposition = sides_.reflection->opposition.view();
-            sides_.reflection->form = sides_.reflection->phase.form();
-            const bool on_surface = one_sided_ && boundary->kind == LowerBoundary::Kind::surface;
+            if (opposition.law != Opposition::Law::none || layer_below)
+                side.phase = reflected_curve(phase_function, opposition, boundary);
+            side.opposition = OppositionTable(opposition);
+            view.opposition = side.opposition.view();
             for (int c = 0; c < channels; ++c) {
-                view.surface_albedo[c] = on_surface ? static_cast<float>(boundary->albedo) : 0;
-                view.boundary_quarter_albedo[c] =
-                    layer_below ? static_cast<float>(boundary->albedo / 4) : 0;
+                const float albedo = one_sided_ ? static_cast<float>(boundary->albedo) : 0;
+                view.surface_albedo[c] = kind == LowerBoundary::Kind::surface ? albedo : 0;
+                view.boundary_quarter_albedo[c] = layer_below ? albedo / 4 : 0;
             }
         }
-    }
-    if (effects.transmission && !one_sided_) {
-        set_medium(sides_.transmission->view, Side::transmission);
-        if (effects.single) {
-            sides_.transmission->phase = curve;
-            sides_.transmission->form = curve.form();
-        }
+        side.form = side.phase.form();
     }
     for (const Side which : both_sides) sides_[which]->view.phase = sides_[which]->phase.view();
     set_kernels();
@@ -354,21 +349,85 @@ typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
     return between(*sides_.transmission);
 }
 
+namespace {
+
+/// `count` numbers, `paths_at_once` at most, where a kernel reads as many as fill its registers: themselves, or a copy that
+/// ends in the last.
+class Block {
+  public:
+    const float* of(const float* numbers, std::size_t count) noexcept {
+        const std::size_t rest = count % most_lanes;
+        if (rest == 0) return numbers;
+        std::copy(numbers, numbers + count, copy_);
+        std::fill(copy_ + count, copy_ + count - rest + most_lanes, numbers[count - 1]);
+        return copy_;
+    }
+
+  private:
+    float copy_[paths_at_once];
+};
+
+}  // namespace
+
 template <int channels>
 void SliceOf<channels>::scattering(Side which, std::size_t count, const float* mu_in,
                                    const float* mu_out, const float* azimuth,
                                    float* value) const noexcept {
+    for (std::size_t i = 0; i < count; ++i) check_angles(mu_in[i], mu_out[i], azimuth[i]);
     const BoundSide& side = *sides_[which];
-    look_up_angles<channels>(which, {side.view, side.kernel.many}, count, mu_in, mu_out, azimuth,
-                             value);
+    if (side.kernel.many == nullptr) {
+        for (int c = 0; c < channels; ++c)
+            for (std::size_t i = 0; i < count; ++i)
+                *value++ = dark_at(mu_in[i], mu_out[i], azimuth[i]);
+        return;
+    }
+    const Kernels& all = chosen_functions<Kernels>();
+    for (std::size_t first = 0; first < count; first += paths_at_once) {
+        const std::size_t here = std::min<std::size_t>(paths_at_once, count - first);
+        Block in, out, around;
+        LightPaths paths;
+        alignas(64) float found[channels * path_room];
+        const int some = static_cast<int>(here);
+        all.paths_of_angles[which == Side::transmission](
+            in.of(mu_in + first, here), out.of(mu_out + first, here),
+            around.of(azimuth + first, here), some, paths);
+        side.kernel.many(side.view, paths, some, found);
+        for (int c = 0; c < channels; ++c)
+            std::copy(found + c * path_room, found + c * path_room + here,
+                      value + size(c) * count + first);
+    }
 }
 
 template <int channels>
 void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const float* const wo[3],
                              float* value) const noexcept {
-    look_up_vectors<channels>({sides_.reflection->view, sides_.reflection->kernel.many},
-                              {sides_.transmission->view, sides_.transmission->kernel.many},
-                              one_sided_, count, wi, wo, value);
+    constexpr std::size_t room = channels * path_room;
+    for (std::size_t i = 0; i < count; ++i)
+        check_vectors({wi[0][i], wi[1][i], wi[2][i]}, {wo[0][i], wo[1][i], wo[2][i]});
+    const Kernels& all = chosen_functions<Kernels>();
+    for (std::size_t first = 0; first < count; first += paths_at_once) {
+        const std::size_t here = std::min<std::size_t>(paths_at_once, count - first);
+        Block blocks[6];
+        const float *in[3], *out[3];
+        for (int d = 0; d < 3; ++d) {
+            in[d] = blocks[d].of(wi[d] + first, here);
+            out[d] = blocks[d + 3].of(wo[d] + first, here);
+        }
+        PartedPaths paths;
+        all.paths_of_vectors(in, out, static_cast<int>(here), one_sided_, paths);
+        alignas(64) float found[2][room];
+        for (const Side which : both_sides) {
+            const BoundSide& side = *sides_[which];
+            const int k = static_cast<int>(which);
+            if (side.kernel.many == nullptr)
+                std::fill(found[k], found[k] + room, 0.0f);
+            else if (paths.count[k] > 0)
+                side.kernel.many(side.view, paths.paths[k], paths.count[k], found[k]);
+        }
+        for (int c = 0; c < channels; ++c)
+            all.joined(paths, found[0] + c * path_room, found[1] + c * path_room,
+                       static_cast<int>(here), value + size(c) * count + first);
+    }
 }
 
 template <int channels>
@@ -392,8 +451,8 @@ typename SliceOf<channels>::Value SliceOf<channels>::direct(float mu) const noex
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const noexcept {
     return seen_through(mu, [&](int c, double cosine) {
-        return background_share(background_mu_, background_[static_cast<std::size_t>(c)],
-                                medium_.optical_depth[c], cosine);
+        return background_share(background_mu_, background_[size(c)], medium_.optical_depth[c],
+                                cosine);
     });
 }
 
@@ -405,23 +464,13 @@ typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) con
     });
 }
 
-namespace {
-
-std::size_t sample_count(const std::vector<PhaseCurve>& curves) noexcept {
-    std::size_t count = 0;
-    for (const PhaseCurve& curve : curves) count += curve.sample_count();
-    return count;
-}
-
-}  // namespace
-
 template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
     std::size_t numbers = path_.sample_count();
     for (const Side which : both_sides) {
         const BoundSide& side = *sides_[which];
-        numbers += stratus::sample_count(side.layer_phases) + side.sample.size() +
-                   side.phase.sample_count() + side.opposition.sample_count();
+        numbers += side.sample.size() + side.phase.sample_count() + side.opposition.sample_count();
+        for (const PhaseCurve& phase : side.layer_phases) numbers += phase.sample_count();
     }
     for (const std::vector<float>& curve : background_) numbers += curve.size();
     return sizeof *this + 2 * sizeof(BoundSide) + numbers * sizeof(float);

@@ -1,7 +1,6 @@
 // The parts of a slice, each in a file of its name: the orders n >= 2 and the background that a table gives a
 // layer (slice_orders.cpp); the samples of a slice, a table's cosines refined until straight lines between them
-// meet its tolerance, and as many azimuths as cubics need (slice_refinement.cpp); many lookups, in blocks as the
-// kernels take them (slice_batches.cpp).
+// meet its tolerance, and as many azimuths as cubics need (slice_refinement.cpp).
 #pragma once
 
 #include <stratus/layer/single_scattering.h>
@@ -72,24 +71,5 @@ class SliceBackground {
 /// The beam and the diffuse transmittance of a curve, at most 1.
 float background_share(const AxisView& cosines, const std::vector<float>& curve,
                        double optical_depth, double mu) noexcept;
-
-/// One side of a slice; nothing comes this way where `many` is null.
-template <int channels>
-struct BatchSide {
-    const SliceSide<channels>& view;
-    decltype(SideKernel<channels>::many) many;
-};
-
-/// R or T at cosines and azimuths: channel c of lookup i in value[c * count + i].
-template <int channels>
-void look_up_angles(Side which, const BatchSide<channels>& side, std::size_t count,
-                    const float* mu_in, const float* mu_out, const float* azimuth,
-                    float* value) noexcept;
-
-/// R / pi or T / pi between vectors, each by its own side alone.
-template <int channels>
-void look_up_vectors(const BatchSide<channels>& reflection, const BatchSide<channels>& transmission,
-                     bool one_sided, std::size_t count, const float* const wi[3],
-                     const float* const wo[3], float* value) noexcept;
 
 }  // namespace stratus

@@ -151,18 +151,27 @@ Sheet summed(const TableView& table, const ChannelOrders& orders) {
     return sum;
 }
 
+// Weights beyond a short axis are 0 and count as those of its last sample.
+
 /// Cubic along one axis: a row of `samples`.
 void refine_row(const float* from, int samples, const Stencils& stencils, float* to) {
-    const int available = std::min(stencil_size, samples);
+    const int last = std::min(stencil_size, samples) - 1;
     for (const Stencil& stencil : stencils) {
         const float *const at = from + stencil.first, *const weight = stencil.weight;
-        float value = 0;
-        if (available == stencil_size)
-            value = weight[0] * at[0] + weight[1] * at[1] + weight[2] * at[2] + weight[3] * at[3];
-        else
-            for (int s = 0; s < available; ++s) value += weight[s] * at[s];
-        *to++ = value;
+        *to++ = weight[0] * at[0] + weight[1] * at[std::min(1, last)] +
+                weight[2] * at[std::min(2, last)] + weight[3] * at[last];
     }
+}
+
+/// A row of values, the sum of four others: row(i) is that of sample i, out of `samples`.
+template <class Row>
+void sum_rows(const Stencil& stencil, int samples, int columns, const Row& row, float* to) {
+    const auto at = [&](int s) -> const float* {
+        return row(std::min(stencil.first + s, samples - 1));
+    };
+    const float *const p = at(0), *const q = at(1), *const r = at(2), *const s = at(3);
+    const auto [a, b, c, d] = stencil.weight;
+    for (int k = 0; k < columns; ++k) to[k] = a * p[k] + b * q[k] + c * r[k] + d * s[k];
 }
 
 /// Cubic along the azimuths of a sheet.
@@ -187,29 +196,6 @@ Sheet thinned_azimuth(const Sheet& sheet, int step) {
     return thinner;
 }
 
-/// A row of values: the sum of up to four others.
-void sum_rows(const Stencil& stencil, int available, int columns,
-              const float* const (&from)[stencil_size], float* to) {
-    if (available < stencil_size) {
-        std::fill(to, to + columns, 0.0f);
-        for (int s = 0; s < available; ++s)
-            for (int k = 0; k < columns; ++k) to[k] += stencil.weight[s] * from[s][k];
-        return;
-    }
-    const float a = stencil.weight[0], b = stencil.weight[1], c = stencil.weight[2],
-                d = stencil.weight[3];
-    for (int k = 0; k < columns; ++k)
-        to[k] = a * from[0][k] + b * from[1][k] + c * from[2][k] + d * from[3][k];
-}
-
-/// Rows of a sheet around one place along its first axis: the sum over them, `columns` numbers.
-void sum_sheet_rows(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
-    const int available = std::min(stencil_size, sheet.count[0]);
-    const float* from[stencil_size] = {};
-    for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
-    sum_rows(stencil, available, columns, from, to);
-}
-
 /// With the two cosines exchanged.
 Sheet transposed(const Sheet& sheet) {
     Sheet other(sheet.count[1], sheet.count[0], sheet.count[2]);
@@ -222,19 +208,10 @@ Sheet transposed(const Sheet& sheet) {
 Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
     Sheet finer(static_cast<int>(stencils.size()), sheet.count[1], sheet.count[2]);
     for (int i = 0; i < finer.count[0]; ++i)
-        sum_sheet_rows(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
+        sum_rows(
+            stencils[size(i)], sheet.count[0], sheet.count[1] * sheet.count[2],
+            [&](int k) { return sheet.row(k, 0); }, finer.row(i, 0));
     return finer;
-}
-
-/// Intervals along mu with which straight lines are exact enough, from what `probed` of them are off
-/// by; and along azimuth with cubics.
-int intervals_along_mu(double error, double allowed) {
-    const double needed = std::ceil(probed * std::sqrt(error / allowed));
-    return static_cast<int>(std::clamp<double>(needed, fewest_along_mu, max_along_mu));
-}
-int intervals_along_azimuth(double error, double allowed) {
-    const double needed = std::ceil(probed * std::sqrt(std::sqrt(error / allowed)));
-    return static_cast<int>(std::clamp<double>(needed, fewest_along_azimuth, max_along_azimuth));
 }
 
 /// Errors relative to the totals at the same places, which are spread evenly over the axes.
@@ -310,18 +287,18 @@ class Refinement {
         const bool azimuthal = sheet_.count[2] > 1;
         const int azimuths = azimuthal ? around.count() : 1;
         const Sheet finer = azimuthal ? refined_azimuth(sheet_, around, table_.azimuth) : sheet_;
-        const int available = std::min(stencil_size, finer.count[1]);
         Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
         for (int i = 0; i <= in.intervals; ++i) {
-            sum_sheet_rows(finer, rows[size(i)], finer.count[1] * azimuths, row.row(0, 0));
+            sum_rows(
+                rows[size(i)], finer.count[0], finer.count[1] * azimuths,
+                [&](int k) { return finer.row(k, 0); }, row.row(0, 0));
             // One column beyond the last of a symmetric row is never read.
             const int last = table_.is_symmetric() ? i + 1 : out.intervals;
             for (int j = 0; j <= last; ++j) {
-                const Stencil& stencil = columns[size(std::min(j, out.intervals))];
-                const float* from[stencil_size] = {};
-                for (int s = 0; s < available; ++s) from[s] = row.row(0, stencil.first + s);
                 float* const sums = stride == 1 ? to : cell.row(0, 0);
-                sum_rows(stencil, available, azimuths, from, sums);
+                sum_rows(
+                    columns[size(std::min(j, out.intervals))], finer.count[1], azimuths,
+                    [&](int k) { return row.row(0, k); }, sums);
                 if (stride > 1)
                     for (int k = 0; k < azimuths; ++k) to[k * stride] = sums[k];
                 to += size(azimuths) * size(stride);
@@ -417,12 +394,19 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
     const double share = table.path_law != nullptr ? share_with_path_law : share_of_tolerance;
     const double allowed = share * kept_tolerance(table);
     const int stride = static_cast<int>(channels.size());
-    const auto intervals = [&](const AxisView& axis, double along) {
-        return axis.count < 2 ? 1 : intervals_along_mu(along, allowed);
+    // Straight lines miss by the square of an interval, cubics by its fourth power: roots are of what
+    // `probed` intervals are off by.
+    const auto intervals = [&](double root, int fewest, int most) {
+        return static_cast<int>(std::clamp<double>(std::ceil(probed * root), fewest, most));
     };
-    const MuPlaces in(table.mu_in, intervals(table.mu_in, error[0]));
-    const MuPlaces out(table.mu_out, intervals(table.mu_out, error[1]));
-    const AzimuthPlaces around(table.azimuth, intervals_along_azimuth(error[2], allowed));
+    const auto along_mu = [&](const AxisView& axis, double off) {
+        return axis.count < 2 ? 1
+                              : intervals(std::sqrt(off / allowed), fewest_along_mu, max_along_mu);
+    };
+    const MuPlaces in(table.mu_in, along_mu(table.mu_in, error[0]));
+    const MuPlaces out(table.mu_out, along_mu(table.mu_out, error[1]));
+    const AzimuthPlaces around(table.azimuth, intervals(std::sqrt(std::sqrt(error[2] / allowed)),
+                                                        fewest_along_azimuth, max_along_azimuth));
     RefinedSamples refined{};
     refined.symmetric = table.is_symmetric();
     refined.columns = out.intervals + 1;

@@ -4,10 +4,8 @@
 #include <cmath>
 
 namespace stratus {
-namespace {
 
-/// (1 - exp(-z)) / z for z >= 0, 1 at z = 0.
-double mean_decay(double z) noexcept { return z == 0 ? 1 : -std::expm1(-z) / z; }
+namespace {
 
 /// exp(-passes k tau) (1 - exp(-2 k q)) / (1 - exp(-2 k (tau + q))): with one pass the scale of
 /// transmission, with two the deficit of reflection, whose light goes down and up again.
@@ -15,7 +13,8 @@ double fall(int passes, double tau, double k, double q) noexcept {
     if (std::isinf(tau)) return 0;
     const double decay = std::exp(-passes * k * tau);
     if (decay == 0) return 0;
-    return q / (tau + q) * decay * mean_decay(2 * k * q) / mean_decay(2 * k * (tau + q));
+    return q / (tau + q) * decay * mean_of_exponential(2 * k * q) /
+           mean_of_exponential(2 * k * (tau + q));
 }
 
 }  // namespace

@@ -1,19 +1,13 @@
 #include <stratus/layer/single_scattering.h>
 
 #include <stratus/base/gauss_legendre.h>
+#include <stratus/layer/diffusion.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 namespace stratus {
-namespace {
-
-/// (1 - exp(-z)) / z for z >= 0, 1 at z = 0.
-double mean_of_exponential(double z) noexcept { return z == 0 ? 1 : -std::expm1(-z) / z; }
-
-}  // namespace
-
 double single_reflection(double phase_value, double albedo, double optical_depth, double mu_in,
                          double mu_out) noexcept {
     const double path = optical_depth * (1 / mu_in + 1 / mu_out);

@@ -203,10 +203,10 @@ class ProductSums {
             }
         at_all_nodes(nodes, size_,
                      [&](const AngleLanes* angle, std::size_t groups, double(*value)[mie_lanes]) {
-                         chosen_functions<SphereSums>().add_sum_form(sum_.data(), size_, angle,
-                                                                     groups, value);
-                         chosen_functions<SphereSums>().add_difference_form(
-                             difference_.data(), size_, angle, groups, value);
+                         const auto add_form = chosen_functions<SphereSums>().add_form;
+                         add_form(&AngleLanes::sum, sum_.data(), size_, angle, groups, value);
+                         add_form(&AngleLanes::difference, difference_.data(), size_, angle, groups,
+                                  value);
                      });
     }
 

@@ -28,12 +28,10 @@ struct ReadableKind : PhaseKind {
 
 template <class Kind>
 Term read_term([[maybe_unused]] PhaseText& text, [[maybe_unused]] const std::string& parameter) {
-    if constexpr (!Kind::kind.has_parameter())
-        return Kind{};
-    else if constexpr (Kind::kind.has_several_parameters())
+    if constexpr (Kind::kind.has_parameter())
         return Kind::read(text, parameter);
     else
-        return Kind::read(text);
+        return Kind{};
 }
 
 template <class... Kinds>
@@ -114,8 +112,7 @@ bool joins(PhaseText text, std::size_t plus) {
 /// True when the ',' at `comma` is followed by an option of a table.
 bool begins_option(PhaseText text, std::size_t comma) {
     text.at = comma + 1;
-    const std::vector<std::string>& names = Tabulated::option_names();
-    return std::find(names.begin(), names.end(), text.name()) != names.end() && text.accept('=');
+    return is_listed(text.name(), Tabulated::option_names()) && text.accept('=');
 }
 
 std::string read_file_name(PhaseText& text, bool with_options) {
@@ -284,9 +281,7 @@ std::string PhaseText::csv_name(const std::vector<std::string>& parameters) {
     const std::size_t begin = at;
     const auto begins_parameter = [&](std::size_t comma) {
         PhaseText ahead{text, comma + 1, {}};
-        const std::string name = ahead.name();
-        return std::find(parameters.begin(), parameters.end(), name) != parameters.end() &&
-               ahead.accept('=');
+        return is_listed(ahead.name(), parameters) && ahead.accept('=');
     };
     for (std::size_t end = begin; end < text.size(); ++end) {
         if (text[end] == ',' && begins_parameter(end)) break;
@@ -304,7 +299,7 @@ std::string PhaseText::parameter(const std::string& owner,
                                  const std::vector<std::string>& allowed) {
     const std::size_t begin = at;
     std::string met = name();
-    if (std::find(allowed.begin(), allowed.end(), met) == allowed.end()) {
+    if (!is_listed(met, allowed)) {
         if (!accept('='))
             refuse("parameter of " + owner + " must be written " + joined(allowed, "=... or ") +
                    "=..., got '" +

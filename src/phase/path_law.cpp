@@ -57,15 +57,14 @@ int orders_along(double s, int count) noexcept {
 }
 
 /// sum_n weight[n] f[n], in lanes side by side: one sum would wait for itself.
-template <class Number>
-Number weighted_sum(const Number* weight, const float* f, int count) noexcept {
+double weighted_sum(const double* weight, const float* f, int count) noexcept {
     constexpr int lanes = 8;
-    Number sum[lanes] = {}, total = 0;
+    double sum[lanes] = {}, total = 0;
     int n = 0;
     for (; n + lanes <= count; n += lanes)
-        for (int k = 0; k < lanes; ++k) sum[k] += weight[n + k] * Number{f[n + k]};
-    for (; n < count; ++n) total += weight[n] * Number{f[n]};
-    for (const Number lane : sum) total += lane;
+        for (int k = 0; k < lanes; ++k) sum[k] += weight[n + k] * double{f[n + k]};
+    for (; n < count; ++n) total += weight[n] * double{f[n]};
+    for (const double lane : sum) total += lane;
     return total;
 }
 

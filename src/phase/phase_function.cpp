@@ -27,12 +27,10 @@ struct TermText {
     template <class Kind>
     std::string operator()(const Kind& term) const {
         const std::string name = Kind::kind.name;
-        if constexpr (!Kind::kind.has_parameter())
-            return name;
-        else if constexpr (Kind::kind.has_several_parameters())
+        if constexpr (Kind::kind.has_parameter())
             return name + ':' + term.parameter_text();
         else
-            return name + ':' + Kind::kind.parameters[0] + '=' + term.parameter_text();
+            return name;
     }
 };
 
@@ -44,11 +42,11 @@ Anisotropic::Anisotropic(double x_) : x(x_) {
     require(std::abs(x) <= 1, kind.name, "x", "in [-1, 1]", x);
 }
 
-Anisotropic Anisotropic::read(PhaseText& text) {
+Anisotropic Anisotropic::read(PhaseText& text, const std::string&) {
     return Anisotropic(text.number("anisotropic: x"));
 }
 
-std::string Anisotropic::parameter_text() const { return shortest_text(x); }
+std::string Anisotropic::parameter_text() const { return "x=" + shortest_text(x); }
 
 std::string Anisotropic::caption() const { return "anisotropic x = " + short_number(x, 3); }
 
@@ -56,11 +54,11 @@ HenyeyGreenstein::HenyeyGreenstein(double g_) : g(g_) {
     require(std::abs(g) < 1, kind.name, "g", "in (-1, 1)", g);
 }
 
-HenyeyGreenstein HenyeyGreenstein::read(PhaseText& text) {
+HenyeyGreenstein HenyeyGreenstein::read(PhaseText& text, const std::string&) {
     return HenyeyGreenstein(text.number("henyey_greenstein: g"));
 }
 
-std::string HenyeyGreenstein::parameter_text() const { return shortest_text(g); }
+std::string HenyeyGreenstein::parameter_text() const { return "g=" + shortest_text(g); }
 
 std::string HenyeyGreenstein::caption() const {
     return "Henyey-Greenstein g = " + short_number(g, 3);
@@ -77,27 +75,6 @@ PhaseFunction::PhaseFunction(PhaseFunction&&) noexcept = default;
 PhaseFunction& PhaseFunction::operator=(const PhaseFunction&) = default;
 PhaseFunction& PhaseFunction::operator=(PhaseFunction&&) noexcept = default;
 PhaseFunction::~PhaseFunction() = default;
-
-PhaseFunction PhaseFunction::isotropic() { return PhaseFunction(Isotropic{}); }
-
-PhaseFunction PhaseFunction::rayleigh() { return PhaseFunction(Rayleigh{}); }
-
-PhaseFunction PhaseFunction::anisotropic(double x) { return PhaseFunction(Anisotropic(x)); }
-
-PhaseFunction PhaseFunction::lambert_sphere() { return PhaseFunction(LambertSphere{}); }
-
-PhaseFunction PhaseFunction::henyey_greenstein(double g) {
-    return PhaseFunction(HenyeyGreenstein(g));
-}
-
-PhaseFunction PhaseFunction::tabulated(std::vector<double> phase_angle_deg,
-                                       std::vector<double> value) {
-    return PhaseFunction(Tabulated(std::move(phase_angle_deg), std::move(value)));
-}
-
-PhaseFunction PhaseFunction::from_moments(std::vector<double> chi) {
-    return PhaseFunction(Moments(std::move(chi)));
-}
 
 PhaseFunction PhaseFunction::sum(const std::vector<std::pair<double, PhaseFunction>>& parts) {
     double total = 0;

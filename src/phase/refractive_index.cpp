@@ -19,10 +19,15 @@ constexpr IndexRow ice[] = {
 #include "ice_rows.inc"
 };
 
+void require_wavelength(double wavelength, double first, double last, const std::string& where) {
+    require(wavelength >= first && wavelength <= last, "mie", "wavelength",
+            "in [" + shortest_text(first) + ", " + shortest_text(last) + "] um" + where,
+            wavelength);
+}
+
 /// Between rows of ice n and the logarithm of k are linear in the logarithm of the wavelength.
 std::complex<double> index_of_ice(double wavelength) {
-    require(wavelength >= ice[0].wavelength && wavelength <= 4, "mie", "wavelength",
-            "in [" + shortest_text(ice[0].wavelength) + ", 4] um in ice", wavelength);
+    require_wavelength(wavelength, ice[0].wavelength, 4, " in ice");
     const IndexRow* const above =
         std::lower_bound(std::begin(ice) + 1, std::end(ice) - 1, wavelength,
                          [](const IndexRow& row, double here) { return row.wavelength < here; });
@@ -81,7 +86,7 @@ std::complex<double> interpolated_index(IndexRows rows, double wavelength) {
     for (const IndexRow* row : {above - 1, above})
         if (row->wavelength == wavelength) return {row->n, row->k};
     NeighbourRows about{{above - 1 == rows.first ? nullptr : above - 2, above - 1, above,
-                      above + 1 == end ? nullptr : above + 1}};
+                         above + 1 == end ? nullptr : above + 1}};
     const double n = interpolated(about, wavelength, [](const IndexRow& row) { return row.n; });
     if (above[-1].k == 0 || above->k == 0) {
         const double t = std::log(wavelength / above[-1].wavelength) /
@@ -109,25 +114,18 @@ std::complex<double> index_of_file(const PhaseColumns& columns, double wavelengt
     }
     require(rows.size() >= 2, "mie", "index file " + columns.name, "of at least 2 rows",
             rows.size());
-    require(wavelength >= rows.front().wavelength && wavelength <= rows.back().wavelength, "mie",
-            "wavelength",
-            "in [" + shortest_text(rows.front().wavelength) + ", " +
-                shortest_text(rows.back().wavelength) + "] um, the rows of " + columns.name,
-            wavelength);
+    require_wavelength(wavelength, rows.front().wavelength, rows.back().wavelength,
+                       ", the rows of " + columns.name);
     return interpolated_index({rows.data(), rows.size()}, wavelength);
 }
 
 std::complex<double> index_of_refraction(const Droplets& droplets) {
     const double wavelength = droplets.wavelength;
     switch (droplets.material) {
-        case Droplets::Material::water: {
-            const double first = std::begin(water)->wavelength;
-            const double last = std::prev(std::end(water))->wavelength;
-            require(wavelength >= first && wavelength <= last, "mie", "wavelength",
-                    "in [" + shortest_text(first) + ", " + shortest_text(last) + "] um in water",
-                    wavelength);
+        case Droplets::Material::water:
+            require_wavelength(wavelength, std::begin(water)->wavelength,
+                               std::prev(std::end(water))->wavelength, " in water");
             return interpolated_index(water_rows(), wavelength);
-        }
         case Droplets::Material::ice: return index_of_ice(wavelength);
         case Droplets::Material::other: break;
     }

@@ -34,12 +34,12 @@ double interpolate_exponent(const TableView& table, int member, const Stencil& a
     return std::max(0.0, sum);
 }
 
-LayerQuery make_query(const TableView& table, double albedo, double optical_depth, int member,
-                      BeyondDeepest beyond) noexcept {
+LayerQuery make_query(const TableView& table, double albedo, double optical_depth,
+                      int member) noexcept {
     const Stencil stencil = table.albedo.stencil(albedo);
     LayerQuery query{stencil,
                      std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
-                     depth_in(table, optical_depth, beyond),
+                     optical_depth,
                      member,
                      table.extrapolation_lengths[member],
                      interpolate_exponent(table, member, stencil)};
@@ -47,91 +47,74 @@ LayerQuery make_query(const TableView& table, double albedo, double optical_dept
     return query;
 }
 
-/// Adds up the terms of one side of a table.
+/// Adds the terms of one member to the blend of a side.
 class BlendBuilder {
   public:
-    BlendBuilder(const TableView& table, const float* samples, const float* weight,
-                 LayerBlend& blend) noexcept
+    BlendBuilder(const TableView& table, const float* weight, const LayerQuery& query,
+                 double share_of_member, LayerBlend& blend) noexcept
         : table_(table),
           weight_(weight),
-          depths_(table.optical_depth.size()),
+          query_(query),
+          share_of_member_(share_of_member),
           term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count),
-          blend_(blend) {
-        blend_.samples = samples;
-    }
-
-    /// The terms that add(query) adds for each of some members, by its weight.
-    template <class Add>
-    void add_members(const FamilyStencil& members, double albedo, double optical_depth,
-                     BeyondDeepest beyond, const Add& add) noexcept {
-        for (int m = 0; m < members.count; ++m) {
-            share_of_member_ = double{members.weight[m]};
-            add(make_query(table_, albedo, optical_depth, members.member[m], beyond));
-        }
-        blend_.optical_depth = depth_in(table_, optical_depth, beyond);
-        const AxisView& depths = table_.optical_depth;
-        if (depths.count == 0 || !(blend_.optical_depth < depths.lowest)) return;
-        if (!table_.has_lower_boundary())
-            blend_.growth = thin_growth(blend_.optical_depth) / thin_growth(depths.lowest);
-        else
-            blend_.fades = table_.lower_boundary->kind == LowerBoundary::Kind::surface;
-    }
+          blend_(blend) {}
 
     /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
     /// to the neighbour of higher albedo, which decays more slowly; false comes back when there is
     /// none to take it.
-    bool add_depth(const LayerQuery& query, int depth, double share) noexcept {
+    bool add_depth(int depth, double share) noexcept {
         double handed_on = 0;
         for (int l = 0; l < used_samples(table_.albedo); ++l) {
-            const double part = share * double{query.albedo_stencil.weight[l]} + handed_on;
-            handed_on = add(query, query.albedo_stencil.first + l, depth, part) ? 0 : part;
+            const double part = share * double{query_.albedo_stencil.weight[l]} + handed_on;
+            handed_on = add(query_.albedo_stencil.first + l, depth, part) ? 0 : part;
         }
         return handed_on == 0;
     }
 
     /// Cubic along optical depth within the finite samples. A depth without a usable sample hands
     /// its share to the one above it.
-    void add_depths(const LayerQuery& query, double scale) noexcept {
-        const Stencil depth = table_.optical_depth.stencil(query.optical_depth);
+    void add_depths(double scale) noexcept {
+        const Stencil depth = table_.optical_depth.stencil(query_.optical_depth);
         double handed_on = 0;
         for (int t = used_samples(table_.optical_depth) - 1; t >= 0; --t) {
             const double share = scale * double{depth.weight[t]} + handed_on;
-            handed_on = add_depth(query, depth.first + t, share) ? 0 : share;
+            handed_on = add_depth(depth.first + t, share) ? 0 : share;
         }
     }
 
     /// Between the deepest finite sample and the one at infinity the distance from the limit dies
     /// away by the law of diffusion; the scale of the sample at infinity is 1. Albedos whose
     /// deficit is spent hand their share of it on, as above.
-    void add_between_last_and_infinity(const LayerQuery& query) noexcept {
-        const double length = query.extrapolation_length, highest = table_.optical_depth.highest;
+    void add_between_last_and_infinity() noexcept {
+        const double length = query_.extrapolation_length, highest = table_.optical_depth.highest;
         const bool over_boundary = table_.has_lower_boundary();
         const double deficit =
-            reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
+            reflection_deficit(query_.optical_depth, query_.diffusion_exponent, length);
         const int last = table_.optical_depth.count - 1;
         double handed_on = 0;
         for (int l = 0; l < used_samples(table_.albedo); ++l) {
-            const int albedo = query.albedo_stencil.first + l;
+            const int albedo = query_.albedo_stencil.first + l;
             const double exponent =
-                table_.diffusion_exponent[query.member * table_.albedo.count + albedo];
+                table_.diffusion_exponent[query_.member * table_.albedo.count + albedo];
             const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
-            const double weight = double{query.albedo_stencil.weight[l]};
+            const double weight = double{query_.albedo_stencil.weight[l]};
             const bool spent = deepest < min_deficit;
             const double share = spent ? 0 : (weight + handed_on) * deficit / deepest;
             handed_on = spent ? weight + handed_on : 0;
-            add(query, albedo, last + 1, query.albedo * (weight - share));
+            add(albedo, last + 1, query_.albedo * (weight - share));
             if (!spent)
-                add(query, albedo, last,
-                    query.albedo * share *
+                add(albedo, last,
+                    query_.albedo * share *
                         (over_boundary ? 1 : reflection_scale(highest, exponent, length)));
         }
     }
 
   private:
     /// False when the sample is too small to be scaled back up.
-    bool add(const LayerQuery& query, int albedo, int depth, double share_in_member) noexcept {
-        const std::ptrdiff_t at =
-            (std::ptrdiff_t{query.member} * table_.albedo.count + albedo) * depths_ + depth;
+    bool add(int albedo, int depth, double share_in_member) noexcept {
+        const std::ptrdiff_t at = (std::ptrdiff_t{query_.member} * table_.albedo.count + albedo) *
+                                      table_.optical_depth.size() +
+                                  depth;
         if (weight_[at] == 0) return false;
         const double share = share_of_member_ * share_in_member;
         if (share != 0)
@@ -142,9 +125,9 @@ class BlendBuilder {
 
     const TableView& table_;
     const float* weight_;
-    int depths_;
+    const LayerQuery& query_;
+    double share_of_member_;
     std::ptrdiff_t term_size_;
-    double share_of_member_ = 1;
     LayerBlend& blend_;
 };
 
@@ -182,45 +165,39 @@ FamilyStencil transmitted_members(const TableView& table, FamilyStencil members,
 
 LayerBlend layer_blend(const TableView& table, Side side, double albedo, double optical_depth,
                        BeyondDeepest beyond) noexcept {
-    const AxisView& depth = table.optical_depth;
+    const AxisView& depths = table.optical_depth;
     const bool is_lit = side == Side::reflection;
     LayerBlend blend;
-    BlendBuilder terms(table, is_lit ? table.reflection_multiple : table.transmission_multiple,
-                       is_lit ? table.reflection_weight : table.transmission_weight, blend);
-    const auto add_reflection = [&](const LayerQuery& query) {
-        if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
-            terms.add_between_last_and_infinity(query);
-        else if (table.has_lower_boundary())
-            terms.add_depths(query, 1);
-        else
-            terms.add_depths(query, query.albedo * reflection_scale(query.optical_depth,
-                                                                    query.diffusion_exponent,
-                                                                    query.extrapolation_length));
-    };
-    const auto add_transmission = [&](const LayerQuery& query) {
-        if (depth.count == 0) return;  // a semi-infinite layer transmits nothing
-        const double scale =
-            query.albedo * transmission_scale(query.optical_depth, query.diffusion_exponent,
-                                              query.extrapolation_length);
-        if (query.optical_depth > depth.highest)
-            terms.add_depth(query, depth.count - 1, scale);
-        else
-            terms.add_depths(query, scale);
-    };
-    if (is_lit)
-        terms.add_members(table.members, albedo, optical_depth, beyond, add_reflection);
+    blend.samples = is_lit ? table.reflection_multiple : table.transmission_multiple;
+    blend.optical_depth = depth_in(table, optical_depth, beyond);
+    const double depth = blend.optical_depth;
+    const FamilyStencil members =
+        is_lit ? table.members : transmitted_members(table, table.members, albedo, depth);
+    for (int m = 0; m < members.count; ++m) {
+        const LayerQuery query = make_query(table, albedo, depth, members.member[m]);
+        const double exponent = query.diffusion_exponent, length = query.extrapolation_length;
+        BlendBuilder terms(table, is_lit ? table.reflection_weight : table.transmission_weight,
+                           query, double{members.weight[m]}, blend);
+        if (is_lit && depths.ends_at_infinity && (depths.count == 0 || depth > depths.highest)) {
+            terms.add_between_last_and_infinity();
+        } else if (is_lit) {
+            terms.add_depths(table.has_lower_boundary()
+                                 ? 1
+                                 : query.albedo * reflection_scale(depth, exponent, length));
+        } else if (depths.count > 0) {  // a semi-infinite layer transmits nothing
+            const double scale = query.albedo * transmission_scale(depth, exponent, length);
+            if (depth > depths.highest)
+                terms.add_depth(depths.count - 1, scale);
+            else
+                terms.add_depths(scale);
+        }
+    }
+    if (depths.count == 0 || !(depth < depths.lowest)) return blend;
+    if (!table.has_lower_boundary())
+        blend.growth = thin_growth(depth) / thin_growth(depths.lowest);
     else
-        terms.add_members(transmitted_members(table, table.members, albedo,
-                                              depth_in(table, optical_depth, beyond)),
-                          albedo, optical_depth, beyond, add_transmission);
+        blend.fades = table.lower_boundary->kind == LowerBoundary::Kind::surface;
     return blend;
-}
-
-double deficit_of_deepest(const TableView& table, double albedo) noexcept {
-    const LayerQuery query =
-        make_query(table, albedo, 0, table.members.member[0], BeyondDeepest::is_clamped);
-    return reflection_deficit(table.optical_depth.highest, query.diffusion_exponent,
-                              query.extrapolation_length);
 }
 
 double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
@@ -284,13 +261,6 @@ bool keeps_light(const TableView& table) {
     return table.has_lower_boundary() && table.lower_boundary->kind != LowerBoundary::Kind::surface;
 }
 
-/// Layers deeper than the deepest sample of a table without one at infinity.
-bool is_depth_known_by_diffusion(const TableView& table, Side side, double albedo,
-                                 double optical_depth) {
-    if (side == Side::transmission && optical_depth == infinity) return true;
-    return deficit_of_deepest(table, albedo) <= kept_tolerance(table);
-}
-
 }  // namespace
 
 bool holds(const AxisView& axis, double value) {
@@ -307,8 +277,11 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
     if (depth.count == 0) return optical_depth == infinity;
     if (holds(depth, optical_depth) || table.is_stack()) return holds(depth, optical_depth);
     if (optical_depth < depth.lowest) return !keeps_light(table);
-    return depth.ends_at_infinity ||
-           is_depth_known_by_diffusion(table, side, albedo, optical_depth);
+    if (depth.ends_at_infinity) return true;
+    if (side == Side::transmission && optical_depth == infinity) return true;
+    const LayerQuery deepest = make_query(table, albedo, depth.highest, table.members.member[0]);
+    return reflection_deficit(depth.highest, deepest.diffusion_exponent,
+                              deepest.extrapolation_length) <= kept_tolerance(table);
 }
 
 std::string allowed_albedo(const TableView& table) {

@@ -68,9 +68,6 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
 double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
                           double mu_out) noexcept;
 
-/// How far reflection at the deepest finite sample still is from its limit (diffusion.h).
-double deficit_of_deepest(const TableView& table, double albedo) noexcept;
-
 /// t of all orders that a table holds, at each of its samples of mu_in; empty where the table has
 /// no diffuse_transmittance.
 ///

@@ -18,13 +18,12 @@ constexpr double floor_cosine = 0.1;
 
 }  // namespace
 
-LayerShapes::LayerShapes(const Table& table, Side side, int member)
-    : table_(table), numbers_(table.view()), side_(side), member_(member) {
+LayerShapes::LayerShapes(const Table& table, Side side, std::size_t member)
+    : table_(table), numbers_(table.view()), side_(side) {
     const TableView view = table.view();
-    const PhaseFunction phase_function = phase_function_of_member(table, size(member));
-    if (table.path_law != nullptr) {
+    const PhaseFunction phase_function = phase_function_of_member(table, member);
+    if (table.path_law != nullptr)
         path_law_ = table.has_family() ? PathOrders::of_any(phase_function) : table.path_law;
-    }
     for (int i = 0; i < numbers_.ins(); ++i)
         for (int j = 0; j < numbers_.partners(i); ++j) {
             pairs_.push_back({i, j});
@@ -36,18 +35,16 @@ LayerShapes::LayerShapes(const Table& table, Side side, int member)
         }
 }
 
-float LayerShapes::weight(int albedo, int depth) const {
-    const std::vector<float>& weights =
-        side_ == Side::reflection ? table_.reflection_weight : table_.transmission_weight;
-    const std::size_t albedos = table_.albedo.values.size(),
-                      depths = table_.optical_depth.values.size();
-    return weights[(size(member_) * albedos + size(albedo)) * depths + size(depth)];
+float LayerShapes::weight(std::size_t layer) const {
+    return (side_ == Side::reflection ? table_.reflection_weight
+                                      : table_.transmission_weight)[layer];
 }
 
-float LayerShapes::weight(int albedo, int depth, const Pair& pair) const {
-    const std::size_t ins = table_.mu_in.values.size(), outs = table_.mu_out.values.size();
-    return weight(albedo, depth) * table_.mu_in_weight[size(depth) * ins + size(pair.in)] *
-           table_.mu_out_weight[size(depth) * outs + size(pair.out)];
+float LayerShapes::weight(std::size_t layer, const Pair& pair) const {
+    const std::size_t ins = table_.mu_in.values.size(), outs = table_.mu_out.values.size(),
+                      depth = layer % table_.optical_depth.values.size();
+    return weight(layer) * table_.mu_in_weight[depth * ins + size(pair.in)] *
+           table_.mu_out_weight[depth * outs + size(pair.out)];
 }
 
 template <class Use>
@@ -56,10 +53,9 @@ void LayerShapes::for_each(const DirectionList& at, const Use& use) const {
     for (std::size_t n = 0; n < at.size(); ++n) use(n, pairs_[at[n] / azimuths]);
 }
 
-void LayerShapes::divide(int albedo, int depth, const DirectionList& at,
+void LayerShapes::divide(std::size_t layer, const DirectionList& at,
                          std::vector<float>& samples) const {
-    for_each(at,
-             [&](std::size_t n, const Pair& pair) { samples[n] *= weight(albedo, depth, pair); });
+    for_each(at, [&](std::size_t n, const Pair& pair) { samples[n] *= weight(layer, pair); });
 }
 
 /// Returns the weights of the first orders of the path law, which lookups add to the samples. Errors
@@ -73,39 +69,6 @@ PathWeights LayerShapes::weights_along_path(double w, double tau, double mu, dou
     double power = 1;
     for (int n = 0; n < weights.count; ++n, power *= w) weights.of_order[n] *= power;
     return weights;
-}
-
-template <class Use>
-void LayerShapes::for_each_total(int albedo, int depth, const DirectionList& at,
-                                 const std::vector<float>& shape, const Use& use) const {
-    const double w = table_.albedo.values[size(albedo)],
-                 tau = table_.optical_depth.values[size(depth)];
-    const LowerBoundary& below = table_.lower_boundary;
-    const Pair* before = nullptr;
-    float factor = 1;
-    double mu = 0, other = 0, order = 0;
-    PathWeights along_path;
-    bool has_weights = false;  // of the pair
-    for_each(at, [&](std::size_t n, const Pair& pair) {
-        if (&pair != before) {
-            before = &pair;
-            mu = table_.mu_in.values[size(pair.in)];
-            other = table_.mu_out.values[size(pair.out)];
-            factor = 1 / weight(albedo, depth, pair);
-            order = single_scattering(side_, 1, w, tau, mu, other);
-            has_weights = false;
-        }
-        const Geometry here{mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]};
-        double single = order * phase_[at[n]];
-        if (table_.is_stack()) single = stack_single_scattering(side_, table_.layers, here);
-        if (below.has_closed_form()) single += single_reflection_of_boundary(below, tau, here);
-        if (path_law_ && shape[n] < 0) {  // the path law is larger than what the samples take back
-            if (!has_weights) along_path = weights_along_path(w, tau, mu, other);
-            has_weights = true;
-            single += (*path_law_)(along_path, 1 - cosine_[at[n]], 1 + cosine_[at[n]]);
-        }
-        use(n, factor, factor * shape[n] + static_cast<float>(single));
-    });
 }
 
 /// Less than 90 degrees of azimuth, where a narrow peak alone would be more than all the rest.
@@ -126,19 +89,42 @@ float LayerShapes::share_of_grazing(std::size_t direction) const {
     return static_cast<float>(std::clamp(lesser_cosine(direction) / steep, least, 1.0));
 }
 
-std::vector<float> LayerShapes::importance(int albedo, int depth, const DirectionList& at,
+std::vector<float> LayerShapes::importance(std::size_t layer, const DirectionList& at,
                                            const std::vector<float>& shape) const {
     std::vector<float> found(at.size(), 0.0f), totals(at.size());
-    if (!is_resolved(albedo, depth) ||
-        is_scattered_once(table_.view(), table_.albedo.values[size(albedo)],
-                          table_.optical_depth.values[size(depth)]))
-        return found;
+    const std::vector<double>&albedos = table_.albedo.values, &depths = table_.optical_depth.values;
+    const double w = albedos[layer / depths.size() % albedos.size()],
+                 tau = depths[layer % depths.size()];
+    if (!is_resolved(layer) || is_scattered_once(table_.view(), w, tau)) return found;
+    const LowerBoundary& below = table_.lower_boundary;
     float largest = 0;
-    for_each_total(albedo, depth, at, shape, [&](std::size_t n, float factor, float total) {
+    const Pair* before = nullptr;
+    float factor = 1;  // what the samples of a pair were divided by
+    double mu = 0, other = 0, order = 0;
+    PathWeights along_path;
+    bool has_weights = false;  // of the pair
+    for_each(at, [&](std::size_t n, const Pair& pair) {
+        if (&pair != before) {
+            before = &pair;
+            mu = table_.mu_in.values[size(pair.in)];
+            other = table_.mu_out.values[size(pair.out)];
+            factor = 1 / weight(layer, pair);
+            order = single_scattering(side_, 1, w, tau, mu, other);
+            has_weights = false;
+        }
+        const Geometry here{mu, other, table_.azimuth.values[at[n] % size(numbers_.azimuths())]};
+        double single = order * phase_[at[n]];
+        if (table_.is_stack()) single = stack_single_scattering(side_, table_.layers, here);
+        if (below.has_closed_form()) single += single_reflection_of_boundary(below, tau, here);
+        if (path_law_ && shape[n] < 0) {  // the path law is larger than what the samples take back
+            if (!has_weights) along_path = weights_along_path(w, tau, mu, other);
+            has_weights = true;
+            single += (*path_law_)(along_path, 1 - cosine_[at[n]], 1 + cosine_[at[n]]);
+        }
         found[n] = path_law_ ? factor * share_of_grazing(at[n]) : factor;
-        totals[n] = total;
+        totals[n] = factor * shape[n] + static_cast<float>(single);
         if (path_law_ && is_forward(at[n])) return;
-        if (lesser_cosine(at[n]) >= floor_cosine) largest = std::max(largest, total);
+        if (lesser_cosine(at[n]) >= floor_cosine) largest = std::max(largest, totals[n]);
     });
     const float floor = std::max(static_cast<float>(darkest_share) * largest,
                                  table_.is_stack() ? 1e-30f : faintest);

@@ -83,28 +83,11 @@ std::vector<std::vector<float>> inverted(std::vector<std::vector<double>>& q,
     return rows;
 }
 
-/// Coefficients of functions by weighted least squares at the directions of a sketch: P v are those of
-/// values v, with P = R^-1 Q^T W of W F = Q R: F the functions, W the weights of the directions, Q by
-/// Gram-Schmidt, twice for the sake of rounding.
-class SketchFit {
-  public:
-    SketchFit() = default;
-
-    /// `function`: at the directions; `weight`: of each direction.
-    SketchFit(const std::vector<std::vector<float>>& function, const std::vector<float>& weight);
-
-    std::vector<float> coefficients(const std::vector<float>& values) const {
-        std::vector<float> found;
-        for (const std::vector<float>& row : rows_) found.push_back(dot(row, values));
-        return found;
-    }
-
-  private:
-    std::vector<std::vector<float>> rows_;  // P
-};
-
-SketchFit::SketchFit(const std::vector<std::vector<float>>& function,
-                     const std::vector<float>& weight) {
+/// Weighted least squares at the directions of a sketch: returns the rows of P, whose products with values v are
+/// the coefficients of functions. P = R^-1 Q^T W of W F = Q R: F the functions at these directions, W the
+/// weights of these, Q by Gram-Schmidt, twice for the sake of rounding.
+std::vector<std::vector<float>> least_squares(const std::vector<std::vector<float>>& function,
+                                              const std::vector<float>& weight) {
     std::vector<std::vector<double>> q, r;
     for (const std::vector<float>& column : function) {
         std::vector<double> left(weight.size()), shares(q.size(), 0.0);
@@ -125,30 +108,29 @@ SketchFit::SketchFit(const std::vector<std::vector<float>>& function,
         q.push_back(std::move(left));
         r.push_back(std::move(shares));
     }
-    rows_ = inverted(q, r, weight);
+    return inverted(q, r, weight);
 }
 
 /// The search on one side.
 class SideSearch {
   public:
     SideSearch(const Table& table, Side side, double allowed)
-        : allowed_(static_cast<float>(allowed)),
-          albedos_(static_cast<int>(table.albedo.values.size())),
-          depths_(static_cast<int>(table.optical_depth.values.size())) {
+        : allowed_(static_cast<float>(allowed)) {
         for (std::size_t m = 0; m < table.member_count(); ++m)
-            sums_.shapes.emplace_back(table, side, static_cast<int>(m));
-        everywhere_.resize(sums_.numbers().count());
-        std::iota(everywhere_.begin(), everywhere_.end(), std::size_t{0});
-        sums_.values.resize(table.member_count() * size(albedos_) * size(depths_));
+            sums_.shapes.emplace_back(table, side, m);
+        everywhere_ = sums_.numbers().all();
+        sums_.values.resize(table.member_count() * table.albedo.values.size() *
+                            table.optical_depth.values.size());
         sums_.importance.resize(sums_.values.size());
     }
 
     const DirectionList& sketch() const { return sums_.sketch; }
 
     /// A layer's samples at all directions.
-    void see_in_full(int layer, std::vector<float> samples) {
-        layer_shapes(layer).divide(albedo(layer), depth(layer), everywhere_, samples);
-        std::vector<float> of_layer = importance(layer, everywhere_, samples);
+    void see_in_full(std::size_t layer, std::vector<float> samples) {
+        const LayerShapes& shapes = sums_.shapes_of(layer);
+        shapes.divide(layer, everywhere_, samples);
+        std::vector<float> of_layer = shapes.importance(layer, everywhere_, samples);
         const std::lock_guard<std::mutex> lock(mutex_);
         full_[layer] = {std::move(samples), std::move(of_layer), 0};
     }
@@ -160,11 +142,12 @@ class SideSearch {
     }
 
     /// A layer's samples at the sketch.
-    void see_in_sketch(int layer, std::vector<float> samples) {
-        layer_shapes(layer).divide(albedo(layer), depth(layer), sums_.sketch, samples);
-        const std::vector<float> of_layer = importance(layer, sums_.sketch, samples);
-        std::copy(of_layer.begin(), of_layer.end(), sums_.importance[size(layer)].begin());
-        std::copy(samples.begin(), samples.end(), sums_.values[size(layer)].begin());
+    void see_in_sketch(std::size_t layer, std::vector<float> samples) {
+        const LayerShapes& shapes = sums_.shapes_of(layer);
+        shapes.divide(layer, sums_.sketch, samples);
+        const std::vector<float> of_layer = shapes.importance(layer, sums_.sketch, samples);
+        std::copy(of_layer.begin(), of_layer.end(), sums_.importance[layer].begin());
+        std::copy(samples.begin(), samples.end(), sums_.values[layer].begin());
     }
 
     /// Functions for all layers that were seen in full, and a sketch that shows them unless it is to
@@ -211,7 +194,7 @@ class SideSearch {
         std::vector<std::vector<float>> left = sums_.values;
         std::vector<float> error(left.size(), 0.0f);
         for (std::size_t layer = 0; layer < left.size(); ++layer) {
-            subtract_sum(at_sketch_, fit_.coefficients(left[layer]), left[layer]);
+            subtract_sum(at_sketch_, coefficients(left[layer]), left[layer]);
             error[layer] = largest_product(left[layer], sums_.importance[layer]);
         }
         while (missed.size() < most_missed) {
@@ -230,13 +213,13 @@ class SideSearch {
     LayerSums take() {
         std::vector<std::vector<float>>& values = sums_.values;
         for (std::size_t layer = 0; layer < values.size(); ++layer) {
-            const std::size_t serves = served_by(static_cast<int>(layer));
+            const std::size_t serves = served_by(layer);
             if (serves != layer) values[layer] = values[serves];
         }
         if (!sums_.is_spanned()) return std::move(sums_);
         fit();
         for (std::vector<float>& of_layer : values) {
-            sums_.coefficient.push_back(fit_.coefficients(of_layer));
+            sums_.coefficient.push_back(coefficients(of_layer));
             of_layer = weighted_sum(at_sketch_, sums_.coefficient.back());
         }
         return std::move(sums_);
@@ -250,25 +233,15 @@ class SideSearch {
         float error;
     };
 
-    int depth(int layer) const { return layer % depths_; }
-    int albedo(int layer) const { return layer / depths_ % albedos_; }
-    const LayerShapes& layer_shapes(int layer) const {
-        return sums_.shapes[size(layer / depths_ / albedos_)];
-    }
-
-    std::vector<float> importance(int layer, const DirectionList& at,
-                                  const std::vector<float>& shape) const {
-        return layer_shapes(layer).importance(albedo(layer), depth(layer), at, shape);
-    }
-
     /// Itself, or in place of a layer that is too near the end of float's range a neighbour.
-    std::size_t served_by(int layer) const {
-        for (int same_depth = layer;; same_depth += depths_) {
-            if (layer_shapes(layer).is_resolved(albedo(same_depth), depth(layer)))
-                return size(same_depth);
-            if (albedo(same_depth) == albedos_ - 1) break;
+    std::size_t served_by(std::size_t layer) const {
+        const std::size_t albedos = sums_.table().albedo.values.size(),
+                          depths = sums_.table().optical_depth.values.size();
+        for (std::size_t same_depth = layer;; same_depth += depths) {
+            if (sums_.shapes_of(layer).is_resolved(same_depth)) return same_depth;
+            if ((same_depth / depths + 1) % albedos == 0) break;
         }
-        return depth(layer) > 0 ? served_by(layer - 1) : size(layer);
+        return layer % depths > 0 ? served_by(layer - 1) : layer;
     }
 
     void note_importance() {
@@ -299,7 +272,14 @@ class SideSearch {
         at_sketch_.clear();
         for (const std::vector<float>& function : sums_.function)
             at_sketch_.push_back(picked(function, sums_.sketch));
-        fit_ = SketchFit(at_sketch_, picked(greatest_, sums_.sketch));
+        fit_ = least_squares(at_sketch_, picked(greatest_, sums_.sketch));
+    }
+
+    /// Of values at the sketch, by the fit.
+    std::vector<float> coefficients(const std::vector<float>& values) const {
+        std::vector<float> found;
+        for (const std::vector<float>& row : fit_) found.push_back(dot(row, values));
+        return found;
     }
 
     /// The layer of those seen in full that misses most; null where none does, or no more functions
@@ -316,8 +296,7 @@ class SideSearch {
     Seen* fitted() {
         fit();
         for (auto& [layer, seen] : full_) {
-            subtract_sum(sums_.function, fit_.coefficients(picked(seen.left, sums_.sketch)),
-                         seen.left);
+            subtract_sum(sums_.function, coefficients(picked(seen.left, sums_.sketch)), seen.left);
             seen.error = largest_product(seen.left, seen.importance);
         }
         return worst();
@@ -377,15 +356,14 @@ class SideSearch {
     }
 
     float allowed_;
-    int albedos_, depths_;
     LayerSums sums_;
     DirectionList everywhere_;
     std::mutex mutex_;
-    std::map<int, Seen> full_;
+    std::map<std::size_t, Seen> full_;
     bool are_unlike_ = false, misses_ = false, settled_ = false;
     std::vector<float> greatest_;                // importance of each direction to any pilot
     std::vector<std::vector<float>> at_sketch_;  // functions
-    SketchFit fit_;
+    std::vector<std::vector<float>> fit_;
 };
 
 /// Depths all over the table, octaves apart: a baker solves them at once.
@@ -425,7 +403,7 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
     PerSide<SideSearch> search{{table, Side::reflection, allowed},
                                {table, Side::transmission, allowed}};
     const auto see_in_full = [&](int layer, Side side, std::vector<float> values) {
-        search[side].see_in_full(layer, std::move(values));
+        search[side].see_in_full(size(layer), std::move(values));
     };
     const auto for_each_side = [&](const auto& use) {
         for (const Side side : both_sides)
@@ -441,7 +419,7 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
         side.expect_sketch();
     });
     const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {
-        if (!values.empty()) search[side].see_in_sketch(layer, std::move(values));
+        if (!values.empty()) search[side].see_in_sketch(size(layer), std::move(values));
     };
     samples.at({search.reflection.sketch(), search.transmission.sketch()}, see_in_sketch);
     for (int round = 0;; ++round) {
@@ -481,13 +459,9 @@ void see_in_full(const PerSide<std::vector<int>>& layers, PerSide<LayerSums>& su
                     });
     for (LayerSums* const side : {&sums.reflection, &sums.transmission}) {
         if (side->full.empty()) continue;
-        DirectionList everywhere(side->numbers().count());
-        std::iota(everywhere.begin(), everywhere.end(), std::size_t{0});
-        const auto depths = static_cast<int>(side->table().optical_depth.values.size()),
-                   albedos = static_cast<int>(side->table().albedo.values.size());
+        const DirectionList everywhere = side->numbers().all();
         for (auto& [layer, values] : side->full)
-            side->shapes[size(layer / depths / albedos)].divide(layer / depths % albedos,
-                                                                layer % depths, everywhere, values);
+            side->shapes_of(size(layer)).divide(size(layer), everywhere, values);
     }
 }
 

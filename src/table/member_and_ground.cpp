@@ -67,11 +67,6 @@ MemberShares shares_of_fall(const Table& table, const FamilyStencil& around,
     return shares;
 }
 
-double length_at(const Table& table, const TableView& view) {
-    return joined_members(table.extrapolation_lengths, table.member_count(), view.members,
-                          same_shares(view.members))[0];
-}
-
 std::optional<double> parameter_value(const PhaseFunction::Term& term, PhaseParameter parameter) {
     if (const auto* const lobe = std::get_if<HenyeyGreenstein>(&term))
         return parameter == PhaseParameter::g ? std::optional(lobe->g) : std::nullopt;
@@ -107,7 +102,8 @@ Table table_at(const Table& table, const FamilyPoint& point) {
     one.phase_function = view.chosen_phase_function();
     one.second_phase_function = {};
     one.path_law = view.own_path_law;
-    one.extrapolation_length = length_at(table, view);
+    one.extrapolation_length =
+        joined_members(table.extrapolation_lengths, table.member_count(), around, same)[0];
     for_each_of_members(
         [&](auto& numbers, const auto& of_all) {
             const void* const which = &of_all;

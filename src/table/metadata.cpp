@@ -4,7 +4,7 @@
 #include <stratus/base/number_text.h>
 
 #include <charconv>
-#include <optional>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
@@ -12,11 +12,12 @@ namespace stratus {
 namespace {
 
 template <class Number>
-std::optional<Number> parse(std::string_view text) {
+Number parsed(const std::string& what, const char* kind, std::string_view text) {
     Number value{};
     const char* end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc{} || stop != end) return std::nullopt;
+    if (error != std::errc{} || stop != end)
+        throw std::invalid_argument(what + " is not " + kind + ": " + shown_text(text));
     return value;
 }
 
@@ -39,34 +40,30 @@ constexpr std::pair<const char*, double Table::*> number_entries[] = {
     {"tolerance", &Table::tolerance},
     {"measured_error", &Table::measured_error}};
 
-// Kinds of lower boundary in files; without one there is no entry.
-constexpr const char* surface_name = "lambert surface";
-constexpr const char* layer_name = "semi-infinite layer";
-constexpr const char* ground_name = "ground";
+/// Kinds of lower boundary in files, in the order of LowerBoundary::Kind; without one there is no entry.
+constexpr const char* boundary_names[] = {"", "lambert surface", "semi-infinite layer", "ground"};
 
 void add_lower_boundary(const LowerBoundary& boundary, Metadata& metadata) {
     if (!boundary.is_present()) return;
-    const bool is_surface = boundary.kind == LowerBoundary::Kind::surface;
-    const bool is_ground = boundary.kind == LowerBoundary::Kind::ground;
-    metadata["below"] = is_surface ? surface_name : is_ground ? ground_name : layer_name;
+    metadata["below"] = boundary_names[static_cast<int>(boundary.kind)];
     metadata["below_albedo"] = shortest_text(boundary.albedo);
-    if (is_ground) metadata["below_ground"] = boundary.law->text();
+    if (boundary.kind == LowerBoundary::Kind::ground)
+        metadata["below_ground"] = boundary.law->text();
     if (boundary.kind == LowerBoundary::Kind::layer)
         metadata["below_phase_function"] = boundary.phase_function.text();
 }
 
 LowerBoundary read_lower_boundary(const Metadata& metadata) {
-    const auto kind = metadata.find("below");
-    if (kind == metadata.end()) return {};
-    const bool is_surface = kind->second == surface_name;
-    const bool is_ground = kind->second == ground_name;
-    if (!is_surface && !is_ground && kind->second != layer_name)
-        throw std::invalid_argument("attribute below must be \"" + std::string(surface_name) +
-                                    "\", \"" + ground_name + "\" or \"" + layer_name + "\", got " +
-                                    shown_text(kind->second));
+    const auto name = metadata.find("below");
+    if (name == metadata.end()) return {};
+    const auto& [none, surface, layer, ground] = boundary_names;
+    if (name->second != surface && name->second != layer && name->second != ground)
+        throw std::invalid_argument("attribute below must be \"" + std::string(surface) + "\", \"" +
+                                    ground + "\" or \"" + layer + "\", got " +
+                                    shown_text(name->second));
     const double albedo = number_entry(metadata, "below_albedo");
-    if (is_surface) return LowerBoundary::surface(albedo);
-    if (is_ground)
+    if (name->second == surface) return LowerBoundary::surface(albedo);
+    if (name->second == ground)
         return {LowerBoundary::Kind::ground,
                 albedo,
                 {},
@@ -157,6 +154,11 @@ std::string stored_features(const Metadata& metadata) {
     return found == metadata.end() ? "" : found->second;
 }
 
+std::vector<std::string> words(const std::string& text) {
+    std::istringstream in(text);
+    return {std::istream_iterator<std::string>(in), {}};
+}
+
 }  // namespace
 
 Metadata shared_metadata(const Table& table) {
@@ -174,18 +176,14 @@ Metadata shared_metadata(const Table& table) {
 
 void check_features_known(const Metadata& metadata) {
     static const std::vector<std::string> known{family_feature, stack_feature, path_law_feature};
-    std::istringstream features(stored_features(metadata));
-    for (std::string feature; features >> feature;)
-        if (std::find(known.begin(), known.end(), feature) == known.end())
+    for (const std::string& feature : words(stored_features(metadata)))
+        if (!is_listed(feature, known))
             throw std::invalid_argument("attribute features must be of " + joined(known) +
                                         ", which this program knows, got " + shown_text(feature));
 }
 
 bool has_feature(const Metadata& metadata, const char* feature) {
-    std::istringstream features(stored_features(metadata));
-    for (std::string stored; features >> stored;)
-        if (stored == feature) return true;
-    return false;
+    return is_listed(feature, words(stored_features(metadata)));
 }
 
 Table table_of_metadata(const Metadata& metadata) {
@@ -222,15 +220,11 @@ std::string to_text(const std::vector<double>& values) {
 }
 
 double to_number(const std::string& what, std::string_view text) {
-    const auto value = parse<double>(text);
-    if (!value) throw std::invalid_argument(what + " is not a number: " + shown_text(text));
-    return *value;
+    return parsed<double>(what, "a number", text);
 }
 
 int to_integer(const std::string& what, std::string_view text) {
-    const auto value = parse<int>(text);
-    if (!value) throw std::invalid_argument(what + " is not an integer: " + shown_text(text));
-    return *value;
+    return parsed<int>(what, "an integer", text);
 }
 
 std::vector<double> to_numbers(const std::string& what, std::string_view text) {

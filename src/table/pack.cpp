@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,19 +24,6 @@ namespace {
 
 // Share of the tolerance by which rounding to halves may change the path law.
 constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
-
-/// The blocks of one side, of members that share their functions.
-struct PackedBlocks {
-    SampleRange members;
-    std::size_t functions;                        // in a row
-    std::vector<Half> halves;                     // over (block, row, function)
-    std::vector<float> floats;                    // in place of halves where these do not suffice
-    std::vector<std::vector<float>> coefficient;  // of each member
-    std::vector<std::int32_t> block;              // over (block, field): packed_parts.h
-    std::vector<std::int32_t> block_of_cell;      // over (albedo, optical depth)
-
-    std::size_t count() const { return block.size() / size(BlockField::count); }
-};
 
 std::vector<Half> to_halves(const std::vector<float>& values) {
     std::vector<Half> halves;
@@ -51,110 +37,91 @@ void append(const std::vector<Number>& more, std::vector<Number>& all) {
     all.insert(all.end(), more.begin(), more.end());
 }
 
-/// Puts together the blocks of members that share their functions.
-class BlockBuilder {
-  public:
-    BlockBuilder(const LayerSums& sums, const FoundBlocks& found)
-        : sums_(sums), view_(sums.table().view()) {
-        depth_rows_ = std::max(stencil_size, view_.optical_depth.count);
-        packed_.members = found.members;
-        packed_.functions = found.functions;
-        takes_halves_ =
-            std::all_of(found.blocks.begin(), found.blocks.end(), [&](const Candidate& block) {
-                return block.half_error <= total_share * kept_tolerance(view_);
-            });
-        packed_.coefficient.resize(size(found.members.count));
-        packed_.block_of_cell.assign(size(std::max(stencil_size, view_.albedo.count) * depth_rows_),
-                                     0);
-        for (const Candidate& block : found.blocks) add(block);
-    }
-
-    PackedBlocks take() { return std::move(packed_); }
-
-  private:
-    void add(const Candidate& added) {
-        const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] = added;
-        const PackedBlock block = packed_block(sums_, layers, basis);
-        const auto index = static_cast<std::int32_t>(packed_.count());
-        // A place on the last sample belongs to the last cell; short axes are sampled again.
-        const auto range_end = [](const SampleRange& cells, int samples) {
-            return samples < stencil_size ? stencil_size
-                                          : std::min(cells.first + cells.count + 1, samples);
-        };
-        for (int a = albedo_cells.first; a < range_end(albedo_cells, view_.albedo.count); ++a)
-            for (int d = depth_cells.first; d < range_end(depth_cells, view_.optical_depth.count);
-                 ++d)
-                packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
-        const std::size_t rows = block.coefficient[0].size() / packed_.functions;
-        std::int32_t field[BlockField::count];
-        field[BlockField::first_albedo] = layers.albedos.first;
-        field[BlockField::albedos] = static_cast<std::int32_t>(rows) / block.depths;
-        field[BlockField::first_depth] = layers.depths.first;
-        field[BlockField::depths] = block.depths;
-        field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
-        field[BlockField::first_row] =
-            static_cast<std::int32_t>(packed_.coefficient[0].size() / packed_.functions);
-        packed_.block.insert(packed_.block.end(), field, field + BlockField::count);
-        if (takes_halves_)
-            append(to_halves(block.function), packed_.halves);
-        else
-            append(block.function, packed_.floats);
-        for (std::size_t m = 0; m < block.coefficient.size(); ++m)
-            append(block.coefficient[m], packed_.coefficient[m]);
-    }
-
-    const LayerSums& sums_;
-    TableView view_;
-    int depth_rows_;
-    bool takes_halves_;
-    PackedBlocks packed_;
-};
-
 void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& curve) {
     if (curve.sample_count() == 0) return;  // its phase function tells
     const std::size_t width = size(curve.width());
     file.add(name, {curve.sample_count() / width, width}, curve.view().sample);
 }
 
-/// The functions of a group, under the name of its first member.
-void add_functions(TensorWriter& file, const std::string& name, const TableView& table,
-                   const PackedBlocks& blocks) {
-    const std::size_t count = blocks.count();
-    const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), blocks.functions};
-    if (blocks.floats.empty())
-        file.add(name + functions_name, shape, blocks.halves);
+std::string side_prefix(const Table& table, int member, Side side) {
+    return member_prefix(table, size(member)) + side_name(side);
+}
+
+/// The blocks of members that share their functions: these under the name of the first member,
+/// coefficients under that of each.
+void add_blocks(TensorWriter& file, const LayerSums& sums, const FoundBlocks& found, Side side) {
+    const Table& table = sums.table();
+    const TableView view = table.view();
+    const bool takes_halves =
+        std::all_of(found.blocks.begin(), found.blocks.end(), [&](const Candidate& block) {
+            return block.half_error <= total_share * kept_tolerance(view);
+        });
+    const int depth_rows = std::max(stencil_size, view.optical_depth.count),
+              albedo_rows = std::max(stencil_size, view.albedo.count);
+    std::vector<Half> halves;  // functions over (block, row, function)
+    std::vector<float> floats;
+    std::vector<std::vector<float>> coefficients(size(found.members.count));
+    std::vector<std::int32_t> fields, block_of_cell(size(albedo_rows * depth_rows), 0);
+    for (std::size_t index = 0; index < found.blocks.size(); ++index) {
+        const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] =
+            found.blocks[index];
+        const PackedBlock block = packed_block(sums, layers, basis);
+        // A place on the last sample belongs to the last cell; short axes are sampled again.
+        const auto range_end = [](const SampleRange& cells, int samples) {
+            return samples < stencil_size ? stencil_size
+                                          : std::min(cells.first + cells.count + 1, samples);
+        };
+        for (int a = albedo_cells.first; a < range_end(albedo_cells, view.albedo.count); ++a)
+            for (int d = depth_cells.first; d < range_end(depth_cells, view.optical_depth.count);
+                 ++d)
+                block_of_cell[size(a * depth_rows + d)] = static_cast<std::int32_t>(index);
+        const auto row_count = [&](const std::vector<float>& rows) {
+            return static_cast<std::int32_t>(rows.size() / found.functions);
+        };
+        std::int32_t field[BlockField::count];
+        field[BlockField::first_albedo] = layers.albedos.first;
+        field[BlockField::albedos] = row_count(block.coefficient[0]) / block.depths;
+        field[BlockField::first_depth] = layers.depths.first;
+        field[BlockField::depths] = block.depths;
+        field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
+        field[BlockField::first_row] = row_count(coefficients[0]);
+        fields.insert(fields.end(), field, field + BlockField::count);
+        if (takes_halves)
+            append(to_halves(block.function), halves);
+        else
+            append(block.function, floats);
+        for (std::size_t m = 0; m < coefficients.size(); ++m)
+            append(block.coefficient[m], coefficients[m]);
+    }
+    const std::int32_t owner = found.members.first;
+    const std::string prefix = side_prefix(table, owner, side);
+    const std::size_t count = found.blocks.size();
+    const std::vector<std::size_t> shape{count, FunctionLayout(view).rows(), found.functions};
+    if (takes_halves)
+        file.add(prefix + functions_name, shape, halves);
     else
-        file.add(name + functions_name, shape, blocks.floats);
-    file.add(name + blocks_name, {count, size(BlockField::count)}, blocks.block);
-    const std::size_t depth_rows = size(std::max(stencil_size, table.optical_depth.count));
-    file.add(name + block_of_cell_name, {blocks.block_of_cell.size() / depth_rows, depth_rows},
-             blocks.block_of_cell);
+        file.add(prefix + functions_name, shape, floats);
+    file.add(prefix + blocks_name, {count, size(BlockField::count)}, fields);
+    file.add(prefix + block_of_cell_name, {size(albedo_rows), size(depth_rows)}, block_of_cell);
+    for (int m = owner; m <= found.members.last(); ++m) {
+        const std::vector<float>& own = coefficients[size(m - owner)];
+        file.add(side_prefix(table, m, side) + coefficients_name,
+                 {own.size() / found.functions, found.functions}, own);
+        if (m > owner)
+            file.add(side_prefix(table, m, side) + functions_of_name, {1}, std::vector{owner});
+    }
 }
 
 /// One side of all members, or of the only one.
 void add_side(TensorWriter& file, const LayerSums& sums, const std::vector<FoundBlocks>& groups,
-              Side which) {
+              Side side) {
+    for (const FoundBlocks& group : groups) add_blocks(file, sums, group, side);
     const Table& table = sums.table();
-    const auto side_prefix = [&](int member) {
-        return member_prefix(table, size(member)) + side_name(which);
-    };
-    const int members = static_cast<int>(table.member_count());
-    for (const FoundBlocks& group : groups) {
-        const PackedBlocks blocks = BlockBuilder(sums, group).take();
-        const std::int32_t owner = blocks.members.first;
-        add_functions(file, side_prefix(owner), table.view(), blocks);
-        for (int m = owner; m <= blocks.members.last(); ++m) {
-            const std::vector<float>& coefficients = blocks.coefficient[size(m - owner)];
-            file.add(side_prefix(m) + coefficients_name,
-                     {coefficients.size() / blocks.functions, blocks.functions}, coefficients);
-            if (m > owner) file.add(side_prefix(m) + functions_of_name, {1}, std::vector{owner});
-        }
-    }
     const LowerBoundary& below = table.lower_boundary;
-    if (which == Side::reflection && below.kind == LowerBoundary::Kind::layer)
-        for (int m = 0; m < members; ++m)
-            add_curve(file, side_prefix(m) + phase_name,
-                      reflected_curve(phase_function_of_member(table, size(m)), {}, &below));
+    if (side == Side::reflection && below.kind == LowerBoundary::Kind::layer)
+        for (std::size_t m = 0; m < table.member_count(); ++m)
+            add_curve(file, side_prefix(table, static_cast<int>(m), side) + phase_name,
+                      reflected_curve(phase_function_of_member(table, m), {}, &below));
 }
 
 void add_path_law(TensorWriter& file, const Table& table) {
@@ -259,8 +226,7 @@ class HeldSamples : public LayerSamples {
     explicit HeldSamples(const Table& table) : table_(table), numbers_(table.view()) {}
 
     int in_full(std::vector<int> layers, const Use& use) override {
-        DirectionList all(numbers_.count());
-        std::iota(all.begin(), all.end(), std::size_t{0});
+        const DirectionList all = numbers_.all();
         for (const int layer : layers) use_layer(layer, {all, all}, use);
         return static_cast<int>(layers.size());
     }

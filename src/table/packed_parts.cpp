@@ -40,21 +40,23 @@ AxisScale read_scale(const TensorFile& file, const std::string& name) {
     return *scale;
 }
 
-float as_float(float value) { return value; }
-float as_float(Half value) { return to_float(value); }
-
-template <class Number>
-std::shared_ptr<const PathOrders> path_orders(const TensorFile& file,
-                                              const TensorOf<Number>& orders) {
-    require(orders.shape[1] < 1 << 16, packed_caller, "orders of path_orders", "below 65536",
-            orders.shape[1]);
+std::shared_ptr<const PathOrders> path_orders(const TensorFile& file) {
+    const bool is_rounded = file.tensor(path_orders_name).type == TensorType::f16;
     std::vector<float> samples;
-    samples.reserve(orders.count());
-    for (std::size_t n = 0; n < orders.count(); ++n) samples.push_back(as_float(orders.data[n]));
+    std::vector<std::size_t> shape;
+    const auto take = [&](const auto& orders, const auto& to_number) {
+        shape = orders.shape;
+        std::transform(orders.begin(), orders.end(), std::back_inserter(samples), to_number);
+    };
+    if (is_rounded)
+        take(file.numbers<Half>(path_orders_name, 2), to_float);
+    else
+        take(file.numbers<float>(path_orders_name, 2), [](float value) { return value; });
+    require(shape[1] < 1 << 16, packed_caller, "orders of path_orders", "below 65536", shape[1]);
     return std::make_shared<const PathOrders>(
         static_cast<float>(to_number(path_offset_name, file.text(path_offset_name))),
-        to_number(path_deepest_name, file.text(path_deepest_name)),
-        static_cast<int>(orders.shape[1]) + 2, std::move(samples));
+        to_number(path_deepest_name, file.text(path_deepest_name)), static_cast<int>(shape[1]) + 2,
+        std::move(samples));
 }
 
 /// The axes of a family, whose parameters are known.
@@ -111,28 +113,24 @@ Table packed_header(const TensorFile& file) {
     prepare_header(table);
     if (!table.has_family())
         table.phase_curve = read_phase_curve(file, phase_name, 1, table.phase_function);
-    if (has_feature(file.strings(), path_law_feature)) {
-        if (table.has_family())
-            table.path_law = PathOrders::of_any(table.phase_function);
-        else
-            table.path_law = file.tensor(path_orders_name).type == TensorType::f16
-                                 ? path_orders(file, file.numbers<Half>(path_orders_name, 2))
-                                 : path_orders(file, file.numbers<float>(path_orders_name, 2));
-    }
+    if (has_feature(file.strings(), path_law_feature))
+        table.path_law =
+            table.has_family() ? PathOrders::of_any(table.phase_function) : path_orders(file);
     check_features(file.strings(), table);
     return table;
 }
 
 bool is_reserved(const std::string& name) {
-    static const std::vector<std::string> fixed{checksum_key, format_name, format_version_name,
-                                                path_offset_name, path_deepest_name};
-    if (find_entry(shared_entries, name)) return true;
-    if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) return true;
-    for (const std::string& parameter : parameter_names())
-        if (name == parameter + scale_suffix) return true;
-    return std::any_of(axis_fields.begin(), axis_fields.end(), [&](const AxisField& field) {
-        return name == std::string(field.name) + scale_suffix;
-    });
+    static const std::vector<std::string> own = [] {
+        std::vector<std::string> names{checksum_key, format_name, format_version_name,
+                                       path_offset_name, path_deepest_name};
+        for (const std::string& parameter : parameter_names())
+            names.push_back(parameter + scale_suffix);
+        for (const AxisField& field : axis_fields)
+            names.push_back(std::string(field.name) + scale_suffix);
+        return names;
+    }();
+    return find_entry(shared_entries, name) || is_listed(name, own);
 }
 
 namespace {
@@ -228,33 +226,27 @@ void set_directions(const TableView& table, SideMemory& side) {
 }
 
 /// Checks a block, and that the cubics of every cell that it serves lie within it.
-class BlockChecks {
-  public:
-    BlockChecks(const TableView& table, bool needs_infinity, std::string name)
-        : albedos_(std::max(stencil_size, table.albedo.count)),
-          depths_(std::max(stencil_size, table.optical_depth.count)),
-          needs_infinity_(needs_infinity),
-          deepest_cell_(table.optical_depth.count > 1 ? depths_ - 1 : 0),
-          name_(std::move(name)) {}
-
-    int albedos() const { return albedos_; }
-    int depths() const { return depths_; }
+struct BlockChecks {
+    const std::string& name;
+    int albedos, depths;  // samples, those of short axes four
+    bool needs_infinity;  // in this cell along depth, and those beyond
+    int deepest_cell;
 
     void check_block(const std::int32_t* block, std::size_t rows) const {
-        require_field(block[BlockField::ends_at_infinity], 0, 1, "ends_at_infinity");
-        require_field(block[BlockField::first_albedo], 0, albedos_ - stencil_size, "first_albedo");
-        require_field(block[BlockField::albedos], stencil_size,
-                      albedos_ - block[BlockField::first_albedo], "albedos");
-        require_field(block[BlockField::first_depth], 0, depths_ - stencil_size, "first_depth");
         const int infinite = block[BlockField::ends_at_infinity];
+        require_field(infinite, 0, 1, "ends_at_infinity");
+        require_field(block[BlockField::first_albedo], 0, albedos - stencil_size, "first_albedo");
+        require_field(block[BlockField::albedos], stencil_size,
+                      albedos - block[BlockField::first_albedo], "albedos");
+        require_field(block[BlockField::first_depth], 0, depths - stencil_size, "first_depth");
         require_field(block[BlockField::depths], stencil_size + infinite,
-                      depths_ - block[BlockField::first_depth] + infinite, "depths");
+                      depths - block[BlockField::first_depth] + infinite, "depths");
         const std::size_t needed =
             size(block[BlockField::albedos]) * size(block[BlockField::depths]);
         require(
             block[BlockField::first_row] >= 0 && needed <= rows &&
                 size(block[BlockField::first_row]) <= rows - needed,
-            packed_caller, "first_row of " + name_,
+            packed_caller, "first_row of " + name,
             "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
             block[BlockField::first_row]);
     }
@@ -264,30 +256,22 @@ class BlockChecks {
             const int window = std::clamp(cell - 1, 0, samples - stencil_size);
             return window >= first && window + stencil_size <= first + count;
         };
+        const int infinite = block[BlockField::ends_at_infinity];
         const bool inside =
-            within(albedo, albedos_, block[BlockField::first_albedo], block[BlockField::albedos]) &&
-            within(depth, depths_, block[BlockField::first_depth], finite_depths(block)) &&
-            (!needs_infinity_ || depth < deepest_cell_ || block[BlockField::ends_at_infinity] == 1);
+            within(albedo, albedos, block[BlockField::first_albedo], block[BlockField::albedos]) &&
+            within(depth, depths, block[BlockField::first_depth],
+                   block[BlockField::depths] - infinite) &&
+            (!needs_infinity || depth < deepest_cell || infinite == 1);
         require(inside, packed_caller,
                 "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
-                    ") of " + name_,
+                    ") of " + name,
                 "one that holds its samples", "another");
     }
 
-  private:
-    static int finite_depths(const std::int32_t* block) {
-        return block[BlockField::depths] - block[BlockField::ends_at_infinity];
-    }
-
     void require_field(int value, int least, int most, const char* field) const {
-        require(value >= least && value <= most, packed_caller, std::string(field) + " of " + name_,
+        require(value >= least && value <= most, packed_caller, std::string(field) + " of " + name,
                 "in [" + std::to_string(least) + ", " + std::to_string(most) + "]", value);
     }
-
-    int albedos_, depths_;  // samples, those of short axes four
-    bool needs_infinity_;
-    int deepest_cell_;  // and those beyond
-    std::string name_;
 };
 
 template <class Number>
@@ -343,7 +327,10 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     require_aligned(coefficients.data, name + coefficients_name);
     const std::size_t block_bytes =
         rows * functions * (side.view.halves ? sizeof(Half) : sizeof(float));
-    const BlockChecks checks(table, side.view.ends_at_infinity, of_blocks);
+    const int albedos = std::max(stencil_size, table.albedo.count),
+              depths = std::max(stencil_size, table.optical_depth.count);
+    const BlockChecks checks{of_blocks, albedos, depths, side.view.ends_at_infinity,
+                             table.optical_depth.count > 1 ? depths - 1 : 0};
     for (std::size_t b = 0; b < count; ++b) {
         const std::int32_t* const block = blocks.data + b * size(BlockField::count);
         checks.check_block(block, coefficients.shape[0]);
@@ -354,14 +341,13 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     }
     const std::string of_cells = owner + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
-    require_shape(cells, of_cells, {size(checks.albedos()), size(checks.depths())});
+    require_shape(cells, of_cells, {size(albedos), size(depths)});
     for (std::size_t cell = 0; cell < cells.count(); ++cell) {
         const std::int32_t block = cells.data[cell];
         require(block >= 0 && size(block) < count, packed_caller, of_cells,
                 "below " + std::to_string(count), block);
         checks.check_cell(blocks.data + size(block) * size(BlockField::count),
-                          static_cast<int>(cell) / checks.depths(),
-                          static_cast<int>(cell) % checks.depths());
+                          static_cast<int>(cell) / depths, static_cast<int>(cell) % depths);
         side.block_of_cell.push_back(static_cast<float>(block));
     }
 }
@@ -432,11 +418,10 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
                                 static_cast<int>(depths));
 }
 
-PackedMember packed_member(const TensorFile& file, const Table& table, std::size_t m,
-                           const PathSheetView& sheet) {
+PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, std::size_t m,
+                                  const PathSheetView& sheet) {
     const std::string prefix = member_prefix(table, m);
-    PackedMember sample{};
-    sample.extrapolation_length = table.extrapolation_lengths[m];
+    PerSide<SideMemory> sides;
     const TableView view = table.view();
     // Members that vary in parameters need no closed form: none lies at the point itself.
     const PhaseFunction phase = table.varies_parameters()
@@ -445,11 +430,11 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     const bool has_sheet = sheet.sample != nullptr;
     const float growth = has_sheet ? path_growth(*table.path_law, table.highest_order) : 0;
     for (const Side which : both_sides) {
-        SideMemory& side = sample.side[which];
+        SideMemory& side = sides[which];
         const std::string name = prefix + side_name(which);
         set_closed_forms(file, prefix, table, phase, which, side);
         set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),
-                 sample.extrapolation_length, which, side);
+                 table.extrapolation_lengths[m], which, side);
         set_directions(view, side);
         side.view.path = sheet;
         if (has_sheet) {
@@ -466,7 +451,7 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
         side.view.block = side.blocks.data();
         side.view.block_of_cell = side.block_of_cell.data();
     }
-    return sample;
+    return sides;
 }
 
 }  // namespace stratus

@@ -106,21 +106,15 @@ struct SideMemory {
     std::vector<float> no_coefficients, no_functions;  // of a side that is not held
 };
 
-/// The sides of one member.
-struct PackedMember {
-    double extrapolation_length;
-    PerSide<SideMemory> side;
-};
-
 /// All that is not a side.
 ///
 /// Errors   std::invalid_argument: one sentence on what is wrong with the file.
 Table packed_header(const TensorFile& file);
 
-/// Member m of the family, or the only one, whose numbers stay in the file, as does the sheet. Errors
-/// as above.
-PackedMember packed_member(const TensorFile& file, const Table& header, std::size_t m,
-                           const PathSheetView& sheet);
+/// The sides of member m of the family, or of the only one, whose numbers stay in the file, as does the
+/// sheet. Errors as above.
+PerSide<SideMemory> packed_member(const TensorFile& file, const Table& header, std::size_t m,
+                                  const PathSheetView& sheet);
 
 /// The path law of a file: where that has none of it, `own` is worked out and referred to; nothing of
 /// families whose members differ in it. Errors as above.

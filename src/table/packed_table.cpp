@@ -2,19 +2,18 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/size.h>
 #include <stratus/table/packed_block.h>
 
 #include "base/mapped_tensors.h"
-#include <stratus/base/size.h>
-
 #include "layer_blend.h"
 #include "lookup_arguments.h"
 #include "packed_parts.h"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <new>
-#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -54,17 +53,12 @@ void at_many(const PackedSide& side, const PackedKernel& kernel, const PackedPoi
     std::copy(found, found + rest, total + whole);
 }
 
-/// Memory aligned as files are.
-using AlignedBytes = std::unique_ptr<char, void (*)(char*)>;
-
-void delete_aligned(char* memory) { operator delete (memory, std::align_val_t{packed_alignment}); }
-
-AlignedBytes no_copy() { return {nullptr, delete_aligned}; }
-
-AlignedBytes aligned_copy(const std::vector<char>& bytes) {
-    AlignedBytes copy(static_cast<char*>(operator new (std::max<std::size_t>(1, bytes.size()),
-                                                       std::align_val_t{packed_alignment})),
-                      delete_aligned);
+/// A copy of the bytes of a file, aligned as files are.
+std::shared_ptr<char> aligned_copy(const std::vector<char>& bytes) {
+    constexpr std::align_val_t alignment{packed_alignment};
+    std::shared_ptr<char> copy(
+        static_cast<char*>(operator new(std::max<std::size_t>(1, bytes.size()), alignment)),
+        [](char* memory) { operator delete(memory, alignment); });
     std::copy(bytes.begin(), bytes.end(), copy.get());
     return copy;
 }
@@ -85,18 +79,16 @@ void require_packed(const void* data, std::size_t bytes) {
 }  // namespace
 
 struct PackedTable::Contents {
-    std::optional<MappedFile> mapped;
-    AlignedBytes copy;
+    std::shared_ptr<const void> owner;  // of the data; null: the caller
     const void* data;
     std::size_t bytes;
     Table header;
     TableView view;  // of the header
     PathSheet own_sheet;
-    std::vector<PackedMember> members;
+    std::vector<PerSide<SideMemory>> members;
 
-    Contents(std::optional<MappedFile> mapped_, AlignedBytes copy_, const void* data_,
-             std::size_t bytes_)
-        : mapped(std::move(mapped_)), copy(std::move(copy_)), data(data_), bytes(bytes_) {
+    Contents(std::shared_ptr<const void> owner_, const void* data_, std::size_t bytes_)
+        : owner(std::move(owner_)), data(data_), bytes(bytes_) {
         require_aligned(data, "the file");
         require_packed(data, bytes);
         const TensorFile file(data, bytes);
@@ -109,7 +101,7 @@ struct PackedTable::Contents {
                 "one that holds reflection or transmission", "neither");
     }
 
-    bool holds(Side side) const { return members[0].side[side].no_functions.empty(); }
+    bool holds(Side side) const { return members[0][side].no_functions.empty(); }
 
     /// 1 where there is no mixture, which is not looked at.
     double share_in_range(double mixture) const noexcept {
@@ -132,7 +124,7 @@ struct PackedTable::Contents {
     }
 
     const SideMemory& side_memory(const FamilyStencil& around, int k, Side side) const noexcept {
-        return members[size(around.member[k])].side[side];
+        return members[size(around.member[k])][side];
     }
 
     /// All that leaves the far side meets a lower boundary.
@@ -219,19 +211,8 @@ struct PackedTable::Contents {
         }
         if constexpr (lookups_are_checked)
             for (std::size_t n = 0; n < points.count; ++n) point(n);
-        add_members(side, points, total, share_in_range(share));
-        for (std::size_t n = 0; n < points.count; ++n) total[n] = total[n] < 0 ? 0 : total[n];
-    }
-
-    void add_members(Side side, const PackedPoints& points, float* total,
-                     double share) const noexcept {
-        if (!header.has_family()) {
-            const SideMemory& memory = members[0].side[side];
-            at_many(memory.view, *memory.kernel, points, total);
-            return;
-        }
         std::fill(total, total + points.count, 0.0f);
-        const FamilyStencil around = members_around(share);
+        const FamilyStencil around = members_around(share_in_range(share));
         for (int m = 0; m < around.count; ++m) {
             if (around.weight[m] == 0) continue;
             const SideMemory& memory = side_memory(around, m, side);
@@ -247,27 +228,25 @@ struct PackedTable::Contents {
                     total[first + n] += around.weight[m] * found[n];
             }
         }
+        for (std::size_t n = 0; n < points.count; ++n) total[n] = total[n] < 0 ? 0 : total[n];
     }
 };
 
 PackedTable::PackedTable(const std::string& path) {
-    MappedFile file(path);
-    const void* const data = file.data();
-    const std::size_t size = file.bytes();
+    const auto file = std::make_shared<const MappedFile>(path);
     try {
-        contents_ = std::make_unique<const Contents>(std::move(file), no_copy(), data, size);
+        contents_ = std::make_unique<const Contents>(file, file->data(), file->bytes());
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(path + ": " + error.what());
     }
 }
 
 PackedTable::PackedTable(const void* data, std::size_t bytes)
-    : contents_(std::make_unique<const Contents>(std::nullopt, no_copy(), data, bytes)) {}
+    : contents_(std::make_unique<const Contents>(nullptr, data, bytes)) {}
 
 PackedTable::PackedTable(const std::vector<char>& bytes) {
-    AlignedBytes copy = aligned_copy(bytes);
-    const char* const data = copy.get();
-    contents_ = std::make_unique<const Contents>(std::nullopt, std::move(copy), data, bytes.size());
+    const std::shared_ptr<char> copy = aligned_copy(bytes);
+    contents_ = std::make_unique<const Contents>(copy, copy.get(), bytes.size());
 }
 
 PackedTable::PackedTable(PackedTable&&) noexcept = default;
@@ -417,7 +396,7 @@ Table PackedTable::unpacked() const {
 }
 
 const PackedSide& PackedTable::side(Side side) const noexcept {
-    return contents_->members[0].side[side].view;
+    return contents_->members[0][side].view;
 }
 
 bool PackedTable::is_intact() const {

@@ -283,9 +283,8 @@ void prepare_header(Table& table) {
 }
 
 void prepare(Table& table) {
-    check(table);
-    if (!table.has_family()) table.extrapolation_lengths = {table.extrapolation_length};
-    work_out_weights(table);
+    prepare_header(table);
+    check_samples(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 

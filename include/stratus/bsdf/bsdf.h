@@ -71,41 +71,25 @@ class DirectionDensity {
         float half_over_bend;  // 1 / (2 (1 - slope))
     };
 
-    const Peaks& peaks(Side side) const noexcept { return peaks_[static_cast<int>(side)]; }
+    const Peaks& peaks(Side side) const noexcept { return peaks_[side]; }
 
     /// True where samples lie in the coordinates of sharp peaks.
     bool is_peaked() const noexcept { return is_peaked_; }
 
-    /// All samples, for those who draw elsewhere: over (mu_in, line, azimuth), and what is
-    /// cumulative over (mu_in, line, azimuth and its end) and over (mu_in, line and its end).
-    const std::vector<float>& samples() const noexcept { return density_; }
-    const std::vector<float>& along_azimuth() const noexcept { return along_azimuth_; }
-    const std::vector<float>& over_lines() const noexcept { return over_lines_; }
+    /// All samples, for those who draw elsewhere; a line has one mu_out.
+    struct Samples {
+        std::vector<float> density;        // over (mu_in, line, azimuth)
+        std::vector<float> along_azimuth;  // cumulative, 0 to 1, in each line
+        std::vector<float> over_lines;     // cumulative, 0 to 1, for each mu_in
+    };
+    const std::vector<float>& samples() const noexcept { return samples_.density; }
+    const std::vector<float>& along_azimuth() const noexcept { return samples_.along_azimuth; }
+    const std::vector<float>& over_lines() const noexcept { return samples_.over_lines; }
 
   private:
-    struct LobeGrid;
-    struct PeakedGrid;
-    template <class Grid>
-    struct SamplePlace;
-    struct DrawnLine;
-    template <class Grid>
-    double fill(int channels, const Light& light);
-    template <class Grid>
-    float at(const SamplePlace<Grid>& place) const noexcept;
-    template <class Grid, Side side>
-    Direction draw(const DrawnLine& given) const noexcept;
-    template <class Grid>
-    Direction sample_grid(const Inclination& in, float u1, float u2, float u3) const noexcept;
-    float lobe_pdf(Side side, const Inclination& in, const Inclination& out,
-                   const HalfAzimuth& half) const noexcept;
-    float peaked_pdf(Side side, const Inclination& in, const Inclination& out,
-                     const HalfAzimuth& half) const noexcept;
-
-    Peaks peaks_[2];  // over Side
+    PerSide<Peaks> peaks_;
     bool is_peaked_ = false;
-    std::vector<float> density_;        // over (mu_in, line, azimuth); a line has one mu_out
-    std::vector<float> along_azimuth_;  // cumulative, 0 to 1, in each line
-    std::vector<float> over_lines_;     // cumulative, 0 to 1, for each mu_in
+    Samples samples_;
 };
 
 // A BSDF: a slice that can also draw directions in proportion to the light scattered into them.

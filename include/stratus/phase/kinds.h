@@ -2,17 +2,18 @@
 // and mie.h. Each kind provides:
 //
 //     static constexpr PhaseKind kind                       how users write it
-//     static Kind read(PhaseText&)                          its parameter's value, if it has one
+//     static Kind read(PhaseText&, const std::string& first)
+//                                                           if it has parameters: the value of `first`, the
+//                                                           first one in a text, and any that follow
 //     std::string parameter_text() const                    what `read` turns into it again
 //     double operator()(double cos_theta) const noexcept    its value, mean 1, |cos_theta| <= 1
 //     std::vector<double> moments(std::size_t count) const  chi_0 .. chi_{count-1}, count >= 1
-//     bool is_isotropic() const noexcept                    true when it is 1 everywhere
 //     std::string caption() const                           what pictures call it
+//     bool is_isotropic() const noexcept                    true when it is 1 everywhere
 //     std::optional<PhaseClosedForm> closed_form() const    none: fast lookups sample it
 //
-// A kind of several parameters has `read(PhaseText&, const std::string& first)` instead, which reads
-// the value of the parameter `first` and goes on to others with PhaseText::parameter, and its
-// parameter_text names them all (mie.h).
+// The last two are those of SampledPhase unless a kind has its own. A kind of several parameters goes on
+// to those after the first with PhaseText::parameter (mie.h).
 //
 // A new kind is such a struct, its place in `PhaseFunction::Term` and its tests.
 #pragma once
@@ -40,7 +41,6 @@ struct PhaseKind {
     const char* help;  // what the example is, in a few words
 
     constexpr bool has_parameter() const { return parameters[0] != nullptr; }
-    constexpr bool has_several_parameters() const { return parameters[1] != nullptr; }
     std::vector<std::string> parameter_names() const {
         std::vector<std::string> names;
         for (const char* parameter : parameters)
@@ -54,6 +54,12 @@ struct PhaseKind {
 struct PhaseClosedForm {
     double polynomial[3] = {0, 0, 0};
     std::optional<double> lobe_g = {};
+};
+
+/// What most kinds have in common.
+struct SampledPhase {
+    bool is_isotropic() const noexcept { return false; }
+    std::optional<PhaseClosedForm> closed_form() const { return {}; }
 };
 
 /// chi_0 = 1 and nothing else: what most kinds start from.
@@ -75,7 +81,7 @@ struct Isotropic {
 };
 
 /// 3/4 (1 + cos^2 Theta). [Blinn82] 3.4
-struct Rayleigh {
+struct Rayleigh : SampledPhase {
     static constexpr PhaseKind kind{"rayleigh", {}, false, "rayleigh", "3/4 (1 + cos^2 Theta)"};
 
     double operator()(double c) const noexcept { return 0.75 * (1 + c * c); }
@@ -86,7 +92,6 @@ struct Rayleigh {
         return chi;
     }
 
-    bool is_isotropic() const noexcept { return false; }
     std::string caption() const { return "Rayleigh"; }
 
     std::optional<PhaseClosedForm> closed_form() const {
@@ -102,7 +107,7 @@ struct Anisotropic {
     double x;
 
     explicit Anisotropic(double x);
-    static Anisotropic read(PhaseText& text);
+    static Anisotropic read(PhaseText& text, const std::string& first);
     std::string parameter_text() const;
 
     double operator()(double c) const noexcept { return 1 - x * c; }
@@ -119,7 +124,7 @@ struct Anisotropic {
 };
 
 /// A sphere whose surface obeys Lambert's law: (8 / 3 pi) (sin a + (pi - a) cos a). [Blinn82] 3.3
-struct LambertSphere {
+struct LambertSphere : SampledPhase {
     static constexpr PhaseKind kind{"lambert_sphere",
                                     {},
                                     false,
@@ -146,9 +151,7 @@ struct LambertSphere {
         return chi;
     }
 
-    bool is_isotropic() const noexcept { return false; }
     std::string caption() const { return "Lambert sphere"; }
-    std::optional<PhaseClosedForm> closed_form() const { return {}; }
 };
 
 /// (1 - g^2) / (1 + g^2 - 2 g cos Theta)^(3/2), |g| < 1. [Blinn82] 3.5
@@ -162,7 +165,7 @@ struct HenyeyGreenstein {
     double g;
 
     explicit HenyeyGreenstein(double g);
-    static HenyeyGreenstein read(PhaseText& text);
+    static HenyeyGreenstein read(PhaseText& text, const std::string& first);
     std::string parameter_text() const;
 
     double operator()(double c) const noexcept {

@@ -66,7 +66,7 @@ std::complex<double> index_of_refraction(const Droplets& droplets);
 /// Cost     of the first value, at 0.55 um: 0.03 s for a cloud of 10 um, 1.6 s for 50 um, 10 s for
 ///          100 um, two minutes for 200 um; all objects of the same droplets share one table.
 /// Threads  may be constructed and asked by several at a time.
-struct Mie {
+struct Mie : SampledPhase {
     static constexpr PhaseKind kind{
         "mie",
         {"radius", "variance", "distribution", "mode_radius", "alpha", "gamma", "wavelength",
@@ -95,9 +95,7 @@ struct Mie {
 
     double operator()(double c) const noexcept;
     std::vector<double> moments(std::size_t count) const;
-    bool is_isotropic() const noexcept { return false; }
     std::string caption() const;
-    std::optional<PhaseClosedForm> closed_form() const { return {}; }
 
     struct Scattering {
         double albedo, extinction_efficiency;

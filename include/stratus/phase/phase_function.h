@@ -44,13 +44,17 @@ class PhaseFunction {
     ~PhaseFunction();
 
     // Each kind by name; std::invalid_argument names the allowed range, given with each kind.
-    static PhaseFunction isotropic();
-    static PhaseFunction rayleigh();
-    static PhaseFunction anisotropic(double x);
-    static PhaseFunction lambert_sphere();
-    static PhaseFunction henyey_greenstein(double g);
-    static PhaseFunction tabulated(std::vector<double> phase_angle_deg, std::vector<double> value);
-    static PhaseFunction from_moments(std::vector<double> chi);
+    static PhaseFunction isotropic() { return PhaseFunction(Isotropic{}); }
+    static PhaseFunction rayleigh() { return PhaseFunction(Rayleigh{}); }
+    static PhaseFunction anisotropic(double x) { return PhaseFunction(Anisotropic(x)); }
+    static PhaseFunction lambert_sphere() { return PhaseFunction(LambertSphere{}); }
+    static PhaseFunction henyey_greenstein(double g) { return PhaseFunction(HenyeyGreenstein(g)); }
+    static PhaseFunction tabulated(std::vector<double> phase_angle_deg, std::vector<double> value) {
+        return PhaseFunction(Tabulated(std::move(phase_angle_deg), std::move(value)));
+    }
+    static PhaseFunction from_moments(std::vector<double> chi) {
+        return PhaseFunction(Moments(std::move(chi)));
+    }
 
     /// Weights >= 0 with a positive sum; they are divided by it. Sums of sums are flattened,
     /// weights of 0 left out.

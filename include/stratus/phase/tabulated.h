@@ -25,7 +25,7 @@ struct PhaseTableOptions {
 /// double Henyey-Greenstein function c1 HG(g1) + c2 HG(g2), g1 >= 0 >= g2, times what makes it meet
 /// the outer row. It is fitted, by least squares of relative errors, to the rows within 40 degrees
 /// of an end that is continued.
-struct Tabulated {
+struct Tabulated : SampledPhase {
     static constexpr PhaseKind kind{
         "tabulated",
         {"points"},
@@ -59,7 +59,7 @@ struct Tabulated {
     Tabulated(std::vector<double> phase_angle_deg, std::vector<double> value,
               const Options& options = {});
 
-    static Tabulated read(PhaseText& text);
+    static Tabulated read(PhaseText& text, const std::string& first);
     std::string parameter_text() const;
 
     /// The names of options, in a text after commas.
@@ -72,11 +72,9 @@ struct Tabulated {
 
     double operator()(double c) const noexcept;
     std::vector<double> moments(std::size_t count) const;
-    bool is_isotropic() const noexcept { return false; }
     std::string caption() const {
         return "tabulated at " + std::to_string(value.size()) + " angles";
     }
-    std::optional<PhaseClosedForm> closed_form() const { return {}; }
 
   private:
     void continue_by_fit(const RowName& row_name);
@@ -85,7 +83,7 @@ struct Tabulated {
 };
 
 /// A phase function given by its Legendre moments alone.
-struct Moments {
+struct Moments : SampledPhase {
     static constexpr PhaseKind kind{
         "moments", {"chi"}, true, "moments:file=haze.csv", "Legendre moments: columns l, chi"};
 
@@ -100,14 +98,13 @@ struct Moments {
     Moments(std::vector<double> chi, const RowName& row_name);
     explicit Moments(std::vector<double> chi);
 
-    static Moments read(PhaseText& text);
+    static Moments read(PhaseText& text, const std::string& first);
     std::string parameter_text() const;
 
     double operator()(double c) const noexcept;
     std::vector<double> moments(std::size_t count) const;
     bool is_isotropic() const noexcept;
     std::string caption() const { return std::to_string(chi.size()) + " Legendre moments"; }
-    std::optional<PhaseClosedForm> closed_form() const { return {}; }
 };
 
 }  // namespace stratus

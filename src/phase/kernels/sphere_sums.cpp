@@ -132,9 +132,8 @@ void amplitudes(const double* sum, const double* difference, std::size_t first, 
     for (int k = 0; k < 4; ++k) store(part[k], value[k]);
 }
 
-template <double (AngleLanes::*part)[mie_lanes]>
-void add_form(const double* matrix, std::size_t size, const AngleLanes* angle, std::size_t groups,
-              double (*value)[mie_lanes]) {
+void add_form(double (AngleLanes::*part)[mie_lanes], const double* matrix, std::size_t size,
+              const AngleLanes* angle, std::size_t groups, double (*value)[mie_lanes]) {
     constexpr std::size_t chunk = 128;  // columns: what the first cache holds of so many rows
     for (std::size_t begin = 0; begin < size; begin += chunk) {
         const std::size_t end = begin + chunk < size ? begin + chunk : size;
@@ -159,9 +158,7 @@ void add_form(const double* matrix, std::size_t size, const AngleLanes* angle, s
 
 template <>
 const SphereSums& functions_for<SphereSums, InstructionSet::STRATUS_ISA>() noexcept {
-    static constexpr SphereSums sphere_sums{coefficients, add_products, amplitudes,
-                                            add_form<&AngleLanes::sum>,
-                                            add_form<&AngleLanes::difference>};
+    static constexpr SphereSums sphere_sums{coefficients, add_products, amplitudes, add_form};
     return sphere_sums;
 }
 

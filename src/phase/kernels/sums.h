@@ -57,10 +57,8 @@ struct SphereSums {
 
     /// Adds v^T matrix v at `groups` times mie_lanes angles, v the sums or the differences of their
     /// terms, `size` of each group; the matrix is 0 left of its diagonal.
-    void (*add_sum_form)(const double* matrix, std::size_t size, const AngleLanes* angle,
-                         std::size_t groups, double (*value)[mie_lanes]);
-    void (*add_difference_form)(const double* matrix, std::size_t size, const AngleLanes* angle,
-                                std::size_t groups, double (*value)[mie_lanes]);
+    void (*add_form)(double (AngleLanes::*part)[mie_lanes], const double* matrix, std::size_t size,
+                     const AngleLanes* angle, std::size_t groups, double (*value)[mie_lanes]);
 };
 
 /// Rows of numbers over orders, each number twice: `columns` of them, 64 or more.

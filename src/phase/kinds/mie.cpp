@@ -185,10 +185,6 @@ double read_length(PhaseText& text, const std::string& parameter) {
                 "=0.55um, got '" + given + "'");
 }
 
-bool is_listed(const std::string& word, const std::vector<std::string>& words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
-}
-
 /// True where a parameter's value ends.
 bool value_ends(PhaseText& text) { return text.at_end() || text.next_is(',') || text.next_is('+'); }
 
@@ -473,10 +469,9 @@ std::vector<double> Mie::moments(std::size_t count) const {
 }
 
 std::string Mie::caption() const {
-    const char* const what = droplets.material == Droplets::Material::water ? "water"
-                             : droplets.material == Droplets::Material::ice ? "ice"
-                                                                            : "";
-    const std::string material = *what != '\0' ? what : "index " + index_text(droplets.index);
+    const std::string material = droplets.material == Droplets::Material::other
+                                     ? "index " + index_text(droplets.index)
+                                     : materials()[static_cast<std::size_t>(droplets.material)];
     return "Mie " + material + " " + short_number(effective_size(droplets).radius, 3) + " um at " +
            short_number(droplets.wavelength, 3) + " um";
 }

@@ -250,25 +250,21 @@ void Tabulated::continue_by_fit(const RowName& row_name) {
     const DoubleLobe lobe = fitted(rows);
     fitted_g_[0] = lobe.c[0] > 0 ? lobe.g[0] : 0;
     fitted_g_[1] = lobe.c[1] > 0 ? lobe.g[1] : 0;
-    const auto knot = [&](double angle, double row_angle, double row_value) {
-        return row_value * (lobe(angle) / lobe(row_angle));
-    };
-    std::vector<double> angle_deg, joined_value;
-    const auto add = [&](double angle, double of) {
-        angle_deg.push_back(angle);
-        joined_value.push_back(of);
+    knot_angle_deg.clear();
+    knot_value.clear();
+    const auto add = [&](double angle, double brightness) {
+        knot_angle_deg.push_back(angle);
+        knot_value.push_back(brightness);
     };
     for (int i = 0; first > 0 && i < tail_samples; ++i) {
         const double angle = first * tail_share(i);
-        add(angle, knot(angle, first, value.front()));
+        add(angle, value.front() * (lobe(angle) / lobe(first)));
     }
     for (std::size_t i = 0; i < value.size(); ++i) add(phase_angle_deg[i], value[i]);
     for (int i = tail_samples - 1; last < 180 && i >= 0; --i) {
         const double angle = 180 - (180 - last) * tail_share(i);
-        add(angle, knot(angle, last, value.back()));
+        add(angle, value.back() * (lobe(angle) / lobe(last)));
     }
-    knot_angle_deg = std::move(angle_deg);
-    knot_value = std::move(joined_value);
 }
 
 std::string Tabulated::continuation() const {
@@ -304,7 +300,7 @@ Tabulated::Options Tabulated::read_options(PhaseText& text) {
     return options;
 }
 
-Tabulated Tabulated::read(PhaseText& text) {
+Tabulated Tabulated::read(PhaseText& text, const std::string&) {
     std::vector<double> angle_deg, value;
     do {
         angle_deg.push_back(text.number("tabulated: the angle of a point"));
@@ -317,8 +313,8 @@ Tabulated Tabulated::read(PhaseText& text) {
 std::string Tabulated::parameter_text() const {
     std::string points;
     for (std::size_t i = 0; i < value.size(); ++i)
-        points +=
-            (i == 0 ? "" : "/") + shortest_text(phase_angle_deg[i]) + ' ' + shortest_text(value[i]);
+        points += (i == 0 ? "points=" : "/") + shortest_text(phase_angle_deg[i]) + ' ' +
+                  shortest_text(value[i]);
     if (options.tail == Tail::hg) points += ",tail=hg";
     if (options.geometric_albedo)
         points += ",geometric_albedo=" + shortest_text(*options.geometric_albedo);
@@ -417,7 +413,7 @@ Moments::Moments(std::vector<double> given, const RowName& row_name) : chi(std::
 Moments::Moments(std::vector<double> given)
     : Moments(std::move(given), [](std::size_t) { return std::string(); }) {}
 
-Moments Moments::read(PhaseText& text) {
+Moments Moments::read(PhaseText& text, const std::string&) {
     std::vector<double> chi = {text.number("moments: chi")};
     while (!text.at_end() && !text.next_is('+')) chi.push_back(text.number("moments: chi"));
     return Moments(std::move(chi));
@@ -425,7 +421,7 @@ Moments Moments::read(PhaseText& text) {
 
 std::string Moments::parameter_text() const {
     std::string list;
-    for (const double moment : chi) list += (list.empty() ? "" : " ") + shortest_text(moment);
+    for (const double moment : chi) list += (list.empty() ? "chi=" : " ") + shortest_text(moment);
     return list;
 }
 

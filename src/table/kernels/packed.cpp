@@ -96,11 +96,16 @@ class Sums {
     Words<lanes> sum_[stencil_size] = {};
 };
 
-/// Returns use(n) with the number of functions of a side as a type, for loops that the compiler unrolls.
+/// Returns use(functions, number, unit): how many functions a row of a side has and what they are stored as,
+/// both as types, for loops that the compiler unrolls; and what to multiply their sums by.
 template <class Use>
-STRATUS_INLINE auto with_functions(const PackedSide& side, const Use& use) {
-    return side.functions == fewest_functions ? use(std::integral_constant<int, fewest_functions>())
-                                              : use(std::integral_constant<int, most_functions>());
+STRATUS_INLINE auto with_rows(const PackedSide& side, const Use& use) {
+    const auto with_numbers = [&](auto functions) {
+        return side.halves ? use(functions, Half{}, half_scale) : use(functions, 0.0f, 1.0f);
+    };
+    return side.functions == fewest_functions
+               ? with_numbers(std::integral_constant<int, fewest_functions>())
+               : with_numbers(std::integral_constant<int, most_functions>());
 }
 
 /// The coefficients of lookup n of a plan, from the `first` on.
@@ -160,12 +165,10 @@ STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& 
 
 template <int lanes, bool azimuthal, int width>
 STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan, int n) {
-    const float sum = with_functions(side, [&](auto functions) {
-        return side.halves
-                   ? half_scale * contracted_rows<functions, lanes, Half, azimuthal>(side, plan, n)
-                   : contracted_rows<functions, lanes, float, azimuthal>(side, plan, n);
-    });
-    return plan.factor[n] * sum;
+    return plan.factor[n] * with_rows(side, [&](auto functions, auto number, float unit) {
+               return unit *
+                      contracted_rows<functions, lanes, decltype(number), azimuthal>(side, plan, n);
+           });
 }
 
 /// All words of a row times a factor: of(first) gives those from the `first` number on.
@@ -215,8 +218,8 @@ void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t c
     }
 }
 
-template <Side which, PhaseForm form, bool azimuthal, int functions>
-STRATUS_INLINE void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3],
+template <Side which, PhaseForm form, bool azimuthal, int functions, class Number>
+STRATUS_INLINE void evaluate_layers(const PackedSide& side, float unit, const PackedPoint (&at)[3],
                                     float (&multiple)[3]) {
     const LightPath path = light_path<which>(at[0].mu_in, at[0].mu_out, at[0].azimuth);
     const DirectionWindow<float> directions =
@@ -231,24 +234,14 @@ STRATUS_INLINE void evaluate_layers(const PackedSide& side, const PackedPoint (&
         }
         Plan<1> plan;
         prepare<which, form, azimuthal>(side, at[k], path, directions, 0, plan);
-        if (plan.function[0] != summed) {  // else of the same block
-            if (side.halves)
-                store_row<functions, word_width>(
-                    half_scale,
-                    [&](int first) {
-                        return blend_functions<functions, word_width, Half, azimuthal>(side, plan,
-                                                                                       0, first);
-                    },
-                    function);
-            else
-                store_row<functions, word_width>(
-                    1,
-                    [&](int first) {
-                        return blend_functions<functions, word_width, float, azimuthal>(side, plan,
-                                                                                        0, first);
-                    },
-                    function);
-        }
+        if (plan.function[0] != summed)  // else of the same block
+            store_row<functions, word_width>(
+                unit,
+                [&](int first) {
+                    return blend_functions<functions, word_width, Number, azimuthal>(side, plan, 0,
+                                                                                     first);
+                },
+                function);
         summed = plan.function[0];
         float coefficient[functions];
         store_row<functions, word_width>(
@@ -263,21 +256,10 @@ STRATUS_INLINE void evaluate_layers(const PackedSide& side, const PackedPoint (&
 
 template <Side which, PhaseForm form, bool azimuthal>
 void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (&multiple)[3]) {
-    with_functions(side, [&](auto functions) {
-        evaluate_layers<which, form, azimuthal, functions>(side, at, multiple);
+    with_rows(side, [&](auto functions, auto number, float unit) {
+        evaluate_layers<which, form, azimuthal, functions, decltype(number)>(side, unit, at,
+                                                                             multiple);
     });
-}
-
-template <int functions, class Number>
-STRATUS_INLINE void sum_rows(const float* coefficient, const void* function, std::size_t rows,
-                             float* value) {
-    const auto* at = static_cast<const Number*>(function);
-    for (std::size_t row = 0; row < rows; ++row, at += functions) {
-        Word<lane_width> sum{};
-        for (int word = 0; word < functions / lane_width; ++word)
-            sum += load_word<lane_width>(coefficient, word) * load_word<lane_width>(at, word);
-        value[row] = reduce_sum<lane_width>(sum);
-    }
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
@@ -287,19 +269,21 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
     prepare<which, form, azimuthal>(side, at, 0, plan);
     float factor = plan.factor[0];
     if (side.divided) factor = factor / shares_at(at.optical_depth, at.mu_in, at.mu_out);
-    if (side.halves) factor = factor * half_scale;
     const auto cell = layer_window(side, at.co_albedo, at.optical_depth).cell;
     const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
-    with_functions(side, [&](auto functions) {
+    with_rows(side, [&](auto functions, auto number, float unit) {
         float coefficient[functions];
         store_row<functions, word_width>(
-            factor,
+            factor * unit,
             [&](int first) { return blend_coefficients<functions, word_width>(plan, 0, first); },
             coefficient);
-        if (side.halves)
-            sum_rows<functions, Half>(coefficient, block.function, rows, multiple);
-        else
-            sum_rows<functions, float>(coefficient, block.function, rows, multiple);
+        const auto* row = static_cast<const decltype(number)*>(block.function);
+        for (std::size_t n = 0; n < rows; ++n, row += functions) {
+            Word<lane_width> sum{};
+            for (int word = 0; word < functions / lane_width; ++word)
+                sum += load_word<lane_width>(coefficient, word) * load_word<lane_width>(row, word);
+            multiple[n] = reduce_sum<lane_width>(sum);
+        }
     });
 }
 

@@ -53,6 +53,10 @@ inline std::string joined(const std::vector<std::string>& words, const char* bet
     return text;
 }
 
+inline bool is_listed(const std::string& word, const std::vector<std::string>& words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
 /// The known name nearest to `given`, by letters changed, added or left out; empty when none is
 /// known.
 inline std::string nearest_name(const std::string& given, const std::vector<std::string>& known) {

@@ -7,7 +7,12 @@
 // through these two functions; what is left after dividing by them is smooth.
 #pragma once
 
+#include <cmath>
+
 namespace stratus {
+
+/// (1 - exp(-z)) / z for z >= 0, 1 at z = 0: the mean of exp(-x) over [0, z].
+inline double mean_of_exponential(double z) noexcept { return z == 0 ? 1 : -std::expm1(-z) / z; }
 
 /// How transmission falls with depth: sinh(k q) / sinh(k (tau + q)), at k = 0 q / (tau + q); 1 at
 /// depth 0, 0 at infinity.

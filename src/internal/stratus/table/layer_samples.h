@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <numeric>
 #include <vector>
 
 namespace stratus {
@@ -40,6 +41,11 @@ class DirectionNumbers {
     }
     std::size_t pairs() const { return pair(ins_ - 1, symmetric_ ? ins_ - 1 : outs_ - 1) + 1; }
     std::size_t count() const { return pairs() * static_cast<std::size_t>(azimuths_); }
+    DirectionList all() const {
+        DirectionList directions(count());
+        std::iota(directions.begin(), directions.end(), std::size_t{0});
+        return directions;
+    }
 
     /// Returns where ascending directions lie among the samples of a layer, over (mu_in, mu_out,
     /// azimuth).

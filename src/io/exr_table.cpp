@@ -33,6 +33,7 @@
 #include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
@@ -299,7 +300,8 @@ Imf::Header part_header(const SampleField& field, const std::string& layout,
     header.compression() = Imf::PIZ_COMPRESSION;
     header.channels().insert(channel_name, Imf::Channel(Imf::FLOAT));
     header.insert(layout_attribute, Imf::StringAttribute(layout));
-    header.insert(checksum_attribute, Imf::StringAttribute(checksum(std::span(samples))));
+    header.insert(checksum_attribute,
+                  Imf::StringAttribute(checksum(std::as_bytes(std::span(samples)))));
     return header;
 }
 
@@ -387,7 +389,7 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
     if (!ignore_checksums) {
         Metadata texts = text_attributes(header, checksum_attribute, true);
         check_checksum(name, take(texts, checksum_attribute),
-                       checksum(std::span<const float>(samples)));
+                       checksum(std::as_bytes(std::span(samples))));
     }
     return samples;
 }
@@ -398,8 +400,7 @@ void write_exr(const Table& table, const Metadata& metadata, const std::filesyst
                const WriteOptions&) {
     const std::vector<SampleField> fields = listed_samples(metadata);
     const std::vector<Imf::Header> headers = make_headers(table, metadata, fields);
-    Bytes bytes;
-    MemoryOutput stream(bytes, "table");
+    Imf::StdOSStream stream;  // in memory
     {
         Imf::MultiPartOutputFile file(stream, headers.data(), static_cast<int>(headers.size()));
         for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -411,7 +412,7 @@ void write_exr(const Table& table, const Metadata& metadata, const std::filesyst
             part.writePixels(static_cast<int>(size.height));
         }
     }  // the destructor completes the file
-    write_bytes(path, bytes);
+    write_bytes(path, stream.str());
 }
 
 Table decode_exr(const Bytes& bytes, const ReadOptions& options) {

@@ -297,16 +297,15 @@ void write_entry(hid_t object, const std::string& name, const std::string& text)
             return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, new_scalar(),
                                    &value);
         }
-        case MetadataEntry::Type::number: {
-            const double value = to_number(name, text);
-            return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, new_scalar(),
-                                   &value);
-        }
+        case MetadataEntry::Type::number:
         case MetadataEntry::Type::numbers: {
             const std::vector<double> values = to_numbers(name, text);
             const std::size_t count = values.size();
             return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                                   new_dataspace({&count, 1}), values.data());
+                                   entry_type(name) == MetadataEntry::Type::number
+                                       ? new_scalar()
+                                       : new_dataspace({&count, 1}),
+                                   values.data());
         }
     }
 }

@@ -78,10 +78,8 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
         if (in_chunks) write_chunks(dataset, name, extents, values, options);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
-    if constexpr (std::is_same_v<Number, float>)
-        write_text(dataset, checksum_name, checksum(values, [&] { release_samples(options); }));
-    else
-        write_text(dataset, checksum_name, checksum(values));
+    write_text(dataset, checksum_name,
+               checksum(std::as_bytes(values), [&] { release_samples(options); }));
     return dataset;
 }
 
@@ -160,7 +158,7 @@ std::vector<Number> read_values(const Source& source, hid_t dataset, const std::
         "read dataset " + name);
     if (!source.ignore_checksums)
         check_checksum(name, read_text(dataset, checksum_name),
-                       checksum(std::span<const Number>(values)));
+                       checksum(std::as_bytes(std::span(values))));
     return values;
 }
 

@@ -82,16 +82,14 @@ Eigen::MatrixXd compute_covariance(const Problem& problem, const Problem::Point&
         curvature.eigenvectors() *
         curvature.eigenvalues().cwiseMax(min_curvature).cwiseInverse().asDiagonal() *
         curvature.eigenvectors().transpose();
-    const Eigen::MatrixXd jacobian = problem.space().derivatives(at);
+    const Eigen::MatrixXd jacobian = problem.space.derivatives(at);
     return jacobian * in_cube * jacobian.transpose();
 }
 
 /// The best fit near these starts; where the model's error is too large there, from its minima by
 /// a finer one.
-Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
-             const ParameterSpace& space, const std::vector<Observation>& observations,
-             const FitOptions& options) {
-    const Problem problem(model, space, observations, options);
+Fit fit_near(const std::vector<Minimum>& starts, const Problem& problem) {
+    const auto& [model, space, observations, options] = problem;
     const std::vector<Minimum> minima = descend_from(starts, problem);
     const Minimum& best = minima.front();
     const Eigen::MatrixXd covariance = compute_covariance(problem, best.at);
@@ -101,28 +99,26 @@ Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
     const double error = model.error(layer, observations);
     if (error > tolerated)
         if (const auto finer = model.refined(layer, observations, tolerated))
-            return fit_near(minima, *finer, space, observations, options);
+            return fit_near(minima, {*finer, space, observations, options});
 
     Fit fit;
     const auto scale = [&](std::size_t p) {  // from the variance of a logarithm
-        return space.is_logarithm(static_cast<FitParameter>(p)) ? layer.*layer_fields[p] : 1;
+        return problem.space.is_logarithm(p) ? layer.*layer_fields[p] : 1;
     };
     for (std::size_t p = 0; p < fit_parameters; ++p) {
         for (std::size_t q = 0; q < fit_parameters; ++q)
-            fit.covariance[p][q] =
-                scale(p) * scale(q) *
-                covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q));
+            fit.covariance[p][q] = scale(p) * scale(q) * covariance(index(p), index(q));
         fit.estimate[p] = {layer.*layer_fields[p], std::sqrt(fit.covariance[p][p])};
     }
     const Eigen::VectorXd misses = problem.residuals(best.at);
     for (std::size_t i = 0; i < observations.size(); ++i)
         fit.brightness.push_back(observations[i].brightness +
-                                 observations[i].sigma * misses(static_cast<Eigen::Index>(i)));
+                                 observations[i].sigma * misses(index(i)));
     fit.chi_square = best.chi_square;
     fit.degrees_of_freedom = static_cast<int>(observations.size()) - space.size();
     if (fit.degrees_of_freedom > 0)
         fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
-    add_remarks(problem, model, minima, covariance, fit);
+    add_remarks(problem, minima, covariance, fit);
     if (error > tolerated)
         fit.remarks.push_back("the solver's error reaches " + short_number(error, 2) +
                               " standard deviations of an observation");
@@ -153,8 +149,7 @@ std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
     const ParameterSpace space(model, observations, options);
     std::array<bool, fit_parameters> free{};
     const Eigen::MatrixXd derivatives = space.derivatives(space.start());
-    for (std::size_t p = 0; p < fit_parameters; ++p)
-        free[p] = !derivatives.row(static_cast<Eigen::Index>(p)).isZero(0);
+    for (std::size_t p = 0; p < fit_parameters; ++p) free[p] = !derivatives.row(index(p)).isZero(0);
     return free;
 }
 
@@ -172,8 +167,8 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
     require(observations.size() >= needed, fit_caller, "observations",
             "at least " + std::to_string(needed) + ", one for each free parameter",
             observations.size());
-    const Problem problem(model, space, observations, options);
-    return fit_near(scan_minima(problem), model, space, observations, options);
+    const Problem problem{model, space, observations, options};
+    return fit_near(scan_minima(problem), problem);
 }
 
 Fit fit_layer(const TableView& table, const std::vector<Observation>& observations,
@@ -201,14 +196,14 @@ std::optional<double> limit_of_depth(const Problem& problem, const Minimum& best
         const double middle = (inside + outside) / 2;
         (excess(middle) <= two_sigma ? inside : outside) = middle;
     }
-    return problem.space().value(depth, inside);
+    return problem.space.value(depth, inside);
 }
 
 /// The depth is not determined when two standard deviations reach an edge of its range; it may
 /// still be limited from the other side.
 void remark_on_depth(const Problem& problem, const Minimum& best, double log_sigma, Fit& fit) {
     constexpr double well_known = 0.1;  // of ln depth: no other edge is within reach
-    const int depth = problem.space().place(Coordinate::depth);
+    const int depth = problem.space.place(fit_optical_depth);
     if (depth < 0 || log_sigma < well_known) return;
     const std::optional<double> min_depth = limit_of_depth(problem, best, depth, 0);
     const std::optional<double> max_depth = limit_of_depth(problem, best, depth, 1);
@@ -221,18 +216,17 @@ void remark_on_depth(const Problem& problem, const Minimum& best, double log_sig
 
 /// Names the albedos and parameters of phase functions that change along an axis of the covariance
 /// that is too long: two such standard deviations span half of all values.
-void remark_on_particles(const LayerModel& model, const ParameterSpace& space,
-                         const Eigen::MatrixXd& covariance, Fit& fit) {
-    const auto names = fit_parameter_names(model);
+void remark_on_particles(const Problem& problem, const Eigen::MatrixXd& covariance, Fit& fit) {
+    const auto names = fit_parameter_names(problem.model);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
     std::vector<std::string> list;
-    for (int p = fit_w1; p < fit_parameters; ++p) {
+    for (std::size_t p = fit_w1; p < fit_parameters; ++p) {
         double furthest = 0;
         for (int k = 0; k < fit_parameters; ++k)
             furthest = std::max(furthest, std::sqrt(std::max(0.0, axes.eigenvalues()[k])) *
-                                              std::abs(axes.eigenvectors()(p, k)));
-        const double extent = p <= fit_w2 ? 1 : space.extent(static_cast<FitParameter>(p));
-        if (extent > 0 && furthest > extent / 4) list.push_back(names[static_cast<std::size_t>(p)]);
+                                              std::abs(axes.eigenvectors()(index(p), k)));
+        const double extent = p <= fit_w2 ? 1 : problem.space.extent(p);
+        if (extent > 0 && furthest > extent / 4) list.push_back(names[p]);
     }
     if (!list.empty())
         fit.remarks.push_back(joined(list, " and ") + " not determined by these geometries");
@@ -246,25 +240,24 @@ void remark_on_edges(const ParameterSpace& space, const Minimum& best, Fit& fit)
 }
 
 /// Another minimum within two standard deviations of the best.
-void remark_on_other_minima(const Problem& problem, const LayerModel& model,
-                            const std::vector<Minimum>& minima, Fit& fit) {
+void remark_on_other_minima(const Problem& problem, const std::vector<Minimum>& minima, Fit& fit) {
     constexpr double min_distance = 0.05;  // of a range
     const Minimum& best = minima.front();
     for (const Minimum& other : minima) {
         if (other.chi_square > best.chi_square + two_sigma) continue;
         if (best.at.size() == 0 || (other.at - best.at).cwiseAbs().maxCoeff() < min_distance)
             continue;
-        const LayerParameters layer = problem.space().layer(other.at);
-        const auto names = fit_parameter_names(model);
+        const LayerParameters layer = problem.space.layer(other.at);
+        const auto names = fit_parameter_names(problem.model);
         std::string text;
         const auto say = [&](FitParameter p) {
             text += std::string(names[p]) + " = " + short_number(layer.*layer_fields[p], 3) + " ";
         };
         say(fit_w1);
-        if (model.kinds() == 2) say(fit_w2);
+        if (problem.model.kinds() == 2) say(fit_w2);
         say(fit_optical_depth);
-        for (const Coordinate of : of_phase_functions)
-            if (problem.space().place(of) >= 0) say(static_cast<FitParameter>(of));
+        for (const FitParameter of : of_phase_functions)
+            if (problem.space.place(of) >= 0) say(of);
         fit.remarks.push_back(text + "with chi_square = " + short_number(other.chi_square, 3) +
                               " fits as well");
         return;
@@ -284,14 +277,14 @@ void remark_on_chi_square(Fit& fit) {
 
 }  // namespace
 
-void add_remarks(const Problem& problem, const LayerModel& model,
-                 const std::vector<Minimum>& minima, const Eigen::MatrixXd& covariance, Fit& fit) {
+void add_remarks(const Problem& problem, const std::vector<Minimum>& minima,
+                 const Eigen::MatrixXd& covariance, Fit& fit) {
     const Minimum& best = minima.front();
     remark_on_depth(problem, best, std::sqrt(covariance(fit_optical_depth, fit_optical_depth)),
                     fit);
-    remark_on_particles(model, problem.space(), covariance, fit);
-    if (fit.remarks.empty()) remark_on_other_minima(problem, model, minima, fit);
-    remark_on_edges(problem.space(), best, fit);
+    remark_on_particles(problem, covariance, fit);
+    if (fit.remarks.empty()) remark_on_other_minima(problem, minima, fit);
+    remark_on_edges(problem.space, best, fit);
     remark_on_chi_square(fit);
 }
 

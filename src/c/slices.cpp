@@ -15,15 +15,11 @@ bool switched(int value, const char* name) {
 }
 
 Opposition::Law to_law(int law) {
+    require(law >= STRATUS_NO_OPPOSITION && law <= STRATUS_HAPKE_OPPOSITION, "stratus_effects",
+            "opposition", "one of the laws, 0 to 2", law);
     using Law = Opposition::Law;
-    switch (law) {
-        case STRATUS_BLINN_OPPOSITION: return Law::blinn;
-        case STRATUS_HAPKE_OPPOSITION: return Law::hapke;
-        default:
-            require(law == STRATUS_NO_OPPOSITION, "stratus_effects", "opposition",
-                    "one of the laws, 0 to 2", law);
-            return Law::none;
-    }
+    constexpr Law laws[] = {Law::none, Law::blinn, Law::hapke};
+    return laws[law];
 }
 
 constexpr std::size_t first_effects_size = offsetof(stratus_effects, background);

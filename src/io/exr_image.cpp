@@ -37,7 +37,7 @@ void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer,
         file.setFrameBuffer(buffer);
         file.writePixels(header.dataWindow().max.y + 1);
     }  // the destructor completes the file
-    io::write_bytes(path, stream.str());
+    write_content(path, stream.str());
 }
 
 }  // namespace

@@ -61,17 +61,13 @@ Handle write_values(hid_t file, const std::string& name, std::span<const std::si
     return dataset;
 }
 
-/// Only datasets over all axes are large enough to be worth chunks.
-bool is_chunked(std::span<const std::size_t> extents) {
-    return extents.size() >= axis_fields.size();
-}
-
 /// Writes a dataset over the first axes, with its attributes.
 template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
                      std::span<const Number> values, const WriteOptions& options = {}) {
-    const bool in_chunks = is_chunked(extents);
+    // Only datasets over all axes are large enough to be worth chunks.
+    const bool in_chunks = extents.size() >= axis_fields.size();
     Handle dataset = in_chunks ? new_dataset(file, name, Element<Number>::stored(), extents, true)
                                : write_values(file, name, extents, values);
     if constexpr (std::is_same_v<Number, float>)
@@ -122,12 +118,9 @@ void write_grid(hid_t file, const NetcdfGrid& grid, std::span<const std::size_t>
 
 // --- Reading ---
 
-bool has_dataset(hid_t file, const std::string& name) {
-    return checked(H5Lexists(file, name.c_str(), H5P_DEFAULT), "list the datasets");
-}
-
 Handle open_dataset(hid_t file, const std::string& name) {
-    if (!has_dataset(file, name)) throw std::runtime_error("dataset " + name + " is missing");
+    if (!checked(H5Lexists(file, name.c_str(), H5P_DEFAULT), "list the datasets"))
+        throw std::runtime_error("dataset " + name + " is missing");
     return {H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "open dataset " + name};
 }
 

@@ -16,14 +16,7 @@
 namespace stratus {
 namespace {
 
-const char* light_name(Light light) {
-    switch (light) {
-        case Light::reflected: return "reflected light";
-        case Light::transmitted: return "transmitted light";
-        case Light::beam: return "a beam";
-    }
-    return "";
-}
+constexpr const char* light_names[] = {"reflected light", "transmitted light", "a beam"};
 
 void check(const Observation& at, const LayerModel& model, const std::vector<FamilyAxis>& family) {
     const auto is_cosine = [](double mu) { return mu > 0 && mu <= 1; };
@@ -42,7 +35,7 @@ void check(const Observation& at, const LayerModel& model, const std::vector<Fam
     require(std::abs(at.brightness / at.sigma) <= largest, fit_caller, "brightness / sigma",
             "in [-1e100, 1e100], so that its square is a number", at.brightness / at.sigma);
     require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
-            light_name(at.light));
+            light_names[static_cast<std::size_t>(at.light)]);
     require(at.known.size() <= family.size(), fit_caller, "values known of an observation",
             "as many as the table's family has axes, " + std::to_string(family.size()),
             at.known.size());
@@ -128,9 +121,9 @@ Fit fit_near(const std::vector<Minimum>& starts, const Problem& problem) {
 }  // namespace
 
 std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& model) {
-    if (model.kinds() < 2)
-        return {"optical_depth", "w", "w2", "g", "g2", "radius", "wavelength", "variance"};
-    return {"optical_depth", "w1", "w2", "g1", "g2", "radius", "wavelength", "variance"};
+    const bool one = model.kinds() < 2;
+    return {"optical_depth", one ? "w" : "w1", "w2",      one ? "g" : "g1", "g2",
+            "radius",        "wavelength",     "variance"};
 }
 
 std::vector<FitParameter> model_parameters(const LayerModel& model) {

@@ -126,8 +126,6 @@ class TableModel : public LayerModel {
 
     bool has_lower_boundary() const override { return table_.has_lower_boundary(); }
 
-    std::optional<double> asymmetry(int) const override { return {}; }
-
     std::vector<Scattered> scattered(const LayerParameters& layer,
                                      const std::vector<Observation>& observations) const override {
         std::vector<Scattered> values;
@@ -185,7 +183,6 @@ class ParticleModel : public LayerModel {
         return ranges;
     }
 
-    bool has_depth(double depth) const override { return depth >= 0; }
     bool has(Light) const override { return true; }
 
     std::optional<double> asymmetry(int kind) const override {
@@ -333,9 +330,7 @@ class BeamModel : public LayerModel {
         ranges.mixture = {1, 1};
         return ranges;
     }
-    bool has_depth(double depth) const override { return depth >= 0; }
     bool has(Light light) const override { return light == Light::beam; }
-    std::optional<double> asymmetry(int) const override { return {}; }
     std::vector<Scattered> scattered(const LayerParameters&,
                                      const std::vector<Observation>& observations) const override {
         return std::vector<Scattered>(observations.size());

@@ -38,9 +38,9 @@ Interval free_albedo(const ParameterRanges& ranges, bool first, double held) {
 
 /// Whether the observations bring an axis' value themselves.
 bool is_known(const std::vector<Observation>& observations, std::size_t axis, const char* name) {
-    const auto count = static_cast<std::size_t>(std::ranges::count_if(
-        observations,
-        [&](const Observation& observed) { return !std::isnan(observed.known[axis]); }));
+    const auto count = size(std::ranges::count_if(observations, [&](const Observation& observed) {
+        return !std::isnan(observed.known[axis]);
+    }));
     require(count == 0 || count == observations.size(), fit_caller, name,
             "known of all " + std::to_string(observations.size()) + " observations, or of none",
             count);

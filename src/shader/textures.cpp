@@ -23,12 +23,6 @@ constexpr std::size_t record_texels = 16;
 
 float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
 
-/// Numbers below 2^24 are exact.
-template <class Integer>
-float exactly(Integer n) {
-    return static_cast<float>(n);
-}
-
 vec4 of_axis(const PackedAxis& axis, float more) {
     return {axis.first, axis.inverse_step, axis.last, more};
 }

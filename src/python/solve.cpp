@@ -75,21 +75,19 @@ py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, int nodes, doubl
                       int orders) {
     const std::vector<double> mu = checked_cosines(mu_in);
     const SolverOptions options = make_options(nodes, tolerance, orders);
-    SolvedFluxes solved =
+    const SolvedFluxes solved =
         without_lock([&] { return solve_fluxes(stack.layers, stack.lower_boundary, mu, options); });
     std::vector<double> direct;
     for (const double cosine : mu)
         direct.push_back(direct_transmittance(stack.optical_depth(), cosine));
-    py::dict fluxes;
-    fluxes["spherical_albedo"] = solved.spherical_albedo;
-    fluxes["total_transmittance"] = solved.total_transmittance;
-    fluxes["absorptance"] = absorptance(stack, solved, orders);
-    fluxes["ground_absorptance"] = solved.spherical_ground_absorptance;
-    fluxes["plane_albedo"] = numpy_array(std::move(solved.plane_albedo));
-    fluxes["diffuse_transmittance"] = numpy_array(std::move(solved.diffuse_transmittance));
-    fluxes["direct_transmittance"] = numpy_array(std::move(direct));
-    fluxes["error"] = solved.error;
-    return fluxes;
+    using namespace py::literals;
+    return py::dict("spherical_albedo"_a = solved.spherical_albedo,
+                    "total_transmittance"_a = solved.total_transmittance,
+                    "absorptance"_a = absorptance(stack, solved, orders),
+                    "ground_absorptance"_a = solved.spherical_ground_absorptance,
+                    "plane_albedo"_a = numpy_array(solved.plane_albedo),
+                    "diffuse_transmittance"_a = numpy_array(solved.diffuse_transmittance),
+                    "direct_transmittance"_a = numpy_array(direct), "error"_a = solved.error);
 }
 
 using LayerParts = std::tuple<PhaseFunction, double, double>;  // with albedo and optical depth

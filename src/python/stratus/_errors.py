@@ -34,10 +34,7 @@ def os_errors() -> Iterator[None]:
     try:
         yield
     except RuntimeError as failure:
-        sentence = str(failure)
-    else:
-        return
-    raise OSError(sentence)
+        raise OSError(str(failure)) from None
 
 
 def warn(notes: Iterable[str]) -> None:

@@ -1,7 +1,6 @@
 // The solver without a table, and recipes baked, tables packed and written.
 #include <stratus/bake/bake.h>
 #include <stratus/io/file_bytes.h>
-#include <stratus/io/table_file.h>
 #include <stratus/stratus_baker.h>
 #include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>

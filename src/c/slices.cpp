@@ -1,6 +1,5 @@
 // Slices: layers bound once, for short lookups.
 #include <stratus/base/size.h>
-#include <stratus/io/table_file.h>
 
 #include "handles.h"
 

@@ -1,6 +1,5 @@
 // Errors, versions, and directions as observers give them; then tables.
 #include <stratus/base/direction.h>
-#include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 
 #include "handles.h"

@@ -2,7 +2,6 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/base/size.h>
 
 #include "least_squares.h"
 

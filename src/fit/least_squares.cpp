@@ -3,7 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/base/size.h>
 
 #include <Eigen/Cholesky>
 

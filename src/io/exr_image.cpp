@@ -1,5 +1,4 @@
 #include <stratus/base/size.h>
-#include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 
 #include "memory_stream.h"

@@ -2,9 +2,6 @@
 // memory and on the disk, attributes, chunks.
 #pragma once
 
-#include <stratus/io/file_bytes.h>
-#include <stratus/io/write_options.h>
-
 #include "table_content.h"
 
 #include <hdf5.h>

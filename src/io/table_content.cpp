@@ -3,7 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/table_file.h>
 
 #include <algorithm>
 #include <array>

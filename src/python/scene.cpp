@@ -1,5 +1,4 @@
 // Scenes: plans and pictures.
-#include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>

@@ -1,5 +1,4 @@
 // Tables: baking, reading, writing, what they hold, and lookups at any layer.
-#include <stratus/bake/bake.h>
 #include <stratus/base/constants.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>

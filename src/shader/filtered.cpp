@@ -5,7 +5,6 @@
 #include <stratus/table/packed_block.h>
 
 #include "filtered_as_cxx.h"
-#include "texture_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include "texture_parts.h"
 
 #include <stratus/base/constants.h>
-#include <stratus/base/half.h>
 #include <stratus/table/packed_block.h>
 
 #include <algorithm>

@@ -1,5 +1,4 @@
 #include <stratus/base/argument.h>
-#include <stratus/base/half.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/shader/shader.h>
 #include <stratus/table/kernels/packed.h>
@@ -22,6 +21,9 @@ using shader::vec4;
 constexpr std::size_t record_texels = 16;
 
 float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
+
+/// An optical depth, which may have no end.
+float finite(double depth) { return static_cast<float>(std::min(depth, 1e30)); }
 
 vec4 of_axis(const PackedAxis& axis, float more) {
     return {axis.first, axis.inverse_step, axis.last, more};
@@ -130,20 +132,18 @@ vec4 append_layers(const TableView& view, std::vector<vec4>& numbers) {
         const std::array<vec4, 3> phase = of_phase(curve.view());
         std::copy(phase.begin(), phase.end(),
                   numbers.begin() + static_cast<std::ptrdiff_t>(first + 4 * k));
-        numbers[first + 4 * k + 3] = {static_cast<float>(layer.albedo),
-                                      static_cast<float>(std::min(layer.optical_depth, 1e30)),
+        numbers[first + 4 * k + 3] = {static_cast<float>(layer.albedo), finite(layer.optical_depth),
                                       exactly(numbers.size()), 0};
         append_phase(curve.view(), 1, numbers);
         depth += layer.optical_depth;
     }
-    return {exactly(first), exactly(layers.size()), static_cast<float>(std::min(depth, 1e30)), 0};
+    return {exactly(first), exactly(layers.size()), finite(depth), 0};
 }
 
 /// Texels that both sides read: layers of a stack, albedos and the path law.
 struct SharedTexels {
     vec4 stack;
     std::size_t of_albedo, first_of_path;
-    PathSheetView path;
     float path_steps;
 };
 
@@ -156,7 +156,7 @@ SharedTexels append_shared(const PackedTable& table, bool filtered, bool bound, 
     for (std::size_t a = 0; !bound && a <= size(static_cast<int>(side.albedo.last)); ++a)
         to.numbers.push_back(
             {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
-    SharedTexels shared{stack, of_albedo, to.numbers.size(), side.path, 0};
+    SharedTexels shared{stack, of_albedo, to.numbers.size(), 0};
     if (side.path.sample == nullptr || filtered) return shared;
     shared.path_steps = side.path_steps;
     append_path(side, to.numbers);
@@ -172,7 +172,7 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
     const bool held = lit ? view.has_reflection() : view.has_transmission();
     const bool over_layer =
         lit && view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer;
-    const PathSheetView& path = shared.path;
+    const PathSheetView& path = table.side(Side::reflection).path;
     const std::size_t phase = to.numbers.size();
     append_phase(side.phase, over_layer ? 2 : 1, to.numbers);
     const std::size_t cells = to.numbers.size();
@@ -304,7 +304,7 @@ void append_density(const DirectionDensity& density, bool one_sided, std::vector
 OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side, double albedo,
                               double optical_depth) {
     const auto of = lookup.stratus_coefficients(static_cast<int>(side), static_cast<float>(albedo),
-                                                static_cast<float>(std::min(optical_depth, 1e30)));
+                                                finite(optical_depth));
     OrdersOfLayer orders{std::vector<float>(rows), of.exponent};
     const vec4* function = &lookup.functions[size(of.functions)];
     std::vector<vec4> coefficients;
@@ -328,8 +328,8 @@ ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
             "one of all directions, which are sampled", "one narrowed to some");
     std::vector<vec4> layer(layer_record_texels);
     for (int c = 0; c < colours; ++c)
-        layer[size(c)] = {static_cast<float>(std::min(medium.optical_depth[c], 1e30)),
-                          static_cast<float>(medium.albedo[c]), 0, 0};
+        layer[size(c)] = {finite(medium.optical_depth[c]), static_cast<float>(medium.albedo[c]), 0,
+                          0};
     const std::size_t rows = FunctionLayout(view).rows();
     if (view.has_reflection())
         layer[3].x = append_orders(lookup, rows, Side::reflection, medium, layer);

@@ -38,6 +38,7 @@ struct Given {
     const char* name;
 };
 
+/// Apart from what calls it, which is short where nothing is null: lookups take some 40 ns.
 [[noreturn]] void refuse_null(const char* function, const char* argument);
 
 inline void require_given(const char* function, std::initializer_list<Given> arguments) {
@@ -143,7 +144,7 @@ struct stratus_slice {
     stratus::AnySlice own;
 };
 
-/// Its slice is itself.
+/// The handle of its slice is the same one.
 struct stratus_bsdf : stratus_slice {};
 
 namespace stratus::c {

@@ -66,7 +66,7 @@ struct Picture {
     const char* layout;
 };
 
-/// Of samples over the first axes of a table. The pictures of all members of a family are stacked
+/// Returns the picture of samples over the first axes. The pictures of all members of a family are stacked
 /// vertically, as if there were that many more albedos.
 Picture make_picture(const Table& table, std::size_t rank) {
     std::vector<std::size_t> n = extents(table, rank);

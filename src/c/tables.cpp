@@ -91,11 +91,6 @@ stratus_table* make_handle(AnyTable table) {
 
 namespace {
 
-AnyTable opened(const std::string& path) {
-    const std::unique_lock lock = hdf5_lock();
-    return read_any_table(path);
-}
-
 stratus_range to_range(const Axis& axis) {
     if (axis.values.empty()) return {0, 0, 0};
     return {axis.values.front(), axis.values.back(), axis.values.size()};
@@ -145,8 +140,10 @@ int look_up_arrays(const stratus_table* table, Side side, const PackedPoints& po
 using stratus::require;
 
 int stratus_table_open(const char* path, stratus_table** table) {
-    return make_guarded(__func__, table, "table", {{path, "path"}},
-                        [&] { return make_handle(opened(path)); });
+    return make_guarded(__func__, table, "table", {{path, "path"}}, [&] {
+        const std::unique_lock lock = hdf5_lock();
+        return make_handle(stratus::read_any_table(path));
+    });
 }
 
 int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table) {

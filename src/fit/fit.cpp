@@ -55,13 +55,6 @@ void check(const LayerModel& model, const std::vector<Observation>& observations
     for (const Observation& at : observations) check(at, model, family);
 }
 
-/// Local minima near these, the best first.
-std::vector<Minimum> descend_from(std::vector<Minimum> minima, const Problem& problem) {
-    for (Minimum& minimum : minima) minimum = descend(problem, minimum.at);
-    std::ranges::sort(minima, {}, &Minimum::chi_square);
-    return minima;
-}
-
 /// In the terms of ParameterSpace::derivatives: the inverse of the curvature in the cube, mapped. A
 /// direction in which the residuals do not change is bounded by the cube's edge alone.
 Eigen::MatrixXd compute_covariance(const Problem& problem, const Problem::Point& at) {
@@ -80,9 +73,10 @@ Eigen::MatrixXd compute_covariance(const Problem& problem, const Problem::Point&
 
 /// The best fit near these starts; where the model's error is too large there, from its minima by
 /// a finer one.
-Fit fit_near(const std::vector<Minimum>& starts, const Problem& problem) {
+Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
     const auto& [model, space, observations, options] = problem;
-    const std::vector<Minimum> minima = descend_from(starts, problem);
+    for (Minimum& minimum : minima) minimum = descend(problem, minimum.at);
+    std::ranges::sort(minima, {}, &Minimum::chi_square);
     const Minimum& best = minima.front();
     const Eigen::MatrixXd covariance = compute_covariance(problem, best.at);
 

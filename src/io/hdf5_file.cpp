@@ -77,20 +77,16 @@ Handle access_to(void* bytes) {
     return access;
 }
 
-/// A new name for each file: HDF5 tells open files apart by their names. No file on disk can have
-/// this one.
-std::string name_in_memory() {
-    static std::atomic<unsigned long> counter{0};
-    return "/dev/null/" + std::to_string(counter++);
-}
-
 }  // namespace
 
 Handle open_file(const Bytes& bytes) {
     char* const image = const_cast<char*>(bytes.data());  // only read
     const Handle access = access_to(image);
     checked(H5Pset_file_image(access, image, bytes.size()), "use its memory driver");
-    return {H5Fopen(name_in_memory().c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
+    // HDF5 tells open files apart by their names. No file on disk can have one of these.
+    static std::atomic<unsigned long> counter{0};
+    const std::string name = "/dev/null/" + std::to_string(counter++);
+    return {H5Fopen(name.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
 }
 
 namespace {

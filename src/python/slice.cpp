@@ -140,13 +140,6 @@ void require_known(const KnownDirections& known, const char* function, double mu
             function, "azimuth", "one that the table knows", azimuth);
 }
 
-void require_known(const KnownDirections& known, const char* function, const Vector& wi,
-                   const Vector& wo) {
-    const double azimuth = std::atan2(double{wo.y}, double{wo.x}) -
-                           std::atan2(-double{wi.y}, -double{wi.x});  // 0 is the forward side
-    require_known(known, function, std::abs(double{wi.z}), std::abs(double{wo.z}), azimuth);
-}
-
 Values scattered(const Bound& bound, bool transmitted, const Floats& mu_in, const Floats& mu_out,
                  const Floats& azimuth) {
     const std::size_t count = element_count(mu_in);
@@ -168,8 +161,14 @@ Values eval(const Bound& bound, const Floats& wi, const Floats& wo) {
     return filled(bound, in.count, [&](const auto& slice, float* value) {
         require_unit(in, "Slice.eval", "wi");
         require_unit(out, "Slice.eval", "wo");
-        for (std::size_t i = 0; i < in.count && !bound.known.all; ++i)
-            require_known(bound.known, "Slice.eval", in.at(i), out.at(i));
+        for (std::size_t i = 0; i < in.count && !bound.known.all; ++i) {
+            const auto [x_in, y_in, z_in] = in.at(i);
+            const auto [x_out, y_out, z_out] = out.at(i);
+            require_known(bound.known, "Slice.eval", std::abs(double{z_in}),
+                          std::abs(double{z_out}),
+                          std::atan2(double{y_out}, double{x_out}) -
+                              std::atan2(-double{y_in}, -double{x_in}));  // 0 is the forward side
+        }
         constexpr std::size_t piece = 512;
         float from[3][piece], to[3][piece], found[3 * piece];
         const float* const wis[] = {from[0], from[1], from[2]};

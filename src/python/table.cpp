@@ -127,19 +127,14 @@ struct Points {
     std::size_t count;
 };
 
-std::string range_text(double lowest, double highest) {
-    std::ostringstream text;
-    text << "in [" << lowest << ", " << highest << "], which the table holds";
-    return text.str();
-}
-
 void require_within(const double* values, std::size_t count, const char* function,
                     const char* argument, double lowest, double highest) {
     constexpr double rounding = 1e-9;  // of angles in degrees, of sums of depths
-    const std::string text = range_text(lowest, highest);
+    std::ostringstream text;
+    text << "in [" << lowest << ", " << highest << "], which the table holds";
     const double margin = std::isinf(highest) ? 0 : rounding * highest;
     require_all(values, count, function, argument,
-                {lowest - margin, highest + margin, text.c_str()});
+                {lowest - margin, highest + margin, text.str().c_str()});
 }
 
 /// Refuses what a lookup would clamp.

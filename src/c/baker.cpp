@@ -1,7 +1,6 @@
 // The solver without a table, and recipes baked, tables packed and written.
 #include <stratus/bake/bake.h>
 #include <stratus/io/file_bytes.h>
-#include <stratus/io/table_file.h>
 #include <stratus/stratus_baker.h>
 #include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
@@ -30,13 +29,13 @@ LowerBoundary make_lower_boundary(const stratus_problem& problem, const char* fu
             problem.below);
     if (problem.below == STRATUS_NOTHING_BELOW) return {};
     if (problem.below == STRATUS_GROUND_BELOW) {
-        require_given(problem.below_ground, function, "problem.below_ground");
+        require_given(function, {{problem.below_ground, "problem.below_ground"}});
         return read_ground(problem.below_ground);
     }
     const double albedo = problem.below_albedo;
     require(albedo >= 0 && albedo <= 1, function, "problem.below_albedo", "in [0, 1]", albedo);
     if (problem.below == STRATUS_SURFACE_BELOW) return LowerBoundary::surface(albedo);
-    require_given(problem.below_phase_function, function, "problem.below_phase_function");
+    require_given(function, {{problem.below_phase_function, "problem.below_phase_function"}});
     return LowerBoundary::layer(read_phase_function(problem.below_phase_function), albedo);
 }
 
@@ -47,7 +46,6 @@ void require_cosine(double mu, const char* function, const char* argument) {
 constexpr std::size_t first_problem_size = offsetof(stratus_problem, below_ground);
 
 Problem make_problem(const stratus_problem* given, const char* function) {
-    require_given(given, function, "problem");
     require_size(*given, function, "problem", first_problem_size);
     const stratus_problem asked = completed(*given);
     Problem problem{make_layers(asked.layers, asked.layer_count, function),
@@ -98,7 +96,6 @@ Table baked(const char* recipe, const stratus_bake_options& asked, const char* f
 
 /// A table's samples.
 const Table& require_samples(const stratus_table* table, const char* function) {
-    require_given(table, function, "table");
     const stratus::AnyTable& own = table->shared->own;
     require(own.packed() == nullptr, function, "table", "one with samples", "a packed one");
     return own.table();
@@ -114,10 +111,10 @@ using stratus::require;
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
                   stratus_solved* reflection, stratus_solved* transmission) {
     const char* const function = __func__;
-    return run_guarded([&] {
+    return run_guarded(function, {{problem, "problem"}}, [&] {
         const Problem asked = make_problem(problem, function);
         if (count == 0) return;
-        require_given(geometries, function, "geometries");
+        require_given(function, {{geometries, "geometries"}});
         std::vector<stratus::Geometry> all;
         for (std::size_t i = 0; i < count; ++i) {
             require_cosine(geometries[i].mu_in, function, "mu_in");
@@ -141,7 +138,7 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
                          double* plane_albedo, double* diffuse_transmittance,
                          stratus_fluxes* uniform) {
     const char* const function = __func__;
-    return run_guarded([&] {
+    return run_guarded(function, {{problem, "problem"}}, [&] {
         const Problem asked = make_problem(problem, function);
         if (uniform != nullptr) require_size(*uniform, function, "uniform");
         require_arrays(count, {mu}, function);
@@ -161,7 +158,7 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
                          size_t count, const double* mu, stratus_level_light* light,
                          double* error) {
     const char* const function = __func__;
-    return run_guarded([&] {
+    return run_guarded(function, {{problem, "problem"}}, [&] {
         const Problem asked = make_problem(problem, function);
         require_arrays(level_count * count, {levels, mu, light}, function);
         if (level_count * count == 0) return;
@@ -178,31 +175,24 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
 
 int stratus_bake(const char* recipe, const stratus_bake_options* options, stratus_table** table) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(table, function, "table");
-        *table = nullptr;
-        require_given(recipe, function, "recipe");
+    return make_guarded(function, table, "table", {{recipe, "recipe"}}, [&] {
         if (options != nullptr) require_size(*options, function, "options");
-        const stratus_bake_options asked = options ? *options : stratus_bake_options{};
-        *table = make_handle(std::make_shared<const SharedTable>(baked(recipe, asked, function)));
+        return make_handle(baked(recipe, options ? *options : stratus_bake_options{}, function));
     });
 }
 
 int stratus_table_pack(const stratus_table* table, stratus_table** packed) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(packed, function, "packed");
-        *packed = nullptr;
-        const std::vector<char> bytes = stratus::pack(require_samples(table, function));
-        *packed = make_handle(std::make_shared<const SharedTable>(stratus::PackedTable(bytes)));
+    return make_guarded(function, packed, "packed", {{table, "table"}}, [&] {
+        return make_handle(stratus::PackedTable(stratus::pack(require_samples(table, function))));
     });
 }
 
 int stratus_table_write(const stratus_table* table, const char* path) {
     const char* const function = __func__;
-    return run_guarded([&] {
+    return run_guarded(function, {{table, "table"}}, [&] {
         const stratus::Table& samples = require_samples(table, function);
-        require_given(path, function, "path");
+        require_given(function, {{path, "path"}});
         if (std::filesystem::path(path).extension() == stratus::packed_ending)
             return stratus::write_content_atomically(path, stratus::pack(samples));
         const std::unique_lock lock = hdf5_lock();

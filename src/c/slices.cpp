@@ -1,5 +1,5 @@
 // Slices: layers bound once, for short lookups.
-#include <stratus/io/table_file.h>
+#include <stratus/base/size.h>
 
 #include "handles.h"
 
@@ -14,15 +14,11 @@ bool switched(int value, const char* name) {
 }
 
 Opposition::Law to_law(int law) {
+    require(law >= STRATUS_NO_OPPOSITION && law <= STRATUS_HAPKE_OPPOSITION, "stratus_effects",
+            "opposition", "one of the laws, 0 to 2", law);
     using Law = Opposition::Law;
-    switch (law) {
-        case STRATUS_BLINN_OPPOSITION: return Law::blinn;
-        case STRATUS_HAPKE_OPPOSITION: return Law::hapke;
-        default:
-            require(law == STRATUS_NO_OPPOSITION, "stratus_effects", "opposition",
-                    "one of the laws, 0 to 2", law);
-            return Law::none;
-    }
+    constexpr Law laws[] = {Law::none, Law::blinn, Law::hapke};
+    return laws[law];
 }
 
 constexpr std::size_t first_effects_size = offsetof(stratus_effects, background);
@@ -44,14 +40,6 @@ Effects to_effects(const stratus_effects* asked, const char* function) {
     return effects;
 }
 
-template <int channels>
-Medium<channels> make_medium(const double* optical_depth, const double* albedo) {
-    Medium<channels> medium;
-    std::memcpy(medium.optical_depth, optical_depth, sizeof medium.optical_depth);
-    std::memcpy(medium.albedo, albedo, sizeof medium.albedo);
-    return medium;
-}
-
 void require_channels(int channels, const char* function) {
     require(channels == 1 || channels == 3, function, "channels", "1 or 3", channels);
 }
@@ -62,39 +50,31 @@ stratus_slice* bound(const Scatterer& scatterer, int channels, const double* opt
                      const double* albedo, const stratus_effects* asked, const char* function,
                      Outside... outside) {
     require_channels(channels, function);
-    require_given(optical_depth, function, "optical_depth");
-    require_given(albedo, function, "albedo");
+    require_given(function, {{optical_depth, "optical_depth"}, {albedo, "albedo"}});
     const Effects effects = to_effects(asked, function);
-    auto slice = std::make_unique<stratus_slice>();
-    if (channels == 1)
-        slice->one = &slice->own.emplace<Slice>(scatterer, make_medium<1>(optical_depth, albedo),
-                                                effects, outside...);
-    else
-        slice->three = &slice->own.emplace<RgbSlice>(
-            scatterer, make_medium<3>(optical_depth, albedo), effects, outside...);
-    return slice.release();
+    return new stratus_slice{AnySlice::with_channels(size(channels), [&](auto count) {
+        return SliceOf<count>(scatterer, make_medium<count>(optical_depth, albedo), effects,
+                              outside...);
+    })};
 }
 
 int bind_table(const stratus_table* table, int channels, const double* optical_depth,
                const double* albedo, const stratus_effects* effects, stratus_slice** slice,
                const char* function, OutsideTable outside) noexcept {
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
-        *slice = nullptr;
-        require_given(table, function, "table");
+    return make_guarded(function, slice, "slice", {{table, "table"}}, [&] {
         require_member(*table, function);
-        *slice = bound(table->view, channels, optical_depth, albedo, effects, function, outside);
+        return bound(table->view, channels, optical_depth, albedo, effects, function, outside);
     });
 }
+
+Vector vector_at(const float v[3]) { return {v[0], v[1], v[2]}; }
 
 /// A lookup of a slice: `look_up` returns its value.
 template <class LookUp>
 int look_up_once(const stratus_slice* slice, float* value, const char* function,
                  const LookUp& look_up) noexcept {
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
-        require_given(value, function, "value");
-        with(*slice, [&](const auto& of) { write(look_up(of), value); });
+    return run_guarded(function, {{slice, "slice"}, {value, "value"}}, [&] {
+        slice->own.with_slice([&](const auto& of) { write(look_up(of), value); });
     });
 }
 
@@ -108,11 +88,10 @@ int look_up_angles(const stratus_slice* slice, Side side, float mu_in, float mu_
 int look_up_many(const stratus_slice* slice, Side side, std::size_t count, const float* mu_in,
                  const float* mu_out, const float* azimuth, float* value,
                  const char* function) noexcept {
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
+    return run_guarded(function, {{slice, "slice"}}, [&] {
         require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
-        with(*slice,
-             [&](const auto& of) { of.scattering(side, count, mu_in, mu_out, azimuth, value); });
+        slice->own.with_slice(
+            [&](const auto& of) { of.scattering(side, count, mu_in, mu_out, azimuth, value); });
     });
 }
 
@@ -123,8 +102,7 @@ using namespace stratus::c;
 
 int stratus_effects_default(stratus_effects* effects) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(effects, function, "effects");
+    return run_guarded(function, {{effects, "effects"}}, [&] {
         require_size(*effects, function, "effects", first_effects_size);
         const stratus::Effects usual;
         fill(*effects, {sizeof(stratus_effects), usual.single, usual.multiple, usual.reflection,
@@ -151,48 +129,39 @@ int stratus_slice_bind_single(const char* phase_function, int channels, const do
                               const double* albedo, const stratus_effects* effects,
                               stratus_slice** slice) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
-        *slice = nullptr;
-        require_given(phase_function, function, "phase_function");
-        *slice = bound(stratus::read_phase_function(phase_function), channels, optical_depth,
-                       albedo, effects, function);
+    return make_guarded(function, slice, "slice", {{phase_function, "phase_function"}}, [&] {
+        return bound(stratus::read_phase_function(phase_function), channels, optical_depth, albedo,
+                     effects, function);
     });
 }
 
 int stratus_slice_bind_single_stack(size_t layer_count, const stratus_layer* layers, int channels,
                                     const stratus_effects* effects, stratus_slice** slice) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
-        *slice = nullptr;
+    return make_guarded(function, slice, "slice", {}, [&] {
         const std::vector<stratus::StackLayer> stack = make_layers(layers, layer_count, function);
         require_channels(channels, function);
         const stratus::Effects asked = to_effects(effects, function);
-        auto made = std::make_unique<stratus_slice>();
-        if (channels == 1)
-            made->one = &made->own.emplace<stratus::Slice>(stack, asked);
-        else
-            made->three = &made->own.emplace<stratus::RgbSlice>(stack, asked);
-        *slice = made.release();
+        return new stratus_slice{stratus::AnySlice::with_channels(
+            stratus::size(channels),
+            [&](auto count) { return stratus::SliceOf<count>(stack, asked); })};
     });
 }
 
 void stratus_slice_free(stratus_slice* slice) { delete slice; }
 
 int stratus_slice_channels(const stratus_slice* slice) {
-    if (slice == nullptr) return 0;
-    return slice->one != nullptr ? 1 : 3;
+    return slice == nullptr ? 0 : slice->own.channels();
 }
 
 size_t stratus_slice_bytes(const stratus_slice* slice) {
     if (slice == nullptr) return 0;
-    return with(*slice, [](const auto& of) { return of.bytes(); });
+    return slice->own.with_slice([](const auto& of) { return of.bytes(); });
 }
 
 int stratus_slice_clamped(const stratus_slice* slice) {
     if (slice == nullptr) return 0;
-    return with(*slice, [](const auto& of) { return of.clamped() ? 1 : 0; });
+    return slice->own.with_slice([](const auto& of) { return of.clamped() ? 1 : 0; });
 }
 
 int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
@@ -209,11 +178,9 @@ int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu
 
 int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const float wo[3],
                        float* value) {
-    const char* const function = __func__;
-    return look_up_once(slice, value, function, [=](const auto& of) {
-        require_given(wi, function, "wi");
-        require_given(wo, function, "wo");
-        return of.eval({wi[0], wi[1], wi[2]}, {wo[0], wo[1], wo[2]});
+    return run_guarded(__func__, {{slice, "slice"}, {value, "value"}, {wi, "wi"}, {wo, "wo"}}, [&] {
+        slice->own.with_slice(
+            [&](const auto& of) { write(of.eval(vector_at(wi), vector_at(wo)), value); });
     });
 }
 
@@ -232,12 +199,9 @@ int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, co
 int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const float* const wi[3],
                             const float* const wo[3], float* value) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(slice, function, "slice");
-        require_given(wi, function, "wi");
-        require_given(wo, function, "wo");
+    return run_guarded(function, {{slice, "slice"}, {wi, "wi"}, {wo, "wo"}}, [&] {
         require_arrays(count, {wi[0], wi[1], wi[2], wo[0], wo[1], wo[2], value}, function);
-        with(*slice, [&](const auto& of) { of.eval(count, wi, wo, value); });
+        slice->own.with_slice([&](const auto& of) { of.eval(count, wi, wo, value); });
     });
 }
 
@@ -260,83 +224,60 @@ int stratus_slice_source_behind(const stratus_slice* slice, float mu, float* val
 
 int stratus_bsdf_build(stratus_slice** slice, stratus_bsdf** bsdf) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(bsdf, function, "bsdf");
-        *bsdf = nullptr;
-        require_given(slice, function, "slice");
-        require_given(*slice, function, "*slice");
+    return make_guarded(function, bsdf, "bsdf", {{slice, "slice"}}, [&] {
+        require_given(function, {{*slice, "*slice"}});
         const std::unique_ptr<stratus_slice> given(std::exchange(*slice, nullptr));
-        auto built = std::make_unique<stratus_bsdf>();
-        if (given->one != nullptr)
-            built->slice.one =
-                &built->own.emplace<stratus::Bsdf>(std::get<stratus::Slice>(std::move(given->own)))
-                     .slice();
-        else
-            built->slice.three =
-                &built->own
-                     .emplace<stratus::RgbBsdf>(std::get<stratus::RgbSlice>(std::move(given->own)))
-                     .slice();
-        *bsdf = built.release();
+        return new stratus_bsdf{{std::move(given->own).to_bsdf()}};
     });
 }
 
 void stratus_bsdf_free(stratus_bsdf* bsdf) { delete bsdf; }
 
-const stratus_slice* stratus_bsdf_slice(const stratus_bsdf* bsdf) {
-    return bsdf == nullptr ? nullptr : &bsdf->slice;
-}
+const stratus_slice* stratus_bsdf_slice(const stratus_bsdf* bsdf) { return bsdf; }
 
 size_t stratus_bsdf_bytes(const stratus_bsdf* bsdf) {
     if (bsdf == nullptr) return 0;
-    return with(*bsdf, [](const auto& of) { return of.bytes(); });
+    return bsdf->own.with_bsdf([](const auto& of) { return of.bytes(); });
 }
 
 int stratus_bsdf_sample(const stratus_bsdf* bsdf, const float wi[3], const float random[3],
                         float wo[3], float* value, float* pdf) {
-    const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(bsdf, function, "bsdf");
-        require_given(wi, function, "wi");
-        require_given(random, function, "random");
-        require_given(wo, function, "wo");
-        require_given(value, function, "value");
-        require_given(pdf, function, "pdf");
-        with(*bsdf, [&](const auto& of) {
-            const auto drawn = of.sample({wi[0], wi[1], wi[2]}, random[0], random[1], random[2]);
-            wo[0] = drawn.wo.x;
-            wo[1] = drawn.wo.y;
-            wo[2] = drawn.wo.z;
-            write(drawn.value, value);
-            *pdf = drawn.pdf;
-        });
-    });
+    return run_guarded(__func__,
+                       {{bsdf, "bsdf"},
+                        {wi, "wi"},
+                        {random, "random"},
+                        {wo, "wo"},
+                        {value, "value"},
+                        {pdf, "pdf"}},
+                       [&] {
+                           bsdf->own.with_bsdf([&](const auto& of) {
+                               const auto drawn =
+                                   of.sample(vector_at(wi), random[0], random[1], random[2]);
+                               wo[0] = drawn.wo.x;
+                               wo[1] = drawn.wo.y;
+                               wo[2] = drawn.wo.z;
+                               write(drawn.value, value);
+                               *pdf = drawn.pdf;
+                           });
+                       });
 }
 
 int stratus_bsdf_pdf(const stratus_bsdf* bsdf, const float wi[3], const float wo[3], float* pdf) {
-    const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(bsdf, function, "bsdf");
-        require_given(wi, function, "wi");
-        require_given(wo, function, "wo");
-        require_given(pdf, function, "pdf");
-        *pdf = with(*bsdf, [&](const auto& of) {
-            return of.pdf({wi[0], wi[1], wi[2]}, {wo[0], wo[1], wo[2]});
-        });
+    return run_guarded(__func__, {{bsdf, "bsdf"}, {wi, "wi"}, {wo, "wo"}, {pdf, "pdf"}}, [&] {
+        *pdf = bsdf->own.with_bsdf(
+            [&](const auto& of) { return of.pdf(vector_at(wi), vector_at(wo)); });
     });
 }
 
 int stratus_bsdf_albedo(const stratus_bsdf* bsdf, const float wi[3], float* reflected,
                         float* transmitted) {
-    const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(bsdf, function, "bsdf");
-        require_given(wi, function, "wi");
-        require_given(reflected, function, "reflected");
-        require_given(transmitted, function, "transmitted");
-        with(*bsdf, [&](const auto& of) {
-            const auto shares = of.albedo(stratus::Vector{wi[0], wi[1], wi[2]});
-            write(shares.reflected, reflected);
-            write(shares.transmitted, transmitted);
+    return run_guarded(
+        __func__,
+        {{bsdf, "bsdf"}, {wi, "wi"}, {reflected, "reflected"}, {transmitted, "transmitted"}}, [&] {
+            bsdf->own.with_bsdf([&](const auto& of) {
+                const auto shares = of.albedo(vector_at(wi));
+                write(shares.reflected, reflected);
+                write(shares.transmitted, transmitted);
+            });
         });
-    });
 }

@@ -1,6 +1,5 @@
 // Errors, versions, and directions as observers give them; then tables.
 #include <stratus/base/direction.h>
-#include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 
 #include "handles.h"
@@ -19,6 +18,11 @@ int stratus::c::failed(int status, const char* what) noexcept {
     return status;
 }
 
+void stratus::c::refuse_null(const char* function, const char* argument) {
+    throw std::invalid_argument(std::string(function) + ": " + argument +
+                                " must be given, got null");
+}
+
 const char* stratus_last_error(void) { return last_error; }
 
 const char* stratus_version(void) { return STRATUS_VERSION; }
@@ -30,18 +34,17 @@ using namespace stratus::c;
 int stratus_observed_direction(double incidence_deg, double emission_deg, double phase_deg,
                                double* mu_in, double* mu_out, double* azimuth, int* transmitted) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(mu_in, function, "mu_in");
-        require_given(mu_out, function, "mu_out");
-        require_given(azimuth, function, "azimuth");
-        require_given(transmitted, function, "transmitted");
-        const auto [at, side] =
-            stratus::observed_geometry({incidence_deg, emission_deg, phase_deg}, function);
-        *mu_in = at.mu_in;
-        *mu_out = at.mu_out;
-        *azimuth = at.azimuth;
-        *transmitted = side == stratus::Side::transmission ? 1 : 0;
-    });
+    return run_guarded(
+        function,
+        {{mu_in, "mu_in"}, {mu_out, "mu_out"}, {azimuth, "azimuth"}, {transmitted, "transmitted"}},
+        [&] {
+            const auto [at, side] =
+                stratus::observed_geometry({incidence_deg, emission_deg, phase_deg}, function);
+            *mu_in = at.mu_in;
+            *mu_out = at.mu_out;
+            *azimuth = at.azimuth;
+            *transmitted = side == stratus::Side::transmission ? 1 : 0;
+        });
 }
 
 // Tables: opened, described, looked up.
@@ -66,10 +69,10 @@ std::unique_lock<std::mutex> hdf5_lock() {
 std::vector<StackLayer> make_layers(const stratus_layer* layers, std::size_t count,
                                     const char* function) {
     require(count > 0, function, "layer_count", "at least 1", count);
-    require_given(layers, function, "layers");
+    require_given(function, {{layers, "layers"}});
     std::vector<StackLayer> all;
     for (std::size_t i = 0; i < count; ++i) {
-        require_given(layers[i].phase_function, function, "phase_function of every layer");
+        require_given(function, {{layers[i].phase_function, "phase_function of every layer"}});
         all.push_back({read_phase_function(layers[i].phase_function), layers[i].albedo,
                        layers[i].optical_depth});
     }
@@ -81,17 +84,12 @@ void require_member(const stratus_table& table, const char* function) {
             "of one point of its family, by stratus_table_at()", "one of the whole family");
 }
 
-stratus_table* make_handle(std::shared_ptr<const SharedTable> shared) {
-    const TableView view = shared->own.view();
-    return new stratus_table{std::move(shared), view};
+stratus_table* make_handle(AnyTable table) {
+    auto shared = std::make_shared<const SharedTable>(std::move(table));
+    return new stratus_table{shared, shared->own.view()};
 }
 
 namespace {
-
-std::shared_ptr<const SharedTable> opened(const std::string& path) {
-    const std::unique_lock lock = hdf5_lock();
-    return std::make_shared<const SharedTable>(read_any_table(path));
-}
 
 stratus_range to_range(const Axis& axis) {
     if (axis.values.empty()) return {0, 0, 0};
@@ -104,12 +102,10 @@ constexpr std::size_t first_info_size = offsetof(stratus_table_info, mixture);
 int look_up_points(const stratus_table* table, Side side, std::size_t count,
                    const stratus_point* points, stratus_scattered* values,
                    const char* function) noexcept {
-    return run_guarded([&] {
-        require_given(table, function, "table");
+    return run_guarded(function, {{table, "table"}}, [&] {
         require_member(*table, function);
         if (count == 0) return;
-        require_given(points, function, "points");
-        require_given(values, function, "values");
+        require_given(function, {{points, "points"}, {values, "values"}});
         for (std::size_t i = 0; i < count; ++i) {
             const stratus_point& at = points[i];
             const Scattered found = scattering(table->view, side, at.albedo, at.optical_depth,
@@ -122,8 +118,7 @@ int look_up_points(const stratus_table* table, Side side, std::size_t count,
 /// Totals of a packed table.
 int look_up_arrays(const stratus_table* table, Side side, const PackedPoints& points, float* total,
                    const char* function) noexcept {
-    return run_guarded([&] {
-        require_given(table, function, "table");
+    return run_guarded(function, {{table, "table"}}, [&] {
         require_member(*table, function);
         const PackedTable* const packed = table->shared->own.packed();
         require(packed != nullptr, function, "table", "a packed one", "one with samples");
@@ -145,47 +140,32 @@ int look_up_arrays(const stratus_table* table, Side side, const PackedPoints& po
 using stratus::require;
 
 int stratus_table_open(const char* path, stratus_table** table) {
-    const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(table, function, "table");
-        *table = nullptr;
-        require_given(path, function, "path");
-        *table = make_handle(opened(path));
+    return make_guarded(__func__, table, "table", {{path, "path"}}, [&] {
+        const std::unique_lock lock = hdf5_lock();
+        return make_handle(stratus::read_any_table(path));
     });
 }
 
 int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table) {
-    const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(table, function, "table");
-        *table = nullptr;
-        require_given(data, function, "data");
-        *table =
-            make_handle(std::make_shared<const SharedTable>(stratus::PackedTable(data, bytes)));
-    });
+    return make_guarded(__func__, table, "table", {{data, "data"}},
+                        [&] { return make_handle(stratus::PackedTable(data, bytes)); });
 }
 
 int stratus_table_at(const stratus_table* table, size_t count, const double* values,
                      stratus_table** chosen) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(chosen, function, "chosen");
-        *chosen = nullptr;
-        require_given(table, function, "table");
-        if (count > 0) require_given(values, function, "values");
-        const std::vector<double> all(values, values + count);
+    return make_guarded(function, chosen, "chosen", {{table, "table"}}, [&] {
+        if (count > 0) require_given(function, {{values, "values"}});
         const stratus::TableView whole = table->shared->own.view();
-        *chosen = new stratus_table{table->shared, whole.at(stratus::FamilyPoint(all))};
+        return new stratus_table{table->shared,
+                                 whole.at(stratus::FamilyPoint({values, values + count}))};
     });
 }
 
 int stratus_table_family(const stratus_table* table, size_t axis, const char** name,
                          stratus_range* range) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(table, function, "table");
-        require_given(name, function, "name");
-        require_given(range, function, "range");
+    return run_guarded(function, {{table, "table"}, {name, "name"}, {range, "range"}}, [&] {
         const auto& family = table->shared->own.table().family;
         require(axis < family.size(), function, "axis", "below " + std::to_string(family.size()),
                 axis);
@@ -198,9 +178,7 @@ void stratus_table_close(stratus_table* table) { delete table; }
 
 int stratus_table_describe(const stratus_table* table, stratus_table_info* info) {
     const char* const function = __func__;
-    return run_guarded([&] {
-        require_given(table, function, "table");
-        require_given(info, function, "info");
+    return run_guarded(function, {{table, "table"}, {info, "info"}}, [&] {
         require_size(*info, function, "info", first_info_size);
         const stratus::Table& of = table->shared->own.table();
         stratus_table_info found{};

@@ -2,7 +2,6 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
-#include <stratus/base/size.h>
 
 #include "least_squares.h"
 
@@ -16,14 +15,7 @@
 namespace stratus {
 namespace {
 
-const char* light_name(Light light) {
-    switch (light) {
-        case Light::reflected: return "reflected light";
-        case Light::transmitted: return "transmitted light";
-        case Light::beam: return "a beam";
-    }
-    return "";
-}
+constexpr const char* light_names[] = {"reflected light", "transmitted light", "a beam"};
 
 void check(const Observation& at, const LayerModel& model, const std::vector<FamilyAxis>& family) {
     const auto is_cosine = [](double mu) { return mu > 0 && mu <= 1; };
@@ -42,7 +34,7 @@ void check(const Observation& at, const LayerModel& model, const std::vector<Fam
     require(std::abs(at.brightness / at.sigma) <= largest, fit_caller, "brightness / sigma",
             "in [-1e100, 1e100], so that its square is a number", at.brightness / at.sigma);
     require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
-            light_name(at.light));
+            light_names[static_cast<std::size_t>(at.light)]);
     require(at.known.size() <= family.size(), fit_caller, "values known of an observation",
             "as many as the table's family has axes, " + std::to_string(family.size()),
             at.known.size());
@@ -63,13 +55,6 @@ void check(const LayerModel& model, const std::vector<Observation>& observations
     for (const Observation& at : observations) check(at, model, family);
 }
 
-/// Local minima near these, the best first.
-std::vector<Minimum> descend_from(std::vector<Minimum> minima, const Problem& problem) {
-    for (Minimum& minimum : minima) minimum = descend(problem, minimum.at);
-    std::ranges::sort(minima, {}, &Minimum::chi_square);
-    return minima;
-}
-
 /// In the terms of ParameterSpace::derivatives: the inverse of the curvature in the cube, mapped. A
 /// direction in which the residuals do not change is bounded by the cube's edge alone.
 Eigen::MatrixXd compute_covariance(const Problem& problem, const Problem::Point& at) {
@@ -82,17 +67,16 @@ Eigen::MatrixXd compute_covariance(const Problem& problem, const Problem::Point&
         curvature.eigenvectors() *
         curvature.eigenvalues().cwiseMax(min_curvature).cwiseInverse().asDiagonal() *
         curvature.eigenvectors().transpose();
-    const Eigen::MatrixXd jacobian = problem.space().derivatives(at);
+    const Eigen::MatrixXd jacobian = problem.space.derivatives(at);
     return jacobian * in_cube * jacobian.transpose();
 }
 
 /// The best fit near these starts; where the model's error is too large there, from its minima by
 /// a finer one.
-Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
-             const ParameterSpace& space, const std::vector<Observation>& observations,
-             const FitOptions& options) {
-    const Problem problem(model, space, observations, options);
-    const std::vector<Minimum> minima = descend_from(starts, problem);
+Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
+    const auto& [model, space, observations, options] = problem;
+    for (Minimum& minimum : minima) minimum = descend(problem, minimum.at);
+    std::ranges::sort(minima, {}, &Minimum::chi_square);
     const Minimum& best = minima.front();
     const Eigen::MatrixXd covariance = compute_covariance(problem, best.at);
 
@@ -101,28 +85,26 @@ Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
     const double error = model.error(layer, observations);
     if (error > tolerated)
         if (const auto finer = model.refined(layer, observations, tolerated))
-            return fit_near(minima, *finer, space, observations, options);
+            return fit_near(minima, {*finer, space, observations, options});
 
     Fit fit;
     const auto scale = [&](std::size_t p) {  // from the variance of a logarithm
-        return space.is_logarithm(static_cast<FitParameter>(p)) ? layer.*layer_fields[p] : 1;
+        return problem.space.is_logarithm(p) ? layer.*layer_fields[p] : 1;
     };
     for (std::size_t p = 0; p < fit_parameters; ++p) {
         for (std::size_t q = 0; q < fit_parameters; ++q)
-            fit.covariance[p][q] =
-                scale(p) * scale(q) *
-                covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q));
+            fit.covariance[p][q] = scale(p) * scale(q) * covariance(index(p), index(q));
         fit.estimate[p] = {layer.*layer_fields[p], std::sqrt(fit.covariance[p][p])};
     }
     const Eigen::VectorXd misses = problem.residuals(best.at);
     for (std::size_t i = 0; i < observations.size(); ++i)
         fit.brightness.push_back(observations[i].brightness +
-                                 observations[i].sigma * misses(static_cast<Eigen::Index>(i)));
+                                 observations[i].sigma * misses(index(i)));
     fit.chi_square = best.chi_square;
     fit.degrees_of_freedom = static_cast<int>(observations.size()) - space.size();
     if (fit.degrees_of_freedom > 0)
         fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
-    add_remarks(problem, model, minima, covariance, fit);
+    add_remarks(problem, minima, covariance, fit);
     if (error > tolerated)
         fit.remarks.push_back("the solver's error reaches " + short_number(error, 2) +
                               " standard deviations of an observation");
@@ -132,9 +114,9 @@ Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
 }  // namespace
 
 std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& model) {
-    if (model.kinds() < 2)
-        return {"optical_depth", "w", "w2", "g", "g2", "radius", "wavelength", "variance"};
-    return {"optical_depth", "w1", "w2", "g1", "g2", "radius", "wavelength", "variance"};
+    const bool one = model.kinds() < 2;
+    return {"optical_depth", one ? "w" : "w1", "w2",      one ? "g" : "g1", "g2",
+            "radius",        "wavelength",     "variance"};
 }
 
 std::vector<FitParameter> model_parameters(const LayerModel& model) {
@@ -153,8 +135,7 @@ std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
     const ParameterSpace space(model, observations, options);
     std::array<bool, fit_parameters> free{};
     const Eigen::MatrixXd derivatives = space.derivatives(space.start());
-    for (std::size_t p = 0; p < fit_parameters; ++p)
-        free[p] = !derivatives.row(static_cast<Eigen::Index>(p)).isZero(0);
+    for (std::size_t p = 0; p < fit_parameters; ++p) free[p] = !derivatives.row(index(p)).isZero(0);
     return free;
 }
 
@@ -172,8 +153,8 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
     require(observations.size() >= needed, fit_caller, "observations",
             "at least " + std::to_string(needed) + ", one for each free parameter",
             observations.size());
-    const Problem problem(model, space, observations, options);
-    return fit_near(scan_minima(problem), model, space, observations, options);
+    const Problem problem{model, space, observations, options};
+    return fit_near(scan_minima(problem), problem);
 }
 
 Fit fit_layer(const TableView& table, const std::vector<Observation>& observations,
@@ -201,14 +182,14 @@ std::optional<double> limit_of_depth(const Problem& problem, const Minimum& best
         const double middle = (inside + outside) / 2;
         (excess(middle) <= two_sigma ? inside : outside) = middle;
     }
-    return problem.space().value(depth, inside);
+    return problem.space.value(depth, inside);
 }
 
 /// The depth is not determined when two standard deviations reach an edge of its range; it may
 /// still be limited from the other side.
 void remark_on_depth(const Problem& problem, const Minimum& best, double log_sigma, Fit& fit) {
     constexpr double well_known = 0.1;  // of ln depth: no other edge is within reach
-    const int depth = problem.space().place(Coordinate::depth);
+    const int depth = problem.space.place(fit_optical_depth);
     if (depth < 0 || log_sigma < well_known) return;
     const std::optional<double> min_depth = limit_of_depth(problem, best, depth, 0);
     const std::optional<double> max_depth = limit_of_depth(problem, best, depth, 1);
@@ -221,18 +202,17 @@ void remark_on_depth(const Problem& problem, const Minimum& best, double log_sig
 
 /// Names the albedos and parameters of phase functions that change along an axis of the covariance
 /// that is too long: two such standard deviations span half of all values.
-void remark_on_particles(const LayerModel& model, const ParameterSpace& space,
-                         const Eigen::MatrixXd& covariance, Fit& fit) {
-    const auto names = fit_parameter_names(model);
+void remark_on_particles(const Problem& problem, const Eigen::MatrixXd& covariance, Fit& fit) {
+    const auto names = fit_parameter_names(problem.model);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
     std::vector<std::string> list;
-    for (int p = fit_w1; p < fit_parameters; ++p) {
+    for (std::size_t p = fit_w1; p < fit_parameters; ++p) {
         double furthest = 0;
         for (int k = 0; k < fit_parameters; ++k)
             furthest = std::max(furthest, std::sqrt(std::max(0.0, axes.eigenvalues()[k])) *
-                                              std::abs(axes.eigenvectors()(p, k)));
-        const double extent = p <= fit_w2 ? 1 : space.extent(static_cast<FitParameter>(p));
-        if (extent > 0 && furthest > extent / 4) list.push_back(names[static_cast<std::size_t>(p)]);
+                                              std::abs(axes.eigenvectors()(index(p), k)));
+        const double extent = p <= fit_w2 ? 1 : problem.space.extent(p);
+        if (extent > 0 && furthest > extent / 4) list.push_back(names[p]);
     }
     if (!list.empty())
         fit.remarks.push_back(joined(list, " and ") + " not determined by these geometries");
@@ -246,25 +226,24 @@ void remark_on_edges(const ParameterSpace& space, const Minimum& best, Fit& fit)
 }
 
 /// Another minimum within two standard deviations of the best.
-void remark_on_other_minima(const Problem& problem, const LayerModel& model,
-                            const std::vector<Minimum>& minima, Fit& fit) {
+void remark_on_other_minima(const Problem& problem, const std::vector<Minimum>& minima, Fit& fit) {
     constexpr double min_distance = 0.05;  // of a range
     const Minimum& best = minima.front();
     for (const Minimum& other : minima) {
         if (other.chi_square > best.chi_square + two_sigma) continue;
         if (best.at.size() == 0 || (other.at - best.at).cwiseAbs().maxCoeff() < min_distance)
             continue;
-        const LayerParameters layer = problem.space().layer(other.at);
-        const auto names = fit_parameter_names(model);
+        const LayerParameters layer = problem.space.layer(other.at);
+        const auto names = fit_parameter_names(problem.model);
         std::string text;
         const auto say = [&](FitParameter p) {
             text += std::string(names[p]) + " = " + short_number(layer.*layer_fields[p], 3) + " ";
         };
         say(fit_w1);
-        if (model.kinds() == 2) say(fit_w2);
+        if (problem.model.kinds() == 2) say(fit_w2);
         say(fit_optical_depth);
-        for (const Coordinate of : of_phase_functions)
-            if (problem.space().place(of) >= 0) say(static_cast<FitParameter>(of));
+        for (const FitParameter of : of_phase_functions)
+            if (problem.space.place(of) >= 0) say(of);
         fit.remarks.push_back(text + "with chi_square = " + short_number(other.chi_square, 3) +
                               " fits as well");
         return;
@@ -284,14 +263,14 @@ void remark_on_chi_square(Fit& fit) {
 
 }  // namespace
 
-void add_remarks(const Problem& problem, const LayerModel& model,
-                 const std::vector<Minimum>& minima, const Eigen::MatrixXd& covariance, Fit& fit) {
+void add_remarks(const Problem& problem, const std::vector<Minimum>& minima,
+                 const Eigen::MatrixXd& covariance, Fit& fit) {
     const Minimum& best = minima.front();
     remark_on_depth(problem, best, std::sqrt(covariance(fit_optical_depth, fit_optical_depth)),
                     fit);
-    remark_on_particles(model, problem.space(), covariance, fit);
-    if (fit.remarks.empty()) remark_on_other_minima(problem, model, minima, fit);
-    remark_on_edges(problem.space(), best, fit);
+    remark_on_particles(problem, covariance, fit);
+    if (fit.remarks.empty()) remark_on_other_minima(problem, minima, fit);
+    remark_on_edges(problem.space, best, fit);
     remark_on_chi_square(fit);
 }
 

@@ -16,10 +16,9 @@ namespace {
 
 constexpr ParameterRanges all_layers{{1e-4, 64}, {0, 1}, {0, 1}, {-0.95, 0.95}};
 
-double cos_scattering_angle(const Observation& observed) {
-    return stratus::cos_scattering_angle(
-        observed.light == Light::transmitted ? Side::transmission : Side::reflection,
-        observed.geometry);
+/// Where light that is no beam leaves the layer.
+Side side(const Observation& observed) {
+    return observed.light == Light::transmitted ? Side::transmission : Side::reflection;
 }
 
 /// Whether it takes long to see a table at another point of its family.
@@ -127,8 +126,6 @@ class TableModel : public LayerModel {
 
     bool has_lower_boundary() const override { return table_.has_lower_boundary(); }
 
-    std::optional<double> asymmetry(int) const override { return {}; }
-
     std::vector<Scattered> scattered(const LayerParameters& layer,
                                      const std::vector<Observation>& observations) const override {
         std::vector<Scattered> values;
@@ -139,10 +136,9 @@ class TableModel : public LayerModel {
             if (observed.light == Light::beam) continue;
             const FamilyPoint point = family_point(layer, observed);
             if (views.empty() || !(point == seen)) views = views_.at(seen = point);
-            const auto look_up = observed.light == Light::transmitted ? transmission : reflection;
             for (const auto& [weight, view] : views) {
-                const Scattered found =
-                    look_up(view, layer.albedo(), layer.optical_depth, observed.geometry);
+                const Scattered found = scattering(view, side(observed), layer.albedo(),
+                                                   layer.optical_depth, observed.geometry);
                 values.back().single += weight * found.single;
                 values.back().multiple += weight * found.multiple;
             }
@@ -187,7 +183,6 @@ class ParticleModel : public LayerModel {
         return ranges;
     }
 
-    bool has_depth(double depth) const override { return depth >= 0; }
     bool has(Light) const override { return true; }
 
     std::optional<double> asymmetry(int kind) const override {
@@ -219,12 +214,10 @@ class SingleScatteringModel : public ParticleModel {
         const PhaseFunction second = second_ ? phase_function(2, layer.g2) : first;
         std::vector<Scattered> values;
         for (const Observation& observed : observations) {
-            const double cosine = cos_scattering_angle(observed);
+            const double cosine = cos_scattering_angle(side(observed), observed.geometry);
             const double w_phase = layer.w1 * first(cosine) + layer.w2 * second(cosine);
-            const auto once =
-                observed.light == Light::transmitted ? single_transmission : single_reflection;
-            values.push_back({once(w_phase, 1, layer.optical_depth, observed.geometry.mu_in,
-                                   observed.geometry.mu_out),
+            values.push_back({single_scattering(side(observed), w_phase, 1, layer.optical_depth,
+                                                observed.geometry.mu_in, observed.geometry.mu_out),
                               0});
         }
         return values;
@@ -337,9 +330,7 @@ class BeamModel : public LayerModel {
         ranges.mixture = {1, 1};
         return ranges;
     }
-    bool has_depth(double depth) const override { return depth >= 0; }
     bool has(Light light) const override { return light == Light::beam; }
-    std::optional<double> asymmetry(int) const override { return {}; }
     std::vector<Scattered> scattered(const LayerParameters&,
                                      const std::vector<Observation>& observations) const override {
         return std::vector<Scattered>(observations.size());
@@ -372,8 +363,9 @@ std::vector<double> LayerModel::brightness(const LayerParameters& layer,
         const double mu_in = observed.geometry.mu_in, mu_out = observed.geometry.mu_out;
         double factor = 1;
         if (observed.light == Light::reflected && seen.law != Opposition::Law::none)
-            factor = opposition_factor(seen, cos_scattering_angle(observed), met.optical_depth,
-                                       mu_in, mu_out);
+            factor =
+                opposition_factor(seen, cos_scattering_angle(side(observed), observed.geometry),
+                                  met.optical_depth, mu_in, mu_out);
         brightness.push_back(observed.light == Light::beam
                                  ? direct_transmittance(met.optical_depth, mu_out)
                                  : mu_in * (factor * values[i].single + values[i].multiple));

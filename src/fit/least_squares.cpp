@@ -3,7 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/base/size.h>
 
 #include <Eigen/Cholesky>
 
@@ -38,17 +37,13 @@ Interval free_albedo(const ParameterRanges& ranges, bool first, double held) {
 
 /// Whether the observations bring an axis' value themselves.
 bool is_known(const std::vector<Observation>& observations, std::size_t axis, const char* name) {
-    const auto count = static_cast<std::size_t>(std::ranges::count_if(
-        observations,
-        [&](const Observation& observed) { return !std::isnan(observed.known[axis]); }));
+    const auto count = size(std::ranges::count_if(observations, [&](const Observation& observed) {
+        return !std::isnan(observed.known[axis]);
+    }));
     require(count == 0 || count == observations.size(), fit_caller, name,
             "known of all " + std::to_string(observations.size()) + " observations, or of none",
             count);
     return count > 0;
-}
-
-constexpr Coordinate to_coordinate(FitParameter parameter) {
-    return static_cast<Coordinate>(parameter);
 }
 
 }  // namespace
@@ -68,7 +63,7 @@ ParameterSpace::ParameterSpace(const LayerModel& model,
                 held_.optical_depth);
     } else {
         held_.optical_depth = depth.low;
-        add(Coordinate::depth, depth);
+        add(fit_optical_depth, depth);
     }
     add_albedos(model, options);
     const std::vector<FamilyAxis> family = model.family();
@@ -112,13 +107,13 @@ void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& opti
                 "one that leaves room for the other: w1 + w2 in " + interval_text(ranges.albedo) +
                     ", w1 / (w1 + w2) in " + interval_text(ranges.mixture),
                 held);
-        add(first ? Coordinate::w1 : Coordinate::w2, range);
+        add(first ? fit_w1 : fit_w2, range);
     } else {
         mixes_ = true;
         albedo_ = ranges.albedo.low;
         mixture_ = ranges.mixture.low;
-        add(Coordinate::albedo, ranges.albedo);
-        add(Coordinate::mixture, ranges.mixture);
+        add(sum_of_albedos, ranges.albedo);
+        add(share_of_first, ranges.mixture);
     }
 }
 
@@ -137,7 +132,7 @@ void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
     if (is_free) {
         require(!held, fit_caller, name, "either held or free", "both");
         value = std::clamp(value, range.low, range.high);
-        add(kind == 1 ? Coordinate::g1 : Coordinate::g2, range);
+        add(kind == 1 ? fit_g1 : fit_g2, range);
         return;
     }
     require(range.contains(*held), fit_caller, name + " held", "in " + interval_text(range), *held);
@@ -173,7 +168,7 @@ void ParameterSpace::add_family(const LayerModel& model,
         } else {
             require(!axis.is_discrete, fit_caller, name,
                     "held or known of the observations: " + allowed_text(axis), "neither");
-            add(to_coordinate(*parameter), range);
+            add(*parameter, range);
         }
     }
 }
@@ -187,27 +182,27 @@ double ParameterSpace::Range::extent() const {
     return (is_logarithm() ? std::numbers::ln2 : 1) * (high - low);
 }
 
-double ParameterSpace::extent(FitParameter parameter) const {
-    const int at = place(to_coordinate(parameter));
-    return at < 0 ? 0 : ranges_[static_cast<std::size_t>(at)].extent();
+double ParameterSpace::extent(Coordinate coordinate) const {
+    const int at = place(coordinate);
+    return at < 0 ? 0 : ranges_[stratus::size(at)].extent();
 }
 
-bool ParameterSpace::is_logarithm(FitParameter parameter) const {
-    const int at = place(to_coordinate(parameter));
-    return at >= 0 && ranges_[static_cast<std::size_t>(at)].is_logarithm();
+bool ParameterSpace::is_logarithm(Coordinate coordinate) const {
+    const int at = place(coordinate);
+    return at >= 0 && ranges_[stratus::size(at)].is_logarithm();
 }
 
 double ParameterSpace::value(int of, double at) const {
-    const Range& range = ranges_[static_cast<std::size_t>(of)];
+    const Range& range = ranges_[stratus::size(of)];
     const double value = between(range.low, range.high, at);
     return range.is_logarithm() ? std::exp2(value) : value;
 }
 
 std::string ParameterSpace::name(int of) const {
     switch (coordinate(of)) {
-        case Coordinate::albedo: return one_kind_ ? "w" : "w1 + w2";
-        case Coordinate::mixture: return "w1 / (w1 + w2)";
-        default: return names_[static_cast<std::size_t>(coordinate(of))];
+        case sum_of_albedos: return one_kind_ ? "w" : "w1 + w2";
+        case share_of_first: return "w1 / (w1 + w2)";
+        default: return names_[coordinate(of)];
     }
 }
 
@@ -217,9 +212,9 @@ LayerParameters ParameterSpace::layer(const Point& at) const {
     for (int p = 0; p < size(); ++p) {
         const double value = this->value(p, at[p]);
         switch (coordinate(p)) {
-            case Coordinate::albedo: albedo = value; break;
-            case Coordinate::mixture: mixture = value; break;
-            default: layer.*layer_fields[static_cast<std::size_t>(coordinate(p))] = value;
+            case sum_of_albedos: albedo = value; break;
+            case share_of_first: mixture = value; break;
+            default: layer.*layer_fields[coordinate(p)] = value;
         }
     }
     if (mixes_) {
@@ -233,20 +228,20 @@ Eigen::MatrixXd ParameterSpace::derivatives(const Point& at) const {
     Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(fit_parameters, size());
     const LayerParameters layer = this->layer(at);
     for (int p = 0; p < size(); ++p) {
-        const double extent = ranges_[static_cast<std::size_t>(p)].extent();
+        const double extent = ranges_[stratus::size(p)].extent();
         switch (coordinate(p)) {
-            case Coordinate::albedo: {
-                const int mixture = place(Coordinate::mixture);
+            case sum_of_albedos: {
+                const int mixture = place(share_of_first);
                 const double share = mixture < 0 ? mixture_ : value(mixture, at[mixture]);
                 derivatives(fit_w1, p) = share * extent;
                 derivatives(fit_w2, p) = (1 - share) * extent;
                 break;
             }
-            case Coordinate::mixture:
+            case share_of_first:
                 derivatives(fit_w1, p) = layer.albedo() * extent;
                 derivatives(fit_w2, p) = -layer.albedo() * extent;
                 break;
-            default: derivatives(static_cast<Eigen::Index>(coordinate(p)), p) = extent;
+            default: derivatives(index(coordinate(p)), p) = extent;
         }
     }
     return derivatives;
@@ -255,9 +250,8 @@ Eigen::MatrixXd ParameterSpace::derivatives(const Point& at) const {
 ParameterSpace::Point ParameterSpace::start() const {
     Point at = Point::Constant(size(), 0.5);
     for (int p = 0; p < size(); ++p) {
-        const Range& range = ranges_[static_cast<std::size_t>(p)];
-        if (range.of == Coordinate::g1) at[p] = (held_.g1 - range.low) / (range.high - range.low);
-        if (range.of == Coordinate::g2) at[p] = (held_.g2 - range.low) / (range.high - range.low);
+        const auto& [of, low, high] = ranges_[stratus::size(p)];
+        if (of == fit_g1 || of == fit_g2) at[p] = (held_.*layer_fields[of] - low) / (high - low);
     }
     return at;
 }
@@ -288,7 +282,7 @@ Point damped_step(const Eigen::MatrixXd& curvature, const Point& slope, const Po
 /// `start` with every combination of starts of the parameters of phase functions that are free.
 std::vector<Point> starting_points(const ParameterSpace& space) {
     std::vector<Point> points{space.start()};
-    for (const Coordinate parameter : of_phase_functions) {
+    for (const FitParameter parameter : of_phase_functions) {
         const int place = space.place(parameter);
         if (place < 0) continue;
         const std::vector<Point> before = points;
@@ -305,9 +299,9 @@ std::vector<Point> starting_points(const ParameterSpace& space) {
 /// `start`: one fit in which its particles have vanished would lose it for all that follow.
 void scan(const Problem& problem, const Point& start, int depth, std::vector<Minimum>& minima) {
     constexpr double rough_tolerance = 1e-3;
-    const int count = problem.model().scanned_depths();
-    const bool afresh = std::ranges::any_of(of_phase_functions, [&](Coordinate parameter) {
-        return problem.space().place(parameter) >= 0;
+    const int count = problem.model.scanned_depths();
+    const bool afresh = std::ranges::any_of(of_phase_functions, [&](FitParameter parameter) {
+        return problem.space.place(parameter) >= 0;
     });
     std::vector<Minimum> profile;
     for (int n = 0; n < count; ++n) {
@@ -341,10 +335,10 @@ std::vector<Minimum> distinct(const std::vector<Minimum>& sorted) {
 
 Eigen::VectorXd Problem::residuals(const Point& at) const {
     const std::vector<double> brightness =
-        model_.brightness(space_.layer(at), observations_, options_.density, options_.opposition);
-    Eigen::VectorXd residuals(static_cast<Eigen::Index>(observations_.size()));
+        model.brightness(space.layer(at), observations, options.density, options.opposition);
+    Eigen::VectorXd residuals(index(observations.size()));
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
-        const Observation& observed = observations_[size(i)];
+        const Observation& observed = observations[size(i)];
         residuals[i] = (brightness[size(i)] - observed.brightness) / observed.sigma;
     }
     return residuals;
@@ -352,8 +346,7 @@ Eigen::VectorXd Problem::residuals(const Point& at) const {
 
 Eigen::MatrixXd Problem::derivatives(const Point& at, std::optional<int> held) const {
     constexpr double step = 1e-3;
-    Eigen::MatrixXd derivatives =
-        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(observations_.size()), at.size());
+    Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(index(observations.size()), at.size());
     for (int p = 0; p < at.size(); ++p) {
         if (held == p) continue;
         Point upper = at, lower = at;
@@ -394,8 +387,8 @@ Minimum descend(const Problem& problem, Point at, std::optional<int> held, doubl
 
 std::vector<Minimum> scan_minima(const Problem& problem) {
     std::vector<Minimum> minima;
-    const int depth = problem.space().place(Coordinate::depth);
-    for (const Point& start : starting_points(problem.space())) {
+    const int depth = problem.space.place(fit_optical_depth);
+    for (const Point& start : starting_points(problem.space)) {
         if (depth < 0)
             minima.push_back(descend(problem, start));
         else

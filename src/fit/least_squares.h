@@ -3,11 +3,13 @@
 // what its geometries leave open and what contradicts the model.
 #pragma once
 
+#include <stratus/base/size.h>
 #include <stratus/fit/fit.h>
 
 #include <Eigen/Core>
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,14 +18,16 @@ namespace stratus {
 
 constexpr const char* fit_caller = "fit_layer";  // in refusals
 
-/// The parameters in the order of FitParameter, and two more: both albedos free are varied as w1 + w2
-/// and w1 / (w1 + w2), which tables are made of. The depth, radii, wavelengths and variances are
-/// varied by their log2.
-enum class Coordinate { depth, w1, w2, g1, g2, radius, wavelength, variance, albedo, mixture };
+constexpr Eigen::Index index(std::size_t n) { return static_cast<Eigen::Index>(n); }
+
+/// A FitParameter, or one of two more: both albedos free are varied as w1 + w2 and w1 / (w1 + w2),
+/// which tables are made of. The depth, radii, wavelengths and variances are varied by their log2.
+using Coordinate = std::size_t;
+constexpr Coordinate sum_of_albedos = fit_parameters, share_of_first = fit_parameters + 1;
 
 /// The coordinates of phase functions.
-inline constexpr std::array of_phase_functions{Coordinate::g1, Coordinate::g2, Coordinate::radius,
-                                               Coordinate::wavelength, Coordinate::variance};
+inline constexpr std::array of_phase_functions{fit_g1, fit_g2, fit_radius, fit_wavelength,
+                                               fit_variance};
 
 class ParameterSpace {
   public:
@@ -36,7 +40,7 @@ class ParameterSpace {
                    const FitOptions& options);
 
     int size() const { return static_cast<int>(ranges_.size()); }
-    Coordinate coordinate(int of) const { return ranges_[static_cast<std::size_t>(of)].of; }
+    Coordinate coordinate(int of) const { return ranges_[stratus::size(of)].of; }
 
     /// Place of a coordinate; -1: not free.
     int place(Coordinate wanted) const;
@@ -47,10 +51,10 @@ class ParameterSpace {
     Eigen::MatrixXd derivatives(const Point& at) const;
 
     /// True where it is that of the logarithm; not of a parameter that is held.
-    bool is_logarithm(FitParameter parameter) const;
+    bool is_logarithm(Coordinate coordinate) const;
 
-    /// From one end of a parameter's range to the other, or of its logarithm; 0: not varied itself.
-    double extent(FitParameter parameter) const;
+    /// From one end of a coordinate's range to the other, or of its logarithm; 0: not varied itself.
+    double extent(Coordinate coordinate) const;
 
     /// A coordinate's value with its name: "w1 + w2", 0.9.
     std::string name(int of) const;
@@ -65,8 +69,7 @@ class ParameterSpace {
         double low, high;  // of log2 where that is varied
 
         bool is_logarithm() const {
-            return of == Coordinate::depth ||
-                   (of >= Coordinate::radius && of <= Coordinate::variance);
+            return of == fit_optical_depth || (of >= fit_radius && of <= fit_variance);
         }
         double extent() const;
     };
@@ -86,28 +89,19 @@ class ParameterSpace {
     std::vector<Range> ranges_;
 };
 
-class Problem {
-  public:
+struct Problem {
     using Point = ParameterSpace::Point;
 
-    Problem(const LayerModel& model, const ParameterSpace& space,
-            const std::vector<Observation>& observations, const FitOptions& options)
-        : model_(model), space_(space), observations_(observations), options_(options) {}
-
-    const LayerModel& model() const { return model_; }
-    const ParameterSpace& space() const { return space_; }
+    const LayerModel& model;
+    const ParameterSpace& space;
+    const std::vector<Observation>& observations;
+    const FitOptions& options;
 
     /// (model - observed) / sigma of all observations.
     Eigen::VectorXd residuals(const Point& at) const;
 
     /// Central differences of the residuals, within the cube; 0 for the coordinate that is held.
     Eigen::MatrixXd derivatives(const Point& at, std::optional<int> held = {}) const;
-
-  private:
-    const LayerModel& model_;
-    const ParameterSpace& space_;
-    const std::vector<Observation>& observations_;
-    const FitOptions& options_;
 };
 
 struct Minimum {
@@ -134,7 +128,7 @@ double chi_square_probability(double chi_square, int degrees_of_freedom) noexcep
 
 /// Adds the remarks of a fit whose estimates, covariance and chi-square are known. `covariance` is
 /// in the terms of ParameterSpace::derivatives; `minima` are sorted, the best first.
-void add_remarks(const Problem& problem, const LayerModel& model,
-                 const std::vector<Minimum>& minima, const Eigen::MatrixXd& covariance, Fit& fit);
+void add_remarks(const Problem& problem, const std::vector<Minimum>& minima,
+                 const Eigen::MatrixXd& covariance, Fit& fit);
 
 }  // namespace stratus

@@ -1,14 +1,10 @@
 #include <stratus/io/checkpoint.h>
-#include <stratus/io/file_bytes.h>
 
 #include <libdeflate.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdint>
 #include <fcntl.h>
-#include <initializer_list>
-#include <mutex>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -16,7 +12,6 @@
 #include <system_error>
 #include <thread>
 #include <unistd.h>
-#include <unordered_map>
 
 namespace stratus {
 namespace {
@@ -65,176 +60,151 @@ void check_same(const char* what, const std::string& stored, const std::string& 
                              "; remove it to start over");
 }
 
+/// Opens and locks the file, in several tries: a killed process holds its lock until the system
+/// has reclaimed its memory.
+io::Descriptor open_locked(const fs::path& path) {
+    for (int tries = 0; tries < max_tries; ++tries) {
+        io::Descriptor opened(path, O_RDWR | O_CREAT | O_NOFOLLOW);
+        // Its owner may have finished and removed it before it was locked.
+        if (opened.lock() && opened.is_still_at(path)) return opened;
+        std::this_thread::sleep_for(between_tries);
+    }
+    throw std::runtime_error("another bake of this table is running");
+}
+
 }  // namespace
 
-struct Checkpoint::File {
-    struct Content {
-        std::uint64_t offset, size;
-    };
-
-    File(const fs::path& at, const CheckpointOwner& owner) : path(at), descriptor(open_locked(at)) {
-        if (!find_records()) {
-            begin(owner);
-            return;
-        }
-        check_same("program", text("program"), owner.program);
-        check_same("recipe", text("recipe"), owner.recipe);
-        contents.erase("program");
-        contents.erase("recipe");
-        truncate(end);
-    }
-
-    /// Opens and locks the file, in several tries: a killed process holds its lock until the system
-    /// has reclaimed its memory.
-    static io::Descriptor open_locked(const fs::path& path) {
-        for (int tries = 0; tries < max_tries; ++tries) {
-            io::Descriptor opened(path, O_RDWR | O_CREAT | O_NOFOLLOW);
-            // Its owner may have finished and removed it before it was locked.
-            if (opened.lock() && opened.is_still_at(path)) return opened;
-            std::this_thread::sleep_for(between_tries);
-        }
-        throw std::runtime_error("another bake of this table is running");
-    }
-
-    /// Finds all complete records; false if there are none besides the owner's.
-    bool find_records() {
-        struct stat status;
-        if (::fstat(descriptor.number(), &status) != 0 || !S_ISREG(status.st_mode))
-            throw std::runtime_error("is not a regular file");
-        const auto size = static_cast<std::uint64_t>(status.st_size);
-        std::string start(std::min<std::uint64_t>(size, magic.size()), '\0');
-        read(0, start);
-        if (start != magic.substr(0, start.size())) {
-            const bool other_version = start.starts_with(magic_without_version);
-            throw std::runtime_error(other_version ? "is a checkpoint of another version"
-                                                   : "is not a checkpoint");
-        }
-        if (size < magic.size()) return false;
-        end = magic.size();
-        while (find_record(size)) continue;
-        finished = contents.size();
-        for (const char* owner : {"program", "recipe"}) finished -= contents.count(owner);
-        return finished > 0;
-    }
-
-    /// Finds the record at `end`; false if it is not complete and undamaged.
-    bool find_record(std::uint64_t size) {
-        RecordHead head;
-        if (size - end < sizeof head) return false;
-        read(end, {reinterpret_cast<char*>(&head), sizeof head});
-        const std::uint64_t rest = size - end - sizeof head;
-        if (head.name_size > max_name || head.name_size > rest || head.size > rest - head.name_size)
-            return false;
-        std::string name(head.name_size, '\0');
-        read(end + sizeof head, name);
-        const std::uint64_t offset = end + sizeof head + name.size();
-        std::vector<char> bytes(head.size);
-        read(offset, bytes);
-        if (record_checksum(head, name, bytes) != head.checksum) return false;
-        contents[name] = {offset, head.size};
-        end = offset + head.size;
-        return true;
-    }
-
-    void begin(const CheckpointOwner& owner) {
-        contents.clear();
-        truncate(0);
-        put({magic});
-        append("program", owner.program);
-        append("recipe", owner.recipe);
-        finished = 0;
-    }
-
-    void append(const std::string& name, std::span<const char> bytes) {
-        RecordHead head{0, static_cast<std::uint32_t>(name.size()), bytes.size()};
-        head.checksum = record_checksum(head, name, bytes);
-        put({{reinterpret_cast<const char*>(&head), sizeof head}, name, bytes});
-    }
-
-    /// Writes all parts at the end. If that fails, empties the file: on a full disk, the finished
-    /// table matters more.
-    void put(std::initializer_list<std::span<const char>> parts) {
-        const std::lock_guard lock(mutex);
-        if (!trouble.empty()) return;
-        std::uint64_t at = end;
-        try {
-            for (const std::span<const char> part : parts) {
-                descriptor.write_at(at, part);
-                at += part.size();
-            }
-            end = at;
-            ++finished;
-        } catch (const std::system_error& error) {
-            trouble = path.string() + ": " + error.code().message();
-            contents.clear();
-            finished = 0;
-            truncate(0);
-        }
-    }
-
-    /// May fail: what is left over is dropped on opening.
-    void truncate(std::uint64_t at) {
-        end = at;
-        [[maybe_unused]] const int failure =
-            ::ftruncate(descriptor.number(), static_cast<off_t>(end));
-    }
-
-    void read(std::uint64_t offset, std::span<char> bytes) const {
-        descriptor.read_at(offset, bytes);
-    }
-
-    std::string text(const std::string& name) const {
-        const auto found = contents.find(name);
-        if (found == contents.end()) return "";
-        std::string bytes(found->second.size, '\0');
-        read(found->second.offset, bytes);
-        return bytes;
-    }
-
-    const fs::path path;
-    io::Descriptor descriptor;
-    std::unordered_map<std::string, Content> contents;  // of the records found on opening
-    std::uint64_t end = 0;                              // of the last complete record
-    std::size_t finished = 0;
-    std::string trouble;
-    mutable std::mutex mutex;
-};
-
 Checkpoint::Checkpoint(const fs::path& path, const CheckpointOwner& owner)
-    : file_(io::naming(path, [&] { return std::make_unique<File>(path, owner); })) {}
+    : path_(path), file_(io::naming(path, [&] { return open_locked(path); })) {
+    if (!io::naming(path_, [&] { return find_records(); })) {
+        begin(owner);
+        return;
+    }
+    const auto text = [&](const char* name) {
+        const std::vector<char> bytes = find(name).value_or(std::vector<char>{});
+        return std::string(bytes.begin(), bytes.end());
+    };
+    const std::string program = text("program"), recipe = text("recipe");
+    io::naming(path_, [&] {
+        check_same("program", program, owner.program);
+        check_same("recipe", recipe, owner.recipe);
+    });
+    contents_.erase("program");
+    contents_.erase("recipe");
+    truncate(end_);
+}
 
 Checkpoint::~Checkpoint() {
     if (pieces() == 0) remove();
 }
 
+/// Finds all complete records; false if there are none besides the owner's.
+bool Checkpoint::find_records() {
+    struct stat status;
+    if (::fstat(file_.number(), &status) != 0 || !S_ISREG(status.st_mode))
+        throw std::runtime_error("is not a regular file");
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    std::string start(std::min<std::uint64_t>(size, magic.size()), '\0');
+    file_.read_at(0, start);
+    if (start != magic.substr(0, start.size())) {
+        const bool other_version = start.starts_with(magic_without_version);
+        throw std::runtime_error(other_version ? "is a checkpoint of another version"
+                                               : "is not a checkpoint");
+    }
+    if (size < magic.size()) return false;
+    end_ = magic.size();
+    while (find_record(size)) continue;
+    finished_ = contents_.size();
+    for (const char* owner : {"program", "recipe"}) finished_ -= contents_.count(owner);
+    return finished_ > 0;
+}
+
+/// Finds the record at the end of those found, in a file of `size` bytes; false if it is not complete
+/// and undamaged.
+bool Checkpoint::find_record(std::uint64_t size) {
+    RecordHead head;
+    if (size - end_ < sizeof head) return false;
+    file_.read_at(end_, {reinterpret_cast<char*>(&head), sizeof head});
+    const std::uint64_t rest = size - end_ - sizeof head;
+    if (head.name_size > max_name || head.name_size > rest || head.size > rest - head.name_size)
+        return false;
+    std::string name(head.name_size, '\0');
+    file_.read_at(end_ + sizeof head, name);
+    const std::uint64_t offset = end_ + sizeof head + name.size();
+    std::vector<char> bytes(head.size);
+    file_.read_at(offset, bytes);
+    if (record_checksum(head, name, bytes) != head.checksum) return false;
+    contents_[name] = {offset, head.size};
+    end_ = offset + head.size;
+    return true;
+}
+
+void Checkpoint::begin(const CheckpointOwner& owner) {
+    contents_.clear();
+    truncate(0);
+    put({magic});
+    keep("program", owner.program);
+    keep("recipe", owner.recipe);
+    finished_ = 0;
+}
+
+/// Writes all parts at the end. If that fails, empties the file: on a full disk, the finished
+/// table matters more.
+void Checkpoint::put(std::initializer_list<std::span<const char>> parts) {
+    const std::lock_guard lock(mutex_);
+    if (!trouble_.empty()) return;
+    std::uint64_t at = end_;
+    try {
+        for (const std::span<const char> part : parts) {
+            file_.write_at(at, part);
+            at += part.size();
+        }
+        end_ = at;
+        ++finished_;
+    } catch (const std::system_error& error) {
+        trouble_ = path_.string() + ": " + error.code().message();
+        contents_.clear();
+        finished_ = 0;
+        truncate(0);
+    }
+}
+
+/// May fail: what is left over is dropped on opening.
+void Checkpoint::truncate(std::uint64_t at) {
+    end_ = at;
+    [[maybe_unused]] const int failure = ::ftruncate(file_.number(), static_cast<off_t>(end_));
+}
+
 std::size_t Checkpoint::pieces() const {
-    const std::lock_guard lock(file_->mutex);
-    return file_->finished;
+    const std::lock_guard lock(mutex_);
+    return finished_;
 }
 
 std::optional<std::vector<char>> Checkpoint::find(const std::string& piece) const {
-    const std::lock_guard lock(file_->mutex);
-    const auto found = file_->contents.find(piece);
-    if (found == file_->contents.end()) return std::nullopt;
+    const std::lock_guard lock(mutex_);
+    const auto found = contents_.find(piece);
+    if (found == contents_.end()) return std::nullopt;
     std::vector<char> result(found->second.size);
-    io::naming(file_->path, [&] { file_->read(found->second.offset, result); });
+    io::naming(path_, [&] { file_.read_at(found->second.offset, result); });
     return result;
 }
 
 void Checkpoint::keep(const std::string& piece, std::span<const char> result) {
-    file_->append(piece, result);
+    RecordHead head{0, static_cast<std::uint32_t>(piece.size()), result.size()};
+    head.checksum = record_checksum(head, piece, result);
+    put({{reinterpret_cast<const char*>(&head), sizeof head}, piece, result});
 }
 
 std::string Checkpoint::trouble() const {
-    const std::lock_guard lock(file_->mutex);
-    return file_->trouble;
+    const std::lock_guard lock(mutex_);
+    return trouble_;
 }
 
 void Checkpoint::remove() {
     std::error_code ignored;
-    if (!file_->descriptor.is_still_at(file_->path)) return;
-    fs::remove(file_->path, ignored);
-    file_->truncate(0);  // frees it now, not once it is closed
+    if (!file_.is_still_at(path_)) return;
+    fs::remove(path_, ignored);
+    truncate(0);  // frees it now, not once it is closed
 }
 
 }  // namespace stratus

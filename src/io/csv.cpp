@@ -43,8 +43,7 @@ std::vector<std::string> split(std::string& text, const std::string& name, int l
     return fields;
 }
 
-std::vector<std::string> read_header(const std::vector<std::string>& fields,
-                                     const std::string& name, int line) {
+void check_header(const std::vector<std::string>& fields, const std::string& name, int line) {
     std::unordered_set<std::string> met;
     for (const std::string& column : fields) {
         double number;
@@ -55,7 +54,6 @@ std::vector<std::string> read_header(const std::vector<std::string>& fields,
         if (!met.insert(column).second)
             refuse(name, line, "column '" + shown(column) + "' appears twice");
     }
-    return fields;
 }
 
 // The library's own numbers would not do: they are not correctly rounded, and know no infinity.
@@ -104,7 +102,8 @@ CsvRows<Field> read_lines(std::istream& stream, const std::string& name, std::ui
         if (first == std::string::npos || text[first] == '#') continue;
         const std::vector<std::string> fields = split(text, table.name, line);
         if (table.columns.empty()) {
-            table.columns = read_header(fields, table.name, line);
+            check_header(fields, table.name, line);
+            table.columns = fields;
             continue;
         }
         if (fields.size() != table.columns.size())
@@ -142,21 +141,16 @@ CsvTable read_numbers(std::istream& stream, const std::string& name,
 
 }  // namespace
 
-template <class Field>
-bool CsvRows<Field>::has_column(const std::string& wanted) const {
+bool CsvColumns::has_column(const std::string& wanted) const {
     return std::find(columns.begin(), columns.end(), wanted) != columns.end();
 }
 
-template <class Field>
-int CsvRows<Field>::column(const std::string& wanted) const {
+int CsvColumns::column(const std::string& wanted) const {
     const auto found = std::find(columns.begin(), columns.end(), wanted);
     if (found != columns.end()) return static_cast<int>(found - columns.begin());
     throw std::invalid_argument(name + ": column '" + wanted + "' must be there, got " +
                                 shown(joined(columns)));
 }
-
-template struct CsvRows<double>;
-template struct CsvRows<std::string>;
 
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words) {

@@ -1,5 +1,4 @@
 #include <stratus/base/size.h>
-#include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 
 #include "memory_stream.h"
@@ -10,6 +9,7 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
@@ -30,14 +30,13 @@ Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
 
 void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer,
                 const std::filesystem::path& path) {
-    io::Bytes bytes;
-    io::MemoryOutput stream(bytes, "picture");
+    Imf::StdOSStream stream;  // in memory
     {
         Imf::OutputFile file(stream, header);
         file.setFrameBuffer(buffer);
         file.writePixels(header.dataWindow().max.y + 1);
     }  // the destructor completes the file
-    io::write_bytes(path, bytes);
+    write_content(path, stream.str());
 }
 
 }  // namespace

@@ -33,6 +33,7 @@
 #include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
@@ -58,38 +59,31 @@ constexpr std::size_t rows_in_memory = 3 * 32;
 
 // --- Table <-> picture ---
 
-struct PictureSize {
+/// How samples over some axes are laid out.
+struct Picture {
+    std::vector<std::size_t> extents;
     std::size_t width, height;
+    const char* layout;
 };
 
-/// Width and height of the samples over these axes.
-PictureSize picture_size(std::span<const std::size_t> extents) {
-    switch (extents.size()) {
-        case 2: return {extents[1], extents[0]};
-        case 3: return {extents[2], extents[0] * extents[1]};
-        default: return {extents[1] * extents[3] * extents[4], extents[0] * extents[2]};
-    }
-}
-
-std::string layout_text(std::size_t rank) {
-    switch (rank) {
-        case 2: return "row = albedo, column = optical_depth";
-        case 3: return "row = albedo * optical_depth_count + optical_depth, column = mu_in";
-        default:
-            return "tiles, one row of tiles per albedo, one column of tiles per optical_depth; "
-                   "inside a tile row = mu_in, column = mu_out * azimuth_count + azimuth";
-    }
-}
-
-/// The extents that determine the layout of a picture. The pictures of all members of a family are
-/// stacked vertically, as if there were that many more albedos.
-std::vector<std::size_t> picture_extents(const Table& table, std::size_t rank) {
-    std::vector<std::size_t> sizes = extents(table, rank);
+/// Returns the picture of samples over the first axes. The pictures of all members of a family are stacked
+/// vertically, as if there were that many more albedos.
+Picture make_picture(const Table& table, std::size_t rank) {
+    std::vector<std::size_t> n = extents(table, rank);
     for (std::size_t k = 0; k < table.family.size(); ++k) {
-        sizes[1] *= sizes[0];
-        sizes.erase(sizes.begin());
+        n[1] *= n[0];
+        n.erase(n.begin());
     }
-    return sizes;
+    switch (rank) {
+        case 2: return {n, n[1], n[0], "row = albedo, column = optical_depth"};
+        case 3:
+            return {n, n[2], n[0] * n[1],
+                    "row = albedo * optical_depth_count + optical_depth, column = mu_in"};
+        default:
+            return {n, n[1] * n[3] * n[4], n[0] * n[2],
+                    "tiles, one row of tiles per albedo, one column of tiles per optical_depth; "
+                    "inside a tile row = mu_in, column = mu_out * azimuth_count + azimuth"};
+    }
 }
 
 /// Samples in the order of the picture, which differs from the table's only over all five axes.
@@ -286,38 +280,38 @@ void read_axes(const Imf::Header& header, Table& table) {
 // --- Parts ---
 
 /// The header of one part. All parts of a file have the same display window.
-Imf::Header part_header(const SampleField& field, const std::string& layout,
-                        const PictureSize& size, const PictureSize& display,
-                        const std::vector<float>& samples) {
-    const auto window = [](const PictureSize& s) {
+Imf::Header part_header(const SampleField& field, const std::string& layout, const Picture& picture,
+                        const Picture& display, const std::vector<float>& samples) {
+    const auto window = [](const Picture& s) {
         return Imath::Box2i({0, 0},
                             {static_cast<int>(s.width) - 1, static_cast<int>(s.height) - 1});
     };
-    Imf::Header header(window(display), window(size));
+    Imf::Header header(window(display), window(picture));
     header.setName(field.name);
     header.setType(Imf::SCANLINEIMAGE);
     header.compression() = Imf::PIZ_COMPRESSION;
     header.channels().insert(channel_name, Imf::Channel(Imf::FLOAT));
     header.insert(layout_attribute, Imf::StringAttribute(layout));
-    header.insert(checksum_attribute, Imf::StringAttribute(checksum(std::span(samples))));
+    header.insert(checksum_attribute,
+                  Imf::StringAttribute(checksum(std::as_bytes(std::span(samples)))));
     return header;
 }
 
 std::vector<Imf::Header> make_headers(const Table& table, const Metadata& metadata,
                                       const std::vector<SampleField>& fields) {
-    const PictureSize display = picture_size(picture_extents(table, fields.front().rank));
+    const Picture display = make_picture(table, fields.front().rank);
     const std::string family_layout = !table.has_family() ? ""
                                       : is_mixture(table.family)
                                           ? "one picture per mixture, one beneath the other: "
                                           : "one picture per member, one beneath the other: ";
     std::vector<Imf::Header> headers;
     for (const SampleField& field : fields) {
-        const PictureSize size = picture_size(picture_extents(table, field.rank));
-        if (std::max(size.width, size.height) > max_side)
+        const Picture picture = make_picture(table, field.rank);
+        if (std::max(picture.width, picture.height) > max_side)
             throw std::runtime_error(std::string(field.name) + " is too large for a picture, " +
-                                     std::to_string(size.width) + " x " +
-                                     std::to_string(size.height));
-        headers.push_back(part_header(field, family_layout + layout_text(field.rank), size, display,
+                                     std::to_string(picture.width) + " x " +
+                                     std::to_string(picture.height));
+        headers.push_back(part_header(field, family_layout + picture.layout, picture, display,
                                       table.*field.samples));
     }
     Metadata texts = table_attributes(table, metadata);
@@ -333,10 +327,9 @@ int find_part(const Imf::MultiPartInputFile& file, const std::string& name) {
     throw std::runtime_error("part " + name + " is missing");
 }
 
-void check_part(const Imf::Header& header, const std::string& name, const PictureSize& size) {
+void check_part(const Imf::Header& header, const std::string& name, const Picture& picture) {
     const Imath::Box2i& window = header.dataWindow();
-    if (static_cast<std::size_t>(window.max.x) + 1 != size.width ||
-        static_cast<std::size_t>(window.max.y) + 1 != size.height)
+    if (size(window.max.x) + 1 != picture.width || size(window.max.y) + 1 != picture.height)
         throw std::runtime_error("data window of " + name + " does not match its axes");
     if (header.compression() != Imf::PIZ_COMPRESSION)
         throw std::runtime_error(name + " must have PIZ compression");
@@ -370,24 +363,22 @@ void read_tiles(Imf::InputPart& part, std::size_t width, std::span<const std::si
 }
 
 std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& field,
-                             std::span<const std::size_t> extents, std::size_t file_size,
-                             const MemoryLimit& limit, bool ignore_checksums) {
+                             const Picture& picture, const MemoryLimit& limit,
+                             bool ignore_checksums) {
     const std::string name = field.name;
     const int number = find_part(file, name);
     const Imf::Header& header = file.header(number);
-    const std::size_t count = checked_count(name, extents, sizeof(float), file_size);
-    const PictureSize size = picture_size(extents);
-    check_part(header, name, size);
+    check_part(header, name, picture);
     Imf::InputPart part(file, number);
-    std::vector<float> samples(count);
-    if (extents.size() < 5)
-        read_rows(part, size.width, 0, samples);
+    std::vector<float> samples(picture.width * picture.height);
+    if (field.is_flux())
+        read_rows(part, picture.width, 0, samples);
     else
-        read_tiles(part, size.width, extents, limit, samples);
+        read_tiles(part, picture.width, picture.extents, limit, samples);
     if (!ignore_checksums) {
         Metadata texts = text_attributes(header, checksum_attribute, true);
         check_checksum(name, take(texts, checksum_attribute),
-                       checksum(std::span<const float>(samples)));
+                       checksum(std::as_bytes(std::span(samples))));
     }
     return samples;
 }
@@ -398,20 +389,18 @@ void write_exr(const Table& table, const Metadata& metadata, const std::filesyst
                const WriteOptions&) {
     const std::vector<SampleField> fields = listed_samples(metadata);
     const std::vector<Imf::Header> headers = make_headers(table, metadata, fields);
-    Bytes bytes;
-    MemoryOutput stream(bytes, "table");
+    Imf::StdOSStream stream;  // in memory
     {
         Imf::MultiPartOutputFile file(stream, headers.data(), static_cast<int>(headers.size()));
         for (std::size_t i = 0; i < fields.size(); ++i) {
-            const std::vector<std::size_t> n = picture_extents(table, fields[i].rank);
-            const PictureSize size = picture_size(n);
-            std::vector<float> pixels = to_picture(table.*fields[i].samples, n);
+            const Picture picture = make_picture(table, fields[i].rank);
+            std::vector<float> pixels = to_picture(table.*fields[i].samples, picture.extents);
             Imf::OutputPart part(file, static_cast<int>(i));
-            part.setFrameBuffer(frame_buffer(pixels, size.width));
-            part.writePixels(static_cast<int>(size.height));
+            part.setFrameBuffer(frame_buffer(pixels, picture.width));
+            part.writePixels(static_cast<int>(picture.height));
         }
     }  // the destructor completes the file
-    write_bytes(path, bytes);
+    write_content(path, stream.str());
 }
 
 Table decode_exr(const Bytes& bytes, const ReadOptions& options) {
@@ -428,8 +417,8 @@ Table decode_exr(const Bytes& bytes, const ReadOptions& options) {
     const std::vector<SampleField> listed = listed_samples(metadata);
     take_memory(table, listed, bytes.size(), limit);
     for (const SampleField& field : listed)
-        table.*field.samples = read_part(file, field, picture_extents(table, field.rank),
-                                         bytes.size(), limit, options.ignore_checksums);
+        table.*field.samples = read_part(file, field, make_picture(table, field.rank), limit,
+                                         options.ignore_checksums);
     prepare(table);
     return table;
 }

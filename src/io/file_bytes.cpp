@@ -112,12 +112,6 @@ Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, cons
     return bytes;
 }
 
-void write_bytes(const std::filesystem::path& path, std::span<const char> bytes) {
-    Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
-    file.write_at(0, bytes);
-    file.close();
-}
-
 namespace {
 
 std::string mebibytes(std::uintmax_t bytes) {
@@ -342,11 +336,13 @@ void write_atomically(const fs::path& path,
     });
 }
 
-void write_content(const fs::path& path, std::string_view content) {
-    io::write_bytes(path, content);
+void write_content(const fs::path& path, std::span<const char> content) {
+    io::Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
+    file.write_at(0, content);
+    file.close();
 }
 
-void write_content_atomically(const fs::path& path, std::string_view content, Flush flush) {
+void write_content_atomically(const fs::path& path, std::span<const char> content, Flush flush) {
     write_atomically(
         path, [&](const fs::path& temporary) { write_content(temporary, content); }, flush);
 }

@@ -19,26 +19,16 @@ namespace {
 
 constexpr unsigned creation_order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
 
-/// Appends a name to the list `names`; HDF5 stops iterating when it returns nonzero.
-herr_t append_name(hid_t, const char* name, const H5A_info_t*, void* names) noexcept {
-    try {
-        static_cast<std::vector<std::string>*>(names)->emplace_back(name);
-        return 0;
-    } catch (const std::bad_alloc&) {
-        return -1;
-    }
-}
-
 }  // namespace
 
-std::string innermost_error() {
+void fail(const std::string& task) {
     std::string reason;
     const auto innermost = [](unsigned number, const H5E_error2_t* error, void* text) -> herr_t {
         if (number == 0 && error->desc) *static_cast<std::string*>(text) = error->desc;
         return 0;
     };
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &reason);
-    return reason;
+    throw std::runtime_error("HDF5 cannot " + task + (reason.empty() ? "" : ": " + reason));
 }
 
 Handle new_property_list(hid_t kind) {
@@ -60,13 +50,6 @@ Handle new_dataset(hid_t file, const std::string& name, hid_t stored,
     if (in_chunks) set_chunks(creation, extents);
     return {H5Dcreate2(file, name.c_str(), stored, space, H5P_DEFAULT, creation, H5P_DEFAULT),
             H5Dclose, "write dataset " + name};
-}
-
-std::vector<std::string> attribute_names(hid_t object) {
-    std::vector<std::string> names;
-    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name, &names),
-            "list the attributes");
-    return names;
 }
 
 // ---- files
@@ -94,20 +77,16 @@ Handle access_to(void* bytes) {
     return access;
 }
 
-/// A new name for each file: HDF5 tells open files apart by their names. No file on disk can have
-/// this one.
-std::string name_in_memory() {
-    static std::atomic<unsigned long> counter{0};
-    return "/dev/null/" + std::to_string(counter++);
-}
-
 }  // namespace
 
 Handle open_file(const Bytes& bytes) {
     char* const image = const_cast<char*>(bytes.data());  // only read
     const Handle access = access_to(image);
     checked(H5Pset_file_image(access, image, bytes.size()), "use its memory driver");
-    return {H5Fopen(name_in_memory().c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
+    // HDF5 tells open files apart by their names. No file on disk can have one of these.
+    static std::atomic<unsigned long> counter{0};
+    const std::string name = "/dev/null/" + std::to_string(counter++);
+    return {H5Fopen(name.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
 }
 
 namespace {
@@ -131,7 +110,7 @@ struct Output {
     }
 
     Descriptor descriptor;
-    haddr_t end = 0;
+    haddr_t end = 0, allocated = 0;
     std::exception_ptr failure;
 };
 
@@ -140,11 +119,9 @@ struct OpenFile : H5FD_t {
     explicit OpenFile(std::shared_ptr<Output> output_) : H5FD_t{}, output(std::move(output_)) {}
 
     std::shared_ptr<Output> output;
-    haddr_t allocated = 0;
 };
 
-OpenFile& of(H5FD_t* file) { return *static_cast<OpenFile*>(file); }
-const OpenFile& of(const H5FD_t* file) { return *static_cast<const OpenFile*>(file); }
+Output& opened(const H5FD_t* file) { return *static_cast<const OpenFile*>(file)->output; }
 
 /// The property list tells the driver which file it is.
 H5FD_t* open_output(const char*, unsigned, hid_t access, haddr_t) {
@@ -154,7 +131,7 @@ H5FD_t* open_output(const char*, unsigned, hid_t access, haddr_t) {
 }
 
 herr_t close_output(H5FD_t* file) {
-    delete &of(file);
+    delete static_cast<OpenFile*>(file);
     return 0;
 }
 
@@ -176,17 +153,17 @@ herr_t features(const H5FD_t*, unsigned long* flags) {
     return 0;
 }
 
-haddr_t allocated(const H5FD_t* file, H5FD_mem_t) { return of(file).allocated; }
+haddr_t allocated(const H5FD_t* file, H5FD_mem_t) { return opened(file).allocated; }
 
 herr_t allocate(H5FD_t* file, H5FD_mem_t, haddr_t end) {
-    of(file).allocated = end;
+    opened(file).allocated = end;
     return 0;
 }
 
-haddr_t written(const H5FD_t* file, H5FD_mem_t) { return of(file).output->end; }
+haddr_t written(const H5FD_t* file, H5FD_mem_t) { return opened(file).end; }
 
 herr_t read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, void* bytes) {
-    Output& output = *of(file).output;
+    Output& output = opened(file);
     const bool done = output.attempt([&] {
         output.descriptor.read_at(at, {static_cast<char*>(bytes), size});
     });
@@ -194,7 +171,7 @@ herr_t read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, void* byte
 }
 
 herr_t write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, const void* bytes) {
-    Output& output = *of(file).output;
+    Output& output = opened(file);
     output.attempt([&] {
         output.descriptor.write_at(at, {static_cast<const char*>(bytes), size});
     });
@@ -203,9 +180,9 @@ herr_t write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, const voi
 }
 
 herr_t end_where_allocated(H5FD_t* file, hid_t, hbool_t) {
-    Output& output = *of(file).output;
-    output.attempt([&] { output.descriptor.resize(of(file).allocated); });
-    output.end = of(file).allocated;
+    Output& output = opened(file);
+    output.attempt([&] { output.descriptor.resize(output.allocated); });
+    output.end = output.allocated;
     return 0;
 }
 
@@ -297,16 +274,15 @@ void write_entry(hid_t object, const std::string& name, const std::string& text)
             return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, new_scalar(),
                                    &value);
         }
-        case MetadataEntry::Type::number: {
-            const double value = to_number(name, text);
-            return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, new_scalar(),
-                                   &value);
-        }
+        case MetadataEntry::Type::number:
         case MetadataEntry::Type::numbers: {
             const std::vector<double> values = to_numbers(name, text);
             const std::size_t count = values.size();
             return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                                   new_dataspace({&count, 1}), values.data());
+                                   entry_type(name) == MetadataEntry::Type::number
+                                       ? new_scalar()
+                                       : new_dataspace({&count, 1}),
+                                   values.data());
         }
     }
 }
@@ -372,6 +348,24 @@ std::optional<std::string> read_attribute(hid_t object, const std::string& name)
             return to_text(read_numbers<double>(attribute, H5T_NATIVE_DOUBLE, count, name));
         default: return std::nullopt;
     }
+}
+
+/// Appends a name to the list `names`; HDF5 stops iterating when it returns nonzero.
+herr_t append_name(hid_t, const char* name, const H5A_info_t*, void* names) noexcept {
+    try {
+        static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+        return 0;
+    } catch (const std::bad_alloc&) {
+        return -1;
+    }
+}
+
+/// Names in no particular order.
+std::vector<std::string> attribute_names(hid_t object) {
+    std::vector<std::string> names;
+    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name, &names),
+            "list the attributes");
+    return names;
 }
 
 /// The entries whose names stand in `checksum_covers`, itself included, and what else has a meaning;

@@ -2,9 +2,6 @@
 // memory and on the disk, attributes, chunks.
 #pragma once
 
-#include <stratus/io/file_bytes.h>
-#include <stratus/io/write_options.h>
-
 #include "table_content.h"
 
 #include <hdf5.h>
@@ -43,15 +40,14 @@ class QuietErrors {
     void* data_ = nullptr;
 };
 
-/// The innermost error on HDF5's stack; empty if there is none.
-std::string innermost_error();
+/// Throws "HDF5 cannot TASK: reason", the innermost error on HDF5's stack if there is one.
+[[noreturn]] void fail(const std::string& task);
 
-/// Returns the result of a library call, or throws "HDF5 cannot TASK: reason" if it is negative.
+/// Returns the result of a library call, or fails if it is negative.
 template <class Result>
 Result checked(Result result, const std::string& task) {
-    if (result >= 0) return result;
-    const std::string reason = innermost_error();
-    throw std::runtime_error("HDF5 cannot " + task + (reason.empty() ? "" : ": " + reason));
+    if (result < 0) fail(task);
+    return result;
 }
 
 /// An open object of the library, closed at the end of its scope.
@@ -86,9 +82,6 @@ Handle new_dataspace(std::span<const std::size_t> extents);
 /// A new dataset, which keeps the order of its attributes, and no times.
 Handle new_dataset(hid_t file, const std::string& name, hid_t stored,
                    std::span<const std::size_t> extents, bool in_chunks = false);
-
-/// Names in no particular order.
-std::vector<std::string> attribute_names(hid_t object);
 
 // ---- files: read in memory, so that only the system can fail on the disk (file_bytes.h), and written through a
 // driver of our own: what fills them can be larger than memory, and where the system fails it says why, not

@@ -10,10 +10,8 @@
 // rewrites the file in its own way, copying datasets and attributes, keeps them valid. The structures
 // are those of HDF5 1.10, whose own checksums the library compares.
 #include <stratus/base/argument.h>
-#include <stratus/io/write_options.h>
 
 #include "hdf5_parts.h"
-#include "table_content.h"
 
 #include <hdf5.h>
 #include <hdf5_hl.h>
@@ -36,34 +34,26 @@ constexpr std::size_t max_axis_samples = 1 << 20;
 
 // --- Writing: tables, and grids that others read (write_options.h) ---
 
-/// The two element types of the format.
+// The two element types of the format.
+
 template <class Number>
-struct Element;
-template <>
-struct Element<float> {
-    static hid_t stored() { return H5T_IEEE_F32LE; }
-    static hid_t memory() { return H5T_NATIVE_FLOAT; }
-};
-template <>
-struct Element<double> {
-    static hid_t stored() { return H5T_IEEE_F64LE; }
-    static hid_t memory() { return H5T_NATIVE_DOUBLE; }
-};
+hid_t stored_type() {
+    return std::is_same_v<Number, float> ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
+}
+
+template <class Number>
+hid_t memory_type() {
+    return std::is_same_v<Number, float> ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
+}
 
 /// Writes a dataset whole.
 template <class Number>
 Handle write_values(hid_t file, const std::string& name, std::span<const std::size_t> extents,
                     std::span<const Number> values) {
-    Handle dataset = new_dataset(file, name, Element<Number>::stored(), extents);
-    checked(
-        H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-        "write dataset " + name);
+    Handle dataset = new_dataset(file, name, stored_type<Number>(), extents);
+    checked(H5Dwrite(dataset, memory_type<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+            "write dataset " + name);
     return dataset;
-}
-
-/// Only datasets over all axes are large enough to be worth chunks.
-bool is_chunked(std::span<const std::size_t> extents) {
-    return extents.size() >= axis_fields.size();
 }
 
 /// Writes a dataset over the first axes, with its attributes.
@@ -71,17 +61,16 @@ template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
                      std::span<const Number> values, const WriteOptions& options = {}) {
-    const bool in_chunks = is_chunked(extents);
-    Handle dataset = in_chunks ? new_dataset(file, name, Element<Number>::stored(), extents, true)
+    // Only datasets over all axes are large enough to be worth chunks.
+    const bool in_chunks = extents.size() >= axis_fields.size();
+    Handle dataset = in_chunks ? new_dataset(file, name, stored_type<Number>(), extents, true)
                                : write_values(file, name, extents, values);
     if constexpr (std::is_same_v<Number, float>)
         if (in_chunks) write_chunks(dataset, name, extents, values, options);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
-    if constexpr (std::is_same_v<Number, float>)
-        write_text(dataset, checksum_name, checksum(values, [&] { release_samples(options); }));
-    else
-        write_text(dataset, checksum_name, checksum(values));
+    write_text(dataset, checksum_name,
+               checksum(std::as_bytes(values), [&] { release_samples(options); }));
     return dataset;
 }
 
@@ -124,12 +113,9 @@ void write_grid(hid_t file, const NetcdfGrid& grid, std::span<const std::size_t>
 
 // --- Reading ---
 
-bool has_dataset(hid_t file, const std::string& name) {
-    return checked(H5Lexists(file, name.c_str(), H5P_DEFAULT), "list the datasets");
-}
-
 Handle open_dataset(hid_t file, const std::string& name) {
-    if (!has_dataset(file, name)) throw std::runtime_error("dataset " + name + " is missing");
+    if (!checked(H5Lexists(file, name.c_str(), H5P_DEFAULT), "list the datasets"))
+        throw std::runtime_error("dataset " + name + " is missing");
     return {H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "open dataset " + name};
 }
 
@@ -155,12 +141,11 @@ template <class Number>
 std::vector<Number> read_values(const Source& source, hid_t dataset, const std::string& name,
                                 std::span<const std::size_t> extents) {
     std::vector<Number> values(checked_count(name, extents, sizeof(Number), source.size));
-    checked(
-        H5Dread(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-        "read dataset " + name);
+    checked(H5Dread(dataset, memory_type<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+            "read dataset " + name);
     if (!source.ignore_checksums)
         check_checksum(name, read_text(dataset, checksum_name),
-                       checksum(std::span<const Number>(values)));
+                       checksum(std::as_bytes(std::span(values))));
     return values;
 }
 

@@ -1,4 +1,4 @@
-// OpenEXR streams in memory (see file_bytes.h for why).
+// An OpenEXR stream of bytes in memory (see file_bytes.h for why), which are not copied.
 #pragma once
 
 #include <stratus/io/file_bytes.h>
@@ -27,24 +27,6 @@ class MemoryInput : public Imf::IStream {
 
   private:
     const Bytes& bytes_;
-    std::size_t position_ = 0;
-};
-
-class MemoryOutput : public Imf::OStream {
-  public:
-    MemoryOutput(Bytes& bytes, const char* name) : Imf::OStream(name), bytes_(bytes) {}
-
-    void write(const char from[], int count) override {
-        const auto size = static_cast<std::size_t>(count);
-        bytes_.resize(std::max(bytes_.size(), position_ + size));
-        std::copy_n(from, size, bytes_.data() + position_);
-        position_ += size;
-    }
-    uint64_t tellp() override { return position_; }
-    void seekp(uint64_t position) override { position_ = position; }
-
-  private:
-    Bytes& bytes_;
     std::size_t position_ = 0;
 };
 

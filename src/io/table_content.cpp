@@ -3,7 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
-#include <stratus/io/table_file.h>
 
 #include <algorithm>
 #include <array>
@@ -53,19 +52,10 @@ const MetadataEntry* find_entry(const std::string& name) {
 }
 
 std::string names_of_samples(const Table& table) {
-    std::string names;
-    for (const SampleField& field : sample_fields) {
-        if ((table.*field.samples).empty()) continue;
-        if (!names.empty()) names += ' ';
-        names += field.name;
-    }
-    return names;
-}
-
-std::string text_of_checksum(std::uint32_t sum) {
-    char text[sizeof "crc32:xxxxxxxx"];
-    std::snprintf(text, sizeof text, "crc32:%08x", static_cast<unsigned>(sum));
-    return text;
+    std::vector<std::string> names;
+    for (const SampleField& field : sample_fields)
+        if (!(table.*field.samples).empty()) names.emplace_back(field.name);
+    return joined(names, " ");
 }
 
 /// With the path law all moments that matter to it: readers sum its orders.
@@ -169,27 +159,18 @@ void take_memory(const Table& table, const std::vector<SampleField>& listed,
     limit.take("the samples", bytes);
 }
 
-std::string checksum(std::span<const char> bytes) {
-    return text_of_checksum(libdeflate_crc32(0, bytes.data(), bytes.size()));
-}
-
-std::string checksum(std::span<const float> values, const std::function<void()>& read) {
-    constexpr std::size_t at_once = std::size_t{1} << 20;
+std::string checksum(std::span<const std::byte> bytes, const std::function<void()>& read) {
+    constexpr std::size_t at_once = std::size_t{1} << 22;
     std::uint32_t sum = 0;
-    for (; !values.empty(); values = values.subspan(std::min(at_once, values.size()))) {
-        const std::span<const float> some = values.first(std::min(at_once, values.size()));
-        sum = libdeflate_crc32(sum, some.data(), some.size_bytes());
-        read();
+    while (!bytes.empty()) {
+        const std::span<const std::byte> some = bytes.first(std::min(at_once, bytes.size()));
+        sum = libdeflate_crc32(sum, some.data(), some.size());
+        bytes = bytes.subspan(some.size());
+        if (read) read();
     }
-    return text_of_checksum(sum);
-}
-
-std::string checksum(std::span<const float> values) {
-    return checksum(std::span(reinterpret_cast<const char*>(values.data()), values.size_bytes()));
-}
-
-std::string checksum(std::span<const double> values) {
-    return checksum(std::span(reinterpret_cast<const char*>(values.data()), values.size_bytes()));
+    char text[sizeof "crc32:xxxxxxxx"];
+    std::snprintf(text, sizeof text, "crc32:%08x", static_cast<unsigned>(sum));
+    return text;
 }
 
 std::string checksum(const Metadata& metadata) {
@@ -198,7 +179,7 @@ std::string checksum(const Metadata& metadata) {
         canonical.append(name).push_back('\0');
         canonical.append(text).push_back('\0');
     }
-    return checksum(std::span<const char>(canonical));
+    return checksum(std::as_bytes(std::span(canonical)));
 }
 
 std::optional<std::string> take(Metadata& metadata, const std::string& name) {
@@ -243,23 +224,9 @@ void check_table(const Table& table, bool with_samples) {
     }
 }
 
-namespace {
-
-/// In place of a scale, of an axis of which lookups take one value.
-constexpr const char* discrete_name = "discrete";
-
-}  // namespace
-
-const char* stored_scale_name(const AxisField& field, const Table& table) {
-    const AxisScale scale = table_axis(table, field).scale;
-    if (field.axis != nullptr) return axis_scale_name(scale);
-    if (table.family[field.family].is_discrete) return discrete_name;
-    return scale == AxisScale::linear ? mixture_scale_name : axis_scale_name(scale);
-}
-
 void read_scale(const AxisField& field, Table& table, const std::string& stored) {
     Axis& axis = table_axis(table, field);
-    if (field.axis == nullptr && stored == discrete_name &&
+    if (field.axis == nullptr && stored == discrete_scale_name &&
         table.extrapolation_lengths.size() > 0) {
         table.family[field.family].is_discrete = true;
         return;
@@ -277,20 +244,6 @@ void read_scale(const AxisField& field, Table& table, const std::string& stored)
                                  stored_scale_name(field, table) +
                                  (has_other ? std::string(" or ") + axis_scale_name(other) : "") +
                                  ", got " + shown_text(stored));
-}
-
-std::vector<AxisField> all_axis_fields(const Table& table) {
-    std::vector<AxisField> fields;
-    for (std::size_t k = 0; k < table.family.size(); ++k) {
-        const PhaseParameter parameter = table.family[k].parameter;
-        fields.push_back({parameter_name(parameter), parameter_unit(parameter),
-                          parameter == PhaseParameter::mixture
-                              ? "share of phase_function in all that is scattered"
-                              : "parameter of phase_function",
-                          nullptr, k});
-    }
-    fields.insert(fields.end(), axis_fields.begin(), axis_fields.end());
-    return fields;
 }
 
 std::vector<std::size_t> extents(const Table& table, std::size_t rank) {

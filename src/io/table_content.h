@@ -55,13 +55,8 @@ std::vector<SampleField> listed_samples(const Metadata& metadata);
 void take_memory(const Table& table, const std::vector<SampleField>& listed,
                  std::uintmax_t file_size, MemoryLimit& limit);
 
-/// "crc32:xxxxxxxx" of the bytes, or of the little-endian bytes of the values.
-std::string checksum(std::span<const char> bytes);
-std::string checksum(std::span<const float> values);
-std::string checksum(std::span<const double> values);
-
-/// Checksum of values that need not be in memory at once: calls read() after every few.
-std::string checksum(std::span<const float> values, const std::function<void()>& read);
+/// "crc32:xxxxxxxx" of bytes that need not be in memory at once: calls read(), if given, after every few.
+std::string checksum(std::span<const std::byte> bytes, const std::function<void()>& read = {});
 
 /// Checksum of names and texts, each followed by a zero byte, in the order of the names.
 std::string checksum(const Metadata& metadata);
@@ -97,23 +92,10 @@ void write_exr(const Table& table, const Metadata& metadata, const std::filesyst
                const WriteOptions& options);
 Table decode_exr(const Bytes& bytes, const ReadOptions& options = {});
 
-inline const Axis& table_axis(const Table& table, const AxisField& field) {
-    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
-}
-inline Axis& table_axis(Table& table, const AxisField& field) {
-    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
-}
-
-/// Name of an axis's scale in a file.
-const char* stored_scale_name(const AxisField& field, const Table& table);
-
 /// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory;
 /// the azimuth takes over either of its two, the axis of a family whether it is discrete. A linear
 /// scale goes by either of its names.
 void read_scale(const AxisField& field, Table& table, const std::string& stored);
-
-/// The axes of a table, those of the family first.
-std::vector<AxisField> all_axis_fields(const Table& table);
 
 /// Sizes of the first `rank` axes, preceded by those of the family.
 std::vector<std::size_t> extents(const Table& table, std::size_t rank);

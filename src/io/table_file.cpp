@@ -2,8 +2,6 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/io/csv.h>
-#include <stratus/io/file_bytes.h>
-#include <stratus/io/write_options.h>
 
 #include "table_content.h"
 

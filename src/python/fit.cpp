@@ -11,19 +11,14 @@
 namespace stratus::python {
 namespace {
 
-/// A model, and the table that it may look up.
-struct Model {
-    std::unique_ptr<LayerModel> model;
-    std::shared_ptr<AnyTable> table;
-};
-
-/// By a table; or by phase functions, by the solver or single scattering alone; or of beams alone.
-Model make_model(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFunction>& first,
-                 const std::optional<PhaseFunction>& second, bool single) {
-    if (table != nullptr) return {table_model(table->view()), table};
-    if (!first) return {beam_model(), nullptr};
-    if (single) return {single_scattering_model(*first, second), nullptr};
-    return {solver_model(*first, second), nullptr};
+/// By a table, which must outlive it; or by phase functions, by the solver or single scattering alone; or
+/// of beams alone.
+std::unique_ptr<LayerModel> make_model(const AnyTable* table,
+                                       const std::optional<PhaseFunction>& first,
+                                       const std::optional<PhaseFunction>& second, bool single) {
+    if (table != nullptr) return table_model(table->view());
+    if (!first) return beam_model();
+    return single ? single_scattering_model(*first, second) : solver_model(*first, second);
 }
 
 std::vector<Observation> make_observations(const Doubles& mu_in, const Doubles& mu_out,
@@ -87,15 +82,15 @@ FitOptions make_options(const LayerModel& model, const std::map<std::string, dou
     return options;
 }
 
-py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFunction>& first,
+py::dict fit(const AnyTable* table, const std::optional<PhaseFunction>& first,
              const std::optional<PhaseFunction>& second, bool single, const Doubles& mu_in,
              const Doubles& mu_out, const Doubles& azimuth, const Doubles& brightness,
              const Doubles& sigma, const std::vector<int>& light,
              const std::map<std::string, Doubles>& known,
              const std::map<std::string, double>& fixed, const std::vector<std::string>& free,
              double density, const std::tuple<std::string, double, double>& opposition) {
-    const Model by = make_model(table, first, second, single);
-    const LayerModel& model = *by.model;
+    const std::unique_ptr<LayerModel> by = make_model(table, first, second, single);
+    const LayerModel& model = *by;
     const auto& [law, width, amplitude] = opposition;
     const FitOptions options =
         make_options(model, fixed, free, density, make_opposition(law, width, amplitude));
@@ -120,18 +115,13 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
             }
     }
     for (const auto& [name, held] : fixed) value[name.c_str()] = held;
-    py::dict told;
-    told["names"] = fitted;
-    told["value"] = value;
-    told["sigma"] = deviation;
-    told["covariance"] = numpy_array(std::move(covariance));
-    told["correlation"] = numpy_array(std::move(correlation));
-    told["model"] = numpy_array(std::vector<double>(found.brightness));
-    told["chi_square"] = found.chi_square;
-    told["degrees_of_freedom"] = found.degrees_of_freedom;
-    told["probability"] = found.probability;
-    told["remarks"] = found.remarks;
-    return told;
+    using namespace py::literals;
+    return py::dict("names"_a = fitted, "value"_a = value, "sigma"_a = deviation,
+                    "covariance"_a = numpy_array(std::move(covariance)),
+                    "correlation"_a = numpy_array(std::move(correlation)),
+                    "model"_a = numpy_array(found.brightness), "chi_square"_a = found.chi_square,
+                    "degrees_of_freedom"_a = found.degrees_of_freedom,
+                    "probability"_a = found.probability, "remarks"_a = found.remarks);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // Scenes: plans and pictures.
-#include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>
@@ -31,18 +30,13 @@ py::dict plan_dict(const std::vector<Scene>& frames, const Plan& plan) {
     for (const LeftOut& effect : plan.left_out)
         left_out.append(py::make_tuple(effect.name, effect.change.change, effect.change.found,
                                        effect.change.where));
-    py::dict told;
-    told["title"] = frames[0].title;
-    told["tolerance"] = plan.tolerance;
-    told["effects"] = [&] {
-        std::vector<std::string> names;
-        for (const auto& [name, effect] : scene_effects())
-            if (plan.effects.*effect) names.emplace_back(name);
-        return names;
-    }();
-    told["left_out"] = left_out;
-    told["recipes"] = list_recipes(frames, plan);
-    return told;
+    std::vector<std::string> effects;
+    for (const auto& [name, effect] : scene_effects())
+        if (plan.effects.*effect) effects.emplace_back(name);
+    using namespace py::literals;
+    return py::dict("title"_a = frames[0].title, "tolerance"_a = plan.tolerance,
+                    "effects"_a = effects, "left_out"_a = left_out,
+                    "recipes"_a = list_recipes(frames, plan));
 }
 
 /// Adds what each effect changes and costs.
@@ -65,8 +59,8 @@ py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
     std::vector<SceneFile> film =
         is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
     require(!film[0].figure, "plan", "scene", "a picture", "a figure");
-    if (tolerance != 0 && !(tolerance >= 1e-6 && tolerance <= 0.5))
-        require(false, "plan", "tolerance", "in [1e-6, 0.5]", tolerance);
+    require(tolerance == 0 || (tolerance >= 1e-6 && tolerance <= 0.5), "plan", "tolerance",
+            "in [1e-6, 0.5]", tolerance);
     change({{}, drop, 0, tolerance}, film);
     const std::size_t panels = film[0].panels.size();
     std::vector<std::vector<Scene>> frames(panels);

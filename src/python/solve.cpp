@@ -6,6 +6,7 @@
 
 #include "module.h"
 
+#include <array>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -13,18 +14,25 @@
 namespace stratus::python {
 namespace {
 
-/// R, T, of each what was scattered once, and their errors.
-py::tuple numpy_arrays(const SolvedGeometries& solved) {
-    std::vector<double> columns[6];
-    for (const SolvedGeometry& at : solved.at) {
-        const double values[6] = {at.reflection.total,  at.transmission.total,
-                                  at.reflection.single, at.transmission.single,
-                                  at.reflection_error,  at.transmission_error};
-        for (int k = 0; k < 6; ++k) columns[k].push_back(values[k]);
+/// The columns of a matrix, an array each.
+template <std::size_t columns>
+py::list numpy_arrays(const std::vector<std::array<double, columns>>& rows) {
+    py::list arrays;
+    for (std::size_t k = 0; k < columns; ++k) {
+        std::vector<double> column;
+        for (const auto& row : rows) column.push_back(row[k]);
+        arrays.append(numpy_array(std::move(column)));
     }
-    py::tuple arrays(6);
-    for (std::size_t k = 0; k < 6; ++k) arrays[k] = numpy_array(std::move(columns[k]));
     return arrays;
+}
+
+/// R, T, of each what was scattered once, and their errors.
+py::list numpy_arrays(const SolvedGeometries& solved) {
+    std::vector<std::array<double, 6>> rows;
+    for (const SolvedGeometry& at : solved.at)
+        rows.push_back({at.reflection.total, at.transmission.total, at.reflection.single,
+                        at.transmission.single, at.reflection_error, at.transmission_error});
+    return numpy_arrays(rows);
 }
 
 std::vector<Geometry> make_geometries(const Doubles& mu_in, const Doubles& mu_out,
@@ -55,8 +63,8 @@ std::vector<double> checked_cosines(const Doubles& mu_in) {
     return {mu_in.data(), mu_in.data() + mu_in.size()};
 }
 
-py::tuple solve_stack(const Stack& stack, const Doubles& mu_in, const Doubles& mu_out,
-                      const Doubles& azimuth, int nodes, double tolerance, int orders) {
+py::list solve_stack(const Stack& stack, const Doubles& mu_in, const Doubles& mu_out,
+                     const Doubles& azimuth, int nodes, double tolerance, int orders) {
     const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
     const SolverOptions options = make_options(nodes, tolerance, orders);
     return numpy_arrays(without_lock(
@@ -67,21 +75,19 @@ py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, int nodes, doubl
                       int orders) {
     const std::vector<double> mu = checked_cosines(mu_in);
     const SolverOptions options = make_options(nodes, tolerance, orders);
-    SolvedFluxes solved =
+    const SolvedFluxes solved =
         without_lock([&] { return solve_fluxes(stack.layers, stack.lower_boundary, mu, options); });
     std::vector<double> direct;
     for (const double cosine : mu)
         direct.push_back(direct_transmittance(stack.optical_depth(), cosine));
-    py::dict fluxes;
-    fluxes["spherical_albedo"] = solved.spherical_albedo;
-    fluxes["total_transmittance"] = solved.total_transmittance;
-    fluxes["absorptance"] = absorptance(stack, solved, orders);
-    fluxes["ground_absorptance"] = solved.spherical_ground_absorptance;
-    fluxes["plane_albedo"] = numpy_array(std::move(solved.plane_albedo));
-    fluxes["diffuse_transmittance"] = numpy_array(std::move(solved.diffuse_transmittance));
-    fluxes["direct_transmittance"] = numpy_array(std::move(direct));
-    fluxes["error"] = solved.error;
-    return fluxes;
+    using namespace py::literals;
+    return py::dict("spherical_albedo"_a = solved.spherical_albedo,
+                    "total_transmittance"_a = solved.total_transmittance,
+                    "absorptance"_a = absorptance(stack, solved, orders),
+                    "ground_absorptance"_a = solved.spherical_ground_absorptance,
+                    "plane_albedo"_a = numpy_array(solved.plane_albedo),
+                    "diffuse_transmittance"_a = numpy_array(solved.diffuse_transmittance),
+                    "direct_transmittance"_a = numpy_array(direct), "error"_a = solved.error);
 }
 
 using LayerParts = std::tuple<PhaseFunction, double, double>;  // with albedo and optical depth
@@ -100,30 +106,26 @@ Stack make_stack(const std::vector<LayerParts>& parts, const py::object& below) 
     return stack;
 }
 
-py::tuple fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles& mu_in, int nodes,
-                        double tolerance, int orders) {
+py::list fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles& mu_in, int nodes,
+                       double tolerance, int orders) {
     const std::vector<double> mu = checked_cosines(mu_in);
     const std::vector<double> depths(levels.data(), levels.data() + levels.size());
     const SolverOptions options = make_options(nodes, tolerance, orders);
     const SolvedInside solved = without_lock([&] {
         return solve_fluxes_inside(stack.layers, stack.lower_boundary, depths, mu, options);
     });
-    std::vector<double> columns[5];
-    for (const FluxesAtLevel& at : solved.levels) {
-        const std::vector<double>* const lists[5] = {&at.direct, &at.diffuse, &at.upward,
-                                                     &at.actinic, &at.heating_rate};
-        for (int k = 0; k < 5; ++k)
-            columns[k].insert(columns[k].end(), lists[k]->begin(), lists[k]->end());
-    }
-    py::tuple found(6);
-    for (std::size_t k = 0; k < 5; ++k) found[k] = numpy_array(std::move(columns[k]));
-    found[5] = solved.error;
+    std::vector<std::array<double, 5>> rows;
+    for (const FluxesAtLevel& at : solved.levels)
+        for (std::size_t i = 0; i < mu.size(); ++i)
+            rows.push_back(
+                {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i], at.heating_rate[i]});
+    py::list found = numpy_arrays(rows);
+    found.append(solved.error);
     return found;
 }
 
-py::tuple light_inside(const Stack& stack, double level, const Doubles& mu_in,
-                       const Doubles& mu_out, const Doubles& azimuth, int nodes, double tolerance,
-                       int orders) {
+py::list light_inside(const Stack& stack, double level, const Doubles& mu_in, const Doubles& mu_out,
+                      const Doubles& azimuth, int nodes, double tolerance, int orders) {
     const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
     const SolverOptions options = make_options(nodes, tolerance, orders);
     return numpy_arrays(without_lock([&] {
@@ -133,19 +135,15 @@ py::tuple light_inside(const Stack& stack, double level, const Doubles& mu_in,
 }
 
 /// Cosines, azimuths, and 1 where light leaves on the lit side, 0 elsewhere.
-py::tuple observed_directions(const Doubles& incidence, const Doubles& emission,
-                              const Doubles& phase) {
-    std::vector<double> columns[4];
+py::list observed_directions(const Doubles& incidence, const Doubles& emission,
+                             const Doubles& phase) {
+    std::vector<std::array<double, 4>> rows;
     for (py::ssize_t i = 0; i < incidence.size(); ++i) {
         const auto [at, side] = observed_geometry(
             {incidence.data()[i], emission.data()[i], phase.data()[i]}, "directions");
-        const double values[4] = {at.mu_in, at.mu_out, at.azimuth,
-                                  side == Side::reflection ? 1.0 : 0.0};
-        for (int k = 0; k < 4; ++k) columns[k].push_back(values[k]);
+        rows.push_back({at.mu_in, at.mu_out, at.azimuth, side == Side::reflection ? 1.0 : 0.0});
     }
-    py::tuple found(4);
-    for (std::size_t k = 0; k < 4; ++k) found[k] = numpy_array(std::move(columns[k]));
-    return found;
+    return numpy_arrays(rows);
 }
 
 std::pair<Stack, std::vector<std::string>> read_layers(const std::string& text_or_path,
@@ -183,12 +181,11 @@ Doubles values_at(const PhaseFunction& phi, const Doubles& cosines) {
     const double* const at = cosines.data();
     const std::size_t count = element_count(cosines);
     std::vector<double> found(count);
-    {
-        const py::gil_scoped_release release;
+    without_lock([&] {
         constexpr Allowed allowed{-1 - 1e-12, 1 + 1e-12, "in [-1, 1]"};
         require_all(at, count, "PhaseFunction", "cos_scattering_angle", allowed);
         for (std::size_t i = 0; i < count; ++i) found[i] = phi(at[i]);
-    }
+    });
     return numpy_array(std::move(found));
 }
 

@@ -1,5 +1,4 @@
 // Tables: baking, reading, writing, what they hold, and lookups at any layer.
-#include <stratus/bake/bake.h>
 #include <stratus/base/constants.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
@@ -79,22 +78,15 @@ py::dict facts(const AnyTable& any) {
 
 py::dict axis_values(const AnyTable& any) {
     py::dict found;
-    for (const FamilyAxis& of_family : any.table().family)
-        found[of_family.name()] = numpy_array(of_family.axis.values);
-    for (const AxisField& field : axis_fields)
-        found[field.name] = numpy_array((any.table().*field.axis).values);
+    for (const AxisField& field : all_axis_fields(any.table()))
+        found[field.name] = numpy_array(table_axis(any.table(), field).values);
     return found;
 }
 
 py::dict axis_scales(const AnyTable& any) {
     py::dict found;
-    for (const FamilyAxis& of_family : any.table().family)
-        found[of_family.name()] = of_family.is_discrete ? "discrete"
-                                  : of_family.parameter == PhaseParameter::mixture
-                                      ? mixture_scale_name
-                                      : axis_scale_name(of_family.axis.scale);
-    for (const AxisField& field : axis_fields)
-        found[field.name] = axis_scale_name((any.table().*field.axis).scale);
+    for (const AxisField& field : all_axis_fields(any.table()))
+        found[field.name] = stored_scale_name(field, any.table());
     return found;
 }
 
@@ -103,17 +95,15 @@ template <class Number>
 void add_dataset(py::dict& found, const char* name, const std::vector<Number>& values,
                  const Shared& table, std::size_t rank) {
     if (values.empty()) return;
+    std::vector<AxisField> axes = all_axis_fields(table->table());
+    axes.resize(table->table().family.size() + rank);
     std::vector<py::ssize_t> shape;
     std::vector<std::string> dimensions;
-    for (const FamilyAxis& of_family : table->table().family) {
-        shape.push_back(static_cast<py::ssize_t>(of_family.axis.values.size()));
-        dimensions.emplace_back(of_family.name());
-    }
-    for (std::size_t k = 0; k < rank; ++k) {
-        const std::size_t count = (table->table().*axis_fields[k].axis).values.size();
+    for (const AxisField& field : axes) {
+        const std::size_t count = table_axis(table->table(), field).values.size();
         if (count == 0) continue;
         shape.push_back(static_cast<py::ssize_t>(count));
-        dimensions.emplace_back(axis_fields[k].name);
+        dimensions.emplace_back(field.name);
     }
     py::array_t<Number> array(shape, values.data(), py::cast(table));
     array.attr("flags").attr("writeable") = false;
@@ -137,19 +127,14 @@ struct Points {
     std::size_t count;
 };
 
-std::string range_text(double lowest, double highest) {
-    std::ostringstream text;
-    text << "in [" << lowest << ", " << highest << "], which the table holds";
-    return text.str();
-}
-
 void require_within(const double* values, std::size_t count, const char* function,
                     const char* argument, double lowest, double highest) {
     constexpr double rounding = 1e-9;  // of angles in degrees, of sums of depths
-    const std::string text = range_text(lowest, highest);
+    std::ostringstream text;
+    text << "in [" << lowest << ", " << highest << "], which the table holds";
     const double margin = std::isinf(highest) ? 0 : rounding * highest;
     require_all(values, count, function, argument,
-                {lowest - margin, highest + margin, text.c_str()});
+                {lowest - margin, highest + margin, text.str().c_str()});
 }
 
 /// Refuses what a lookup would clamp.
@@ -193,10 +178,7 @@ void look_up_packed(const PackedTable& table, Side side, const Points& at, doubl
         const float* const n = numbers.data();
         const PackedPoints points{n, n + piece, n + 2 * piece, n + 3 * piece, n + 4 * piece, count};
         float* const total = numbers.data() + 5 * piece;
-        if (side == Side::reflection)
-            table.reflection(points, total, mixture);
-        else
-            table.transmission(points, total, mixture);
+        table.scattering(side, points, total, mixture);
         for (std::size_t i = 0; i < count; ++i) found[first + i] = double{total[i]};
     }
 }
@@ -207,10 +189,10 @@ Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
                 bool multiple) {
     const Points at{albedo.data(), optical_depth.data(), mu_in.data(),
                     mu_out.data(), azimuth.data(),       element_count(albedo)};
+    const Side side = transmitted ? Side::transmission : Side::reflection;
     const char* const function = transmitted ? "Table.transmission" : "Table.reflection";
     std::vector<double> found(at.count);
-    {
-        const py::gil_scoped_release release;
+    without_lock([&] {
         const TableView all = table.view();
         require(transmitted ? all.has_transmission() : all.has_reflection(), function, "the table",
                 transmitted ? "one that holds transmission" : "one that holds reflection",
@@ -222,18 +204,16 @@ Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
         require_known(view, at, function);
         const bool mixes = all.has_family() && is_mixture(*all.family);
         if (single && multiple && table.packed() && (mixes || !all.has_family())) {
-            look_up_packed(*table.packed(), transmitted ? Side::transmission : Side::reflection, at,
-                           mixes ? member[0] : 1, found);
+            look_up_packed(*table.packed(), side, at, mixes ? member[0] : 1, found);
         } else {
             for (std::size_t i = 0; i < at.count; ++i) {
                 const Geometry geometry{at.mu_in[i], at.mu_out[i], at.azimuth[i]};
                 const Scattered light =
-                    transmitted ? transmission(view, at.albedo[i], at.optical_depth[i], geometry)
-                                : reflection(view, at.albedo[i], at.optical_depth[i], geometry);
+                    scattering(view, side, at.albedo[i], at.optical_depth[i], geometry);
                 found[i] = (single ? light.single : 0) + (multiple ? light.multiple : 0);
             }
         }
-    }
+    });
     return numpy_array(std::move(found));
 }
 

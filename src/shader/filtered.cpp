@@ -5,7 +5,6 @@
 #include <stratus/table/packed_block.h>
 
 #include "filtered_as_cxx.h"
-#include "texture_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,9 +53,7 @@ Grid block_samples(shader::AsCxx& layer, int side, int first, int finer_cosines,
                last(layer.stratus_field(side, 6).z, finer_cosines) + 1,
                last(layer.stratus_field(side, 7).z - 1, finer_azimuths) + 1},
               {}};
-    const auto place = [](int n, int finer) {
-        return static_cast<float>(n) / static_cast<float>(finer);
-    };
+    const auto place = [](int n, int finer) { return exactly(n) / exactly(finer); };
     for (int k = 0; k < grid.count[2]; ++k)
         for (int j = 0; j < grid.count[1]; ++j)
             for (int i = 0; i < grid.count[0]; ++i)
@@ -226,6 +223,15 @@ void refine(const TableView& table, const std::vector<Light>& exact, FilteredLig
     }
 }
 
+/// Tells the text of its textures, in the first texels of the filter, and puts these together.
+void assemble(const vec4 (&told)[4], FilteredNumbers& numbers, const ShaderTexture& second,
+              const ShaderTexture& light, const FilteredPath& path, FilteredLight& made) {
+    for (int k = 0; k < 4; ++k) set_texel(numbers.texture, first_filter_texel + k, told[k]);
+    made.constant_numbers = numbers.constants;
+    made.textures = {numbers.texture, second, light};
+    made.textures.insert(made.textures.end(), path.textures.begin(), path.textures.end());
+}
+
 /// `stratus_weights`: reflection above transmission.
 ShaderTexture weights_texture(const SideBlocks (&sides)[2]) {
     const std::size_t rows = filtered_words *
@@ -249,10 +255,9 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
     made.bound = true;
     shader::AsCxx layer(shader_textures(table));
     ShaderTexture texture = bound_layer(table, medium, layer);
-    layer.layer = shader::to_texels(texture.bytes, texture.halves);
+    layer.layer = shader::to_texels(texture);
     const std::vector<Light> exact = random_light(layer, view, true);
     FilteredNumbers numbers = filtered_numbers(table, true);
-    made.constant_numbers = numbers.constants;
     const vec4 first = layer.stratus_layer_texel(3);
     FilteredPath path{};
     int path_step = 0;
@@ -278,14 +283,11 @@ FilteredLight filtered_layer(const PackedTable& table, const Medium<3>& medium) 
         }
         if (view.path_law != nullptr && path_step != of.angle_step)
             path = bound_path(view, medium.albedo, path_step = of.angle_step);
-        const auto as_float = [](int n) { return static_cast<float>(n); };
-        const vec4 told[] = {{as_float(of.cosines), as_float(of.azimuths), 1, 1},
-                             {as_float(of.angle_step), 0, 0, 0},
-                             {0, 0, path.lost_at_albedo_one, path.deepest},
-                             path.grid};
-        for (int k = 0; k < 4; ++k) set_texel(numbers.texture, first_filter_texel + k, told[k]);
-        made.textures = {numbers.texture, texture, spline};
-        made.textures.insert(made.textures.end(), path.textures.begin(), path.textures.end());
+        assemble({{exactly(of.cosines), exactly(of.azimuths), 1, 1},
+                  {exactly(of.angle_step), 0, 0, 0},
+                  {0, 0, path.lost_at_albedo_one, path.deepest},
+                  path.grid},
+                 numbers, texture, spline, path, made);
     });
     return made;
 }
@@ -298,7 +300,6 @@ FilteredLight filtered_layers(const PackedTable& table) {
     shader::AsCxx exact(shader_textures(table));
     const std::vector<Light> expected = random_light(exact, view, false);
     FilteredNumbers numbers = filtered_numbers(table, false);
-    made.constant_numbers = numbers.constants;
     shader::AsCxx factors({numbers.texture, {}});
     const std::size_t rows = FunctionLayout(view).rows();
     const bool may_jump = view.tolerance > most_error;
@@ -319,25 +320,19 @@ FilteredLight filtered_layers(const PackedTable& table) {
     }
     const SideBlocks& any = sides[sides[0].blocks.empty() ? 1 : 0];
     const ShaderTexture weights = weights_texture(sides);
-    set_texel(numbers.texture, first_filter_texel + 1,
-              {any.offset, any.finer_albedos, static_cast<float>(weights.width),
-               static_cast<float>(weights.height)});
     FilteredPath path{};
     if (view.path_law != nullptr) path = filtered_path(view, any.albedos);
-    set_texel(numbers.texture, first_filter_texel + 2,
-              {sides[0].unit, sides[1].unit, path.lost_at_albedo_one, path.deepest});
-    set_texel(numbers.texture, first_filter_texel + 3, path.grid);
     refine(view, expected, made, any_layer, [&](const Fineness& of) {
         ShaderTexture spline;
         const std::vector<vec4> light =
             spline_texels(exact, blocks, filtered_words, rows, of, 3, spline);
         spline.bytes = as_halves(light);
-        set_texel(numbers.texture, first_filter_texel,
-                  {static_cast<float>(of.cosines), static_cast<float>(of.azimuths),
-                   static_cast<float>(sides[0].blocks.size()),
-                   static_cast<float>(sides[1].blocks.size())});
-        made.textures = {numbers.texture, weights, spline};
-        made.textures.insert(made.textures.end(), path.textures.begin(), path.textures.end());
+        assemble({{exactly(of.cosines), exactly(of.azimuths), exactly(sides[0].blocks.size()),
+                   exactly(sides[1].blocks.size())},
+                  {any.offset, any.finer_albedos, exactly(weights.width), exactly(weights.height)},
+                  {sides[0].unit, sides[1].unit, path.lost_at_albedo_one, path.deepest},
+                  path.grid},
+                 numbers, weights, spline, path, made);
     });
     return made;
 }

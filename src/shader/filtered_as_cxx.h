@@ -19,8 +19,7 @@ struct FilteredAsCxx : Language {
     explicit FilteredAsCxx(FilteredLight filtered_)
         : Language({filtered_.textures[0], {}, filtered_.textures[1]}),
           filtered(std::move(filtered_)) {
-        for (const ShaderTexture& of : filtered.textures)
-            texels.push_back(to_texels(of.bytes, of.halves));
+        for (const ShaderTexture& of : filtered.textures) texels.push_back(to_texels(of));
     }
 
     vec4 stratus_number(int texel) {
@@ -45,7 +44,7 @@ struct FilteredAsCxx : Language {
         int low[3], high[3];
         float weight[3];
         for (std::size_t a = 0; a < 3; ++a) {
-            const float at = share[a] * static_cast<float>(count[a]) - 0.5f, cell = floor(at);
+            const float at = share[a] * exactly(count[a]) - 0.5f, cell = floor(at);
             low[a] = std::clamp(static_cast<int>(cell), 0, count[a] - 1);
             high[a] = std::clamp(static_cast<int>(cell) + 1, 0, count[a] - 1);
             weight[a] = std::round((at - cell) * 256) / 256;

@@ -1,7 +1,6 @@
 #include "texture_parts.h"
 
 #include <stratus/base/constants.h>
-#include <stratus/base/half.h>
 #include <stratus/table/packed_block.h>
 
 #include <algorithm>
@@ -33,9 +32,9 @@ struct LayerGrid {
     LayerGrid(Text& exact, int side, bool may_jump) {
         const vec4 albedo_axis = exact.stratus_field(side, 3), ends = exact.stratus_field(side, 9);
         if (albedo_axis.y > 0) finer = static_cast<int>(std::ceil(albedo_steps / albedo_axis.z));
-        const float step = finer > 0 ? 1 / (albedo_axis.y * static_cast<float>(finer)) : 0;
+        const float step = finer > 0 ? 1 / (albedo_axis.y * exactly(finer)) : 0;
         for (int a = 0; a <= static_cast<int>(albedo_axis.z) * finer; ++a) {
-            const float root = albedo_axis.x + static_cast<float>(a) * step, square = root * root;
+            const float root = albedo_axis.x + exactly(a) * step, square = root * root;
             albedo.push_back(
                 std::clamp(1 - (albedo_axis.w > 0 ? square * square : square), 0.0f, 1.0f));
         }
@@ -55,8 +54,7 @@ struct LayerGrid {
                 unit_steps * std::max(1, static_cast<int>((last - first) * units + 0.01f));
             range.push_back(static_cast<int>(depth.size()));
             for (int d = 0; d <= steps; ++d)
-                depth.push_back(depth_at(first + (last - first) * static_cast<float>(d) /
-                                                     static_cast<float>(steps)));
+                depth.push_back(depth_at(first + (last - first) * exactly(d) / exactly(steps)));
         }
         range.push_back(static_cast<int>(depth.size()));
     }
@@ -83,8 +81,7 @@ struct LayerGrid {
                 const int cell = cells + a * depths + d;
                 jump |= exact.stratus_number(cell).x != exact.stratus_number(cell - 1).x;
             }
-            if (jump)
-                jumps.push_back(coordinate(std::exp2(axis.x + static_cast<float>(d) / axis.y)));
+            if (jump) jumps.push_back(coordinate(std::exp2(axis.x + exactly(d) / axis.y)));
         }
         return jumps;
     }
@@ -222,14 +219,14 @@ SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side, b
     SideBlocks made;
     made.albedos = grid.albedo;
     made.offset = grid.offset;
-    made.finer_albedos = static_cast<float>(grid.finer);
+    made.finer_albedos = exactly(grid.finer);
     for (const Block& block : blocks) {
         const float first = grid.coordinate(grid.depth[size(block.first)]),
                     last = grid.coordinate(grid.depth[size(block.last)]);
         const int depths = block.last - block.first + 1;
-        const float per_unit = last > first ? static_cast<float>(depths - 1) / (last - first) : 0;
-        made.blocks.emplace_back(last, static_cast<float>(made.columns) + 0.5f - first * per_unit,
-                                 per_unit, 0.0f);
+        const float per_unit = last > first ? exactly(depths - 1) / (last - first) : 0;
+        made.blocks.emplace_back(last, exactly(made.columns) + 0.5f - first * per_unit, per_unit,
+                                 0.0f);
         made.columns += depths;
     }
     const std::size_t columns = size(made.columns), words = filtered_words;

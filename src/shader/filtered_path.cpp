@@ -175,7 +175,7 @@ struct LawRows {
         return {std::move(made),
                 static_cast<float>(lost_at_one),
                 static_cast<float>(slant_depth(rows() - 1)),
-                {octave_rows, static_cast<float>(octaves), slices, unit}};
+                {octave_rows, exactly(octaves), slices, unit}};
     }
 };
 

@@ -193,17 +193,9 @@ std::string constant_texels(ShaderLanguage language, const std::string& name,
         float at[4];
         std::memcpy(at, texture.bytes.data() + static_cast<std::size_t>(n) * sizeof at, sizeof at);
         text += std::string(n == 0 ? "" : ",\n") + "    " + (hlsl_text ? "float4(" : "vec4(") +
-                number(at[0]) + ", " + number(at[1]) + ", " + number(at[2]) + ", " + number(at[3]) +
-                ")";
+                joined({number(at[0]), number(at[1]), number(at[2]), number(at[3])}) + ")";
     }
     return text + (hlsl_text ? "};\n\n" : ");\n\n");
-}
-
-std::string with_width(std::string text) {
-    const std::string from = "WIDTH";
-    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos;)
-        text.replace(at, from.size(), std::to_string(shader_texture_width));
-    return text;
 }
 
 /// The beginning of the C++ header.
@@ -310,7 +302,9 @@ std::string shader_text(ShaderLanguage language, const FilteredLight* filtered) 
         text = std::regex_replace(text, std::regex("([0-9])f\\b"), "$1");
     const std::size_t first_blank = text.find("\n\n") + 2;
     std::string before = text.substr(0, first_blank),
-                own_text = with_width(own[static_cast<std::size_t>(language)]);
+                own_text =
+                    std::regex_replace(own[static_cast<std::size_t>(language)], std::regex("WIDTH"),
+                                       std::to_string(shader_texture_width));
     if (filtered != nullptr) {
         if (filtered->bound) before += "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n";
         if (filtered->textures.size() > 3) before += "#define STRATUS_FILTERED_PATH\n";

@@ -20,7 +20,9 @@ namespace stratus::shader {
 
 using std::abs, std::floor, std::max, std::min, std::sqrt;
 
-inline std::vector<vec4> to_texels(const std::vector<char>& bytes, bool halves) {
+inline std::vector<vec4> to_texels(const ShaderTexture& texture) {
+    const auto& bytes = texture.bytes;
+    const bool halves = texture.halves;
     const std::size_t width = halves ? sizeof(Half) : sizeof(float);
     const auto number = [&](std::size_t n) {
         float value = 0;
@@ -44,9 +46,8 @@ struct Language {
     std::vector<vec4> numbers, functions, layer;
 
     explicit Language(const std::vector<ShaderTexture>& textures)
-        : numbers(to_texels(textures[0].bytes, textures[0].halves)),
-          functions(to_texels(textures[1].bytes, textures[1].halves)) {
-        if (textures.size() > 2) layer = to_texels(textures[2].bytes, textures[2].halves);
+        : numbers(to_texels(textures[0])), functions(to_texels(textures[1])) {
+        if (textures.size() > 2) layer = to_texels(textures[2]);
     }
 
     vec4 stratus_number(int texel) { return numbers.at(size(texel)); }
@@ -72,6 +73,12 @@ struct AsCxx : Language {
 // Parts of the textures of bound layers and of filtered light.
 
 namespace stratus {
+
+/// Numbers below 2^24 are exact.
+template <class Integer>
+float exactly(Integer n) {
+    return static_cast<float>(n);
+}
 
 inline float& component(shader::vec4& texel, int i) {
     float* const all[] = {&texel.x, &texel.y, &texel.z, &texel.w};

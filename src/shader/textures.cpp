@@ -1,5 +1,4 @@
 #include <stratus/base/argument.h>
-#include <stratus/base/half.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/shader/shader.h>
 #include <stratus/table/kernels/packed.h>
@@ -17,24 +16,21 @@
 namespace stratus {
 namespace {
 
-using Texel = std::array<float, 4>;
+using shader::vec4;
 
 constexpr std::size_t record_texels = 16;
 
 float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
 
-/// Numbers below 2^24 are exact.
-template <class Integer>
-float exactly(Integer n) {
-    return static_cast<float>(n);
-}
+/// An optical depth, which may have no end.
+float finite(double depth) { return static_cast<float>(std::min(depth, 1e30)); }
 
-Texel of_axis(const PackedAxis& axis, float more) {
+vec4 of_axis(const PackedAxis& axis, float more) {
     return {axis.first, axis.inverse_step, axis.last, more};
 }
 
 /// Each sample beside the next: one or two functions.
-void append_phase(const PhaseCurveView& curve, std::size_t width, std::vector<Texel>& numbers) {
+void append_phase(const PhaseCurveView& curve, std::size_t width, std::vector<vec4>& numbers) {
     for (std::size_t n = 0; n < size(curve.last); ++n) {
         const float* const at = curve.sample + n * width;
         numbers.push_back({at[0], width > 1 ? at[1] : 0, at[width], width > 1 ? at[width + 1] : 0});
@@ -42,7 +38,7 @@ void append_phase(const PhaseCurveView& curve, std::size_t width, std::vector<Te
 }
 
 /// H and dH/ds at each angle beside the next.
-void append_path(const PackedSide& side, std::vector<Texel>& numbers) {
+void append_path(const PackedSide& side, std::vector<vec4>& numbers) {
     const PathSheetView& sheet = side.path;
     const std::size_t angles = 2 * size(sheet.angles),
                       rows = size(sheet.channel) / (2 * angles) *
@@ -58,24 +54,22 @@ void append_path(const PackedSide& side, std::vector<Texel>& numbers) {
 /// Functions of a side as floats, or as they are.
 void append_functions(const PackedSide& side, std::size_t rows, const LayerBlock& block,
                       bool as_halves, std::vector<char>& bytes) {
-    const std::size_t count = rows * size(side.functions), first = bytes.size();
-    if (as_halves || !side.halves) {
-        const std::size_t more = count * (side.halves ? sizeof(Half) : sizeof(float));
-        bytes.resize(first + more);
-        std::memcpy(bytes.data() + first, block.function, more);
-        return;
-    }
-    bytes.resize(first + count * sizeof(float));
+    const std::size_t count = rows * size(side.functions);
+    const auto append = [&](const void* numbers, std::size_t width) {
+        const auto* const first = static_cast<const char*>(numbers);
+        bytes.insert(bytes.end(), first, first + count * width);
+    };
+    if (as_halves || !side.halves)
+        return append(block.function, side.halves ? sizeof(Half) : sizeof(float));
     const auto* const half = static_cast<const Half*>(block.function);
-    for (std::size_t n = 0; n < count; ++n) {
-        const float value = to_float(half[n]);
-        std::memcpy(bytes.data() + first + n * sizeof value, &value, sizeof value);
-    }
+    std::vector<float> values(count);
+    std::transform(half, half + count, values.begin(), to_float);
+    append(values.data(), sizeof(float));
 }
 
 /// All that lookups in a table read, as texels.
 struct Texels {
-    std::vector<Texel> numbers = std::vector<Texel>(2 * record_texels);
+    std::vector<vec4> numbers = std::vector<vec4>(2 * record_texels);
     std::vector<char> functions;
     bool halves = true;
 
@@ -103,9 +97,8 @@ void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
             static_cast<std::ptrdiff_t>(to.numbers.size()) -
             words * (std::ptrdiff_t{block.first_albedo} * block.depths + block.first_depth));
         for (std::size_t word = 0; word < size(block.albedos * block.depths * words); ++word) {
-            Texel texel;
-            std::copy_n(block.coefficient + 4 * word, 4, texel.begin());
-            to.numbers.push_back(texel);
+            const float* const four = block.coefficient + 4 * word;
+            to.numbers.push_back({four[0], four[1], four[2], four[3]});
         }
         for (std::size_t cell = 0; cell < albedos * depths; ++cell)
             if (side.block_of_cell[cell] == exactly(b))
@@ -115,10 +108,10 @@ void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
 }
 
 /// The three texels that a phase function begins with: polynomial and last sample, two lobes.
-std::array<Texel, 3> of_phase(const PhaseCurveView& curve) {
+std::array<vec4, 3> of_phase(const PhaseCurveView& curve) {
     const auto lobe = [&](int k) {
         const PhaseLobe& of = curve.lobe[k];
-        return Texel{of.scale, of.offset, of.forward, of.backward};
+        return vec4{of.scale, of.offset, of.forward, of.backward};
     };
     return {{{curve.polynomial[0], curve.polynomial[1], curve.polynomial[2], exactly(curve.last)},
              lobe(0),
@@ -127,7 +120,7 @@ std::array<Texel, 3> of_phase(const PhaseCurveView& curve) {
 
 /// The layers of a stack, four texels each, and samples of their phase functions: first texel,
 /// layers, depth of all.
-Texel append_layers(const TableView& view, std::vector<Texel>& numbers) {
+vec4 append_layers(const TableView& view, std::vector<vec4>& numbers) {
     if (!view.is_stack()) return {0, 0, 0, 0};
     const std::vector<StackLayer>& layers = *view.layers;
     const std::size_t first = numbers.size();
@@ -136,23 +129,21 @@ Texel append_layers(const TableView& view, std::vector<Texel>& numbers) {
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const StackLayer& layer = layers[k];
         const PhaseCurve curve(layer.phase_function);
-        const std::array<Texel, 3> phase = of_phase(curve.view());
+        const std::array<vec4, 3> phase = of_phase(curve.view());
         std::copy(phase.begin(), phase.end(),
                   numbers.begin() + static_cast<std::ptrdiff_t>(first + 4 * k));
-        numbers[first + 4 * k + 3] = {static_cast<float>(layer.albedo),
-                                      static_cast<float>(std::min(layer.optical_depth, 1e30)),
+        numbers[first + 4 * k + 3] = {static_cast<float>(layer.albedo), finite(layer.optical_depth),
                                       exactly(numbers.size()), 0};
         append_phase(curve.view(), 1, numbers);
         depth += layer.optical_depth;
     }
-    return {exactly(first), exactly(layers.size()), static_cast<float>(std::min(depth, 1e30)), 0};
+    return {exactly(first), exactly(layers.size()), finite(depth), 0};
 }
 
 /// Texels that both sides read: layers of a stack, albedos and the path law.
 struct SharedTexels {
-    Texel stack;
+    vec4 stack;
     std::size_t of_albedo, first_of_path;
-    PathSheetView path;
     float path_steps;
 };
 
@@ -160,12 +151,12 @@ struct SharedTexels {
 /// texture of its own.
 SharedTexels append_shared(const PackedTable& table, bool filtered, bool bound, Texels& to) {
     const PackedSide& side = table.side(Side::reflection);
-    const Texel stack = append_layers(table.view(), to.numbers);
+    const vec4 stack = append_layers(table.view(), to.numbers);
     const std::size_t of_albedo = to.numbers.size();
     for (std::size_t a = 0; !bound && a <= size(static_cast<int>(side.albedo.last)); ++a)
         to.numbers.push_back(
             {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
-    SharedTexels shared{stack, of_albedo, to.numbers.size(), side.path, 0};
+    SharedTexels shared{stack, of_albedo, to.numbers.size(), 0};
     if (side.path.sample == nullptr || filtered) return shared;
     shared.path_steps = side.path_steps;
     append_path(side, to.numbers);
@@ -181,14 +172,14 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
     const bool held = lit ? view.has_reflection() : view.has_transmission();
     const bool over_layer =
         lit && view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer;
-    const PathSheetView& path = shared.path;
+    const PathSheetView& path = table.side(Side::reflection).path;
     const std::size_t phase = to.numbers.size();
     append_phase(side.phase, over_layer ? 2 : 1, to.numbers);
     const std::size_t cells = to.numbers.size();
     if (held && !filtered) append_cells(side, FunctionLayout(view).rows(), to);
 
-    const std::array<Texel, 3> curve = of_phase(side.phase);
-    const Texel record[record_texels] = {
+    const std::array<vec4, 3> curve = of_phase(side.phase);
+    const vec4 record[record_texels] = {
         curve[0],
         curve[1],
         curve[2],
@@ -223,9 +214,8 @@ ShaderTexture texture(std::string name, bool halves, const void* data, std::size
     return made;
 }
 
-ShaderTexture numbers_texture(const Texels& texels) {
-    return texture("stratus_numbers", false, texels.numbers.data(),
-                   texels.numbers.size() * sizeof(Texel));
+ShaderTexture texture(std::string name, const std::vector<vec4>& texels) {
+    return texture(std::move(name), false, texels.data(), texels.size() * sizeof(vec4));
 }
 
 }  // namespace
@@ -234,13 +224,13 @@ FilteredNumbers filtered_numbers(const PackedTable& table, bool bound) {
     Texels texels;
     texels.numbers.resize(texels.numbers.size() + filter_texels);
     const SharedTexels shared = append_shared(table, true, bound, texels);
-    const auto layers = static_cast<std::size_t>(shared.stack[1]);
+    const auto layers = static_cast<std::size_t>(shared.stack.y);
     const std::size_t constants =
         bound ? 2 * record_texels + filter_texels + 4 * layers : shared.first_of_path;
     for (const Side side : both_sides)
         append_side(table, side, shared, true, bound ? table.side(side).max_finite_depth : 1e30f,
                     texels);
-    return {numbers_texture(texels), static_cast<int>(constants)};
+    return {texture("stratus_numbers", texels.numbers), static_cast<int>(constants)};
 }
 
 std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
@@ -258,13 +248,12 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds
     const std::size_t count = std::max(texels.numbers.size(), texels.function_texels());
     require(count <= most, caller, "texels of TABLE", "at most 16777216", count);
-    return {numbers_texture(texels), texture("stratus_functions", texels.halves,
-                                             texels.functions.data(), texels.functions.size())};
+    return {texture("stratus_numbers", texels.numbers),
+            texture("stratus_functions", texels.halves, texels.functions.data(),
+                    texels.functions.size())};
 }
 
 namespace {
-
-using shader::vec4;
 
 constexpr std::size_t layer_record_texels = 8;
 constexpr int colours = 3;
@@ -280,7 +269,7 @@ float append_orders(shader::AsCxx& lookup, std::size_t rows, Side side, const Me
         component(layer[size(c)], 2) = of.exponent;
         for (std::size_t row = 0; row < rows; ++row) component(layer[first + row], c) = of.sum[row];
     }
-    return static_cast<float>(first);
+    return exactly(first);
 }
 
 /// Numbers, four to a texel. Returns the first texel.
@@ -289,7 +278,7 @@ float append_numbers(const std::vector<float>& numbers, std::vector<vec4>& layer
     layer.resize(first + (numbers.size() + 3) / 4);
     for (std::size_t n = 0; n < numbers.size(); ++n)
         component(layer[first + n / 4], static_cast<int>(n % 4)) = numbers[n];
-    return static_cast<float>(first);
+    return exactly(first);
 }
 
 void append_density(const DirectionDensity& density, bool one_sided, std::vector<vec4>& layer) {
@@ -301,9 +290,8 @@ void append_density(const DirectionDensity& density, bool one_sided, std::vector
     layer[3].z = append_numbers(density.samples(), layer);
     layer[3].w = append_numbers(density.along_azimuth(), layer);
     const float over_lines = append_numbers(density.over_lines(), layer);
-    layer[4] = {over_lines, density.is_peaked() ? 1.0f : 0.0f, static_cast<float>(rows),
-                static_cast<float>(quarter_lines)};
-    layer[5] = {static_cast<float>(azimuths), one_sided ? 1.0f : 0.0f, 0, 0};
+    layer[4] = {over_lines, as_float(density.is_peaked()), exactly(rows), exactly(quarter_lines)};
+    layer[5] = {exactly(azimuths), as_float(one_sided), 0, 0};
     for (const Side side : both_sides) {
         const DirectionDensity::Peaks& of = density.peaks(side);
         layer[6 + size(static_cast<int>(side))] = {of.at_same_cosine, of.at_horizon, of.slope,
@@ -316,7 +304,7 @@ void append_density(const DirectionDensity& density, bool one_sided, std::vector
 OrdersOfLayer orders_of_layer(shader::AsCxx& lookup, std::size_t rows, Side side, double albedo,
                               double optical_depth) {
     const auto of = lookup.stratus_coefficients(static_cast<int>(side), static_cast<float>(albedo),
-                                                static_cast<float>(std::min(optical_depth, 1e30)));
+                                                finite(optical_depth));
     OrdersOfLayer orders{std::vector<float>(rows), of.exponent};
     const vec4* function = &lookup.functions[size(of.functions)];
     std::vector<vec4> coefficients;
@@ -340,8 +328,8 @@ ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
             "one of all directions, which are sampled", "one narrowed to some");
     std::vector<vec4> layer(layer_record_texels);
     for (int c = 0; c < colours; ++c)
-        layer[size(c)] = {static_cast<float>(std::min(medium.optical_depth[c], 1e30)),
-                          static_cast<float>(medium.albedo[c]), 0, 0};
+        layer[size(c)] = {finite(medium.optical_depth[c]), static_cast<float>(medium.albedo[c]), 0,
+                          0};
     const std::size_t rows = FunctionLayout(view).rows();
     if (view.has_reflection())
         layer[3].x = append_orders(lookup, rows, Side::reflection, medium, layer);
@@ -349,13 +337,7 @@ ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
         layer[3].y = append_orders(lookup, rows, Side::transmission, medium, layer);
     append_density(DirectionDensity(colours, [&](auto... arguments) { slice.eval(arguments...); }),
                    slice.is_one_sided(), layer);
-
-    const std::size_t row = sizeof(vec4) * size(shader_texture_width),
-                      height = (layer.size() * sizeof(vec4) + row - 1) / row;
-    ShaderTexture texture{"stratus_layer", static_cast<int>(height), false,
-                          std::vector<char>(height * row)};
-    std::memcpy(texture.bytes.data(), layer.data(), layer.size() * sizeof(vec4));
-    return texture;
+    return texture("stratus_layer", layer);
 }
 
 }  // namespace stratus

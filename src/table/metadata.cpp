@@ -161,6 +161,27 @@ std::vector<std::string> words(const std::string& text) {
 
 }  // namespace
 
+std::vector<AxisField> all_axis_fields(const Table& table) {
+    std::vector<AxisField> fields;
+    for (std::size_t k = 0; k < table.family.size(); ++k) {
+        const PhaseParameter parameter = table.family[k].parameter;
+        fields.push_back({parameter_name(parameter), parameter_unit(parameter),
+                          parameter == PhaseParameter::mixture
+                              ? "share of phase_function in all that is scattered"
+                              : "parameter of phase_function",
+                          nullptr, k});
+    }
+    fields.insert(fields.end(), axis_fields.begin(), axis_fields.end());
+    return fields;
+}
+
+const char* stored_scale_name(const AxisField& field, const Table& table) {
+    const AxisScale scale = table_axis(table, field).scale;
+    if (field.axis != nullptr) return axis_scale_name(scale);
+    if (table.family[field.family].is_discrete) return discrete_scale_name;
+    return scale == AxisScale::linear ? mixture_scale_name : axis_scale_name(scale);
+}
+
 Metadata shared_metadata(const Table& table) {
     Metadata metadata = table.attributes;
     if (const std::string features = list_features(table); !features.empty())

@@ -30,7 +30,6 @@ constexpr const char* format_version_name = "format_version";
 constexpr const char* path_offset_name = "path_offset";
 constexpr const char* path_deepest_name = "path_deepest";
 constexpr const char* scale_suffix = "_scale";  // of an axis' name
-constexpr const char* discrete_scale_name = "discrete";
 
 // Numbers.
 constexpr const char* path_orders_name = "path_orders";

@@ -193,7 +193,7 @@ TEST_F(Hdf5Table, LeavesAttributesAndObjectsOfOthersAlone) {
 TEST_F(Hdf5Table, ReadsTheSameNumbersInAnyFloatingPointType) {
     const Table table = sample_table();
     tamper([&](hid_t file) {
-        const std::string sum = io::checksum(std::span<const float>(table.spherical_albedo));
+        const std::string sum = io::checksum(std::as_bytes(std::span(table.spherical_albedo)));
         replace_dataset(file, "spherical_albedo", {3, 5}, H5T_IEEE_F64BE);
         const hid_t dataset = H5Dopen2(file, "spherical_albedo", H5P_DEFAULT);
         H5Dwrite(dataset, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT,

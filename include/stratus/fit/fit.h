@@ -99,7 +99,9 @@ class LayerModel {
     /// How many kinds of particles there are; 0 for a model of the beam alone.
     virtual int kinds() const = 0;
     virtual ParameterRanges ranges() const = 0;
-    virtual bool has_depth(double effective_optical_depth) const = 0;
+    virtual bool has_depth(double effective_optical_depth) const {
+        return effective_optical_depth >= 0;
+    }
     virtual bool has(Light light) const = 0;
     virtual bool has_lower_boundary() const { return false; }
 
@@ -107,7 +109,7 @@ class LayerModel {
     virtual std::vector<FamilyAxis> family() const { return {}; }
 
     /// Asymmetry of a kind of particles, 1 or 2, if it may be varied without an axis.
-    virtual std::optional<double> asymmetry(int kind) const = 0;
+    virtual std::optional<double> asymmetry(int /*kind*/) const { return {}; }
 
     /// R or T by origin; anything for a beam. `optical_depth` is the effective one.
     virtual std::vector<Scattered> scattered(

@@ -17,15 +17,13 @@ def builtin_errors(path: str | None = None) -> Iterator[None]:
         yield
     except RuntimeError as failure:
         sentence = str(failure)
-    else:
-        return
-    kind: type[Exception] = FileNotFoundError if "cannot be opened" in sentence else ValueError
-    if path is not None:
-        try:
-            open(path, "rb").close()
-        except OSError as unopened:
-            kind = type(unopened)
-    raise kind(sentence)
+        kind: type[Exception] = FileNotFoundError if "cannot be opened" in sentence else ValueError
+        if path is not None:
+            try:
+                open(path, "rb").close()
+            except OSError as unopened:
+                kind = type(unopened)
+        raise kind(sentence) from None
 
 
 @contextlib.contextmanager
@@ -34,10 +32,7 @@ def os_errors() -> Iterator[None]:
     try:
         yield
     except RuntimeError as failure:
-        sentence = str(failure)
-    else:
-        return
-    raise OSError(sentence)
+        raise OSError(str(failure)) from None
 
 
 def warn(notes: Iterable[str]) -> None:

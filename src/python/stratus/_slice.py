@@ -110,8 +110,8 @@ class Bsdf(Slice):
     def albedo(self, mu_in: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Shares of a beam that are reflected and transmitted, without the beam itself."""
         arrays, shape = broadcast("albedo", np.float32, mu_in=mu_in)
-        reflected, transmitted = self._own.albedo(*arrays)
-        return in_shape(reflected, shape), in_shape(transmitted, shape)
+        reflected, transmitted = (in_shape(shares, shape) for shares in self._own.albedo(*arrays))
+        return reflected, transmitted
 
 
 def make_medium(optical_depth: ArrayLike, albedo: ArrayLike) -> tuple[list[float], list[float]]:

@@ -281,4 +281,4 @@ def bind_single(
 ) -> Bsdf:
     """Light scattered once, in closed form: a layer that needs no table. Arguments as of `Table.bind`."""
     own = as_phase_function(phase_function)._own
-    return Bsdf(_stratus.bind_single(own, *make_medium(optical_depth, albedo), True, effects_dict(**effects)))
+    return Bsdf(_stratus.bind_single(own, *make_medium(optical_depth, albedo), effects_dict(**effects)))

@@ -10,12 +10,17 @@
 // two records, `program` and `recipe`, identify the owner.
 #pragma once
 
+#include <stratus/io/file_bytes.h>
+
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
-#include <memory>
+#include <initializer_list>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 namespace stratus {
@@ -60,8 +65,23 @@ class Checkpoint {
     void remove();
 
   private:
-    struct File;
-    std::unique_ptr<File> file_;
+    bool find_records();
+    bool find_record(std::uint64_t size);
+    void begin(const CheckpointOwner& owner);
+    void put(std::initializer_list<std::span<const char>> parts);
+    void truncate(std::uint64_t at);
+
+    struct Content {
+        std::uint64_t offset, size;
+    };
+
+    const std::filesystem::path path_;
+    const io::Descriptor file_;
+    std::unordered_map<std::string, Content> contents_;  // of the records found on opening
+    std::uint64_t end_ = 0;                              // of the last complete record
+    std::size_t finished_ = 0;
+    std::string trouble_;
+    mutable std::mutex mutex_;
 };
 
 }  // namespace stratus

@@ -10,18 +10,21 @@
 
 namespace stratus {
 
-/// A file: `rows[r][c]` belongs to `columns[c]` and stood in line `lines[r]` (from 1).
-template <class Field>
-struct CsvRows {
-    std::string name;
+struct CsvColumns {
+    std::string name;  // of the file
     std::vector<std::string> columns;
-    std::vector<std::vector<Field>> rows;
-    std::vector<int> lines;
 
     /// Index of a column; std::invalid_argument naming the columns present when there is none of
     /// that name.
     int column(const std::string& wanted) const;
     bool has_column(const std::string& wanted) const;
+};
+
+/// A file: `rows[r][c]` belongs to `columns[c]` and stood in line `lines[r]` (from 1).
+template <class Field>
+struct CsvRows : CsvColumns {
+    std::vector<std::vector<Field>> rows;
+    std::vector<int> lines;
 };
 
 using CsvTable = CsvRows<double>;

@@ -50,11 +50,6 @@ class MemoryLimit {
 Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, const std::string& kind,
                  MemoryLimit& limit);
 
-/// Makes `bytes` the content of `path`.
-///
-/// Errors   std::system_error.
-void write_bytes(const std::filesystem::path& path, std::span<const char> bytes);
-
 /// An open file or folder, closed at the end of its scope.
 class Descriptor {
   public:
@@ -157,13 +152,8 @@ void write_atomically(const std::filesystem::path& path,
                       Flush flush = Flush::at_once);
 
 /// Writes content from memory, all of it or nothing.
-void write_content_atomically(const std::filesystem::path& path, std::string_view content,
+void write_content_atomically(const std::filesystem::path& path, std::span<const char> content,
                               Flush flush = Flush::at_once);
-inline void write_content_atomically(const std::filesystem::path& path,
-                                     const std::vector<char>& content,
-                                     Flush flush = Flush::at_once) {
-    write_content_atomically(path, std::string_view(content.data(), content.size()), flush);
-}
 
 /// True of a device, a pipe or an open file (/dev/stdout), which take what comes and stay.
 bool takes_what_comes(const std::filesystem::path& path);
@@ -171,7 +161,7 @@ bool takes_what_comes(const std::filesystem::path& path);
 /// Writes `content` to the file at `path`, for `write` above to call.
 ///
 /// Errors   std::system_error with the system's reason, such as a full disk.
-void write_content(const std::filesystem::path& path, std::string_view content);
+void write_content(const std::filesystem::path& path, std::span<const char> content);
 
 /// Flushes files of one folder to disk, and their names.
 ///

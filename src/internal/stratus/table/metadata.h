@@ -75,6 +75,22 @@ inline constexpr std::array<AxisField, 5> axis_fields{{
      pi},
 }};
 
+/// The axes of a table, those of the family first.
+std::vector<AxisField> all_axis_fields(const Table& table);
+
+inline const Axis& table_axis(const Table& table, const AxisField& field) {
+    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
+}
+inline Axis& table_axis(Table& table, const AxisField& field) {
+    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
+}
+
+/// In place of a scale, of an axis of which lookups take one value.
+constexpr const char* discrete_scale_name = "discrete";
+
+/// Name of an axis's scale in a file of samples.
+const char* stored_scale_name(const AxisField& field, const Table& table);
+
 /// Numbers over the first axes of a table.
 struct SampleField {
     const char* name;

@@ -286,7 +286,8 @@ TEST(Fit, TakesAsManyNodesAsObservationsNeed) {
     EXPECT_NEAR(fit.w1().value, w, 0.1 * fit.w1().sigma);
     EXPECT_NEAR(fit.optical_depth().value, depth, 0.1 * fit.optical_depth().sigma);
     EXPECT_TRUE(fit.remarks.empty());
-    const std::vector<std::string> remarks = fitted(1e-13, {.optical_depth = depth, .w1 = w}).remarks;
+    const std::vector<std::string> remarks =
+        fitted(1e-13, {.optical_depth = depth, .w1 = w}).remarks;
     ASSERT_FALSE(remarks.empty());
     expect_holds(remarks.back(), {"the solver's error reaches"});
 }

@@ -28,6 +28,7 @@ if len(sys.argv) != 3:
     sys.exit(f"usage: {sys.argv[0]} STRATUS MAKE_FIXTURE_TABLE")
 stratus, make_fixture = (str(Path(program).resolve(strict=True)) for program in sys.argv[1:])
 source = Path(__file__).resolve().parents[2]
+sanitized = b"__asan_init" in Path(stratus).read_bytes()  # tests may end before what unsanitized libraries alone do
 
 _own = tempfile.TemporaryDirectory()
 logs = Path(_own.name, "logs")  # for what must not count as a file of the test's folder

@@ -117,7 +117,7 @@ write("long.toml",
 bake = "bake long.toml --accept -o t.h5 "
 expect_ok("bake long.toml --accept -o whole.h5 --quiet")
 one_thread = "--threads 1"
-memory = crashed if b"__asan_init" in Path(stratus).read_bytes() else "out of memory"
+memory = crashed if sanitized else "out of memory"
 for how, rank, flags, said, ranks in [
         ("kill -KILL", 1, one_thread, crashed, 3),
         # rank 0 tells what it keeps with every sign of life, four in a second

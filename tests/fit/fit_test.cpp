@@ -274,19 +274,20 @@ TEST(Fit, TakesAsManyNodesAsObservationsNeed) {
     const std::vector<double> bright =
         solver_model(lobe, std::nullopt, 96)->brightness({depth, w, 0, 0.85, 0}, views);
     const auto model = solver_model(lobe, std::nullopt, 8);
-    const auto fitted = [&](double noise) {
+    const auto fitted = [&](double noise, const FitOptions& options) {
         for (std::size_t i = 0; i < views.size(); ++i) {
             views[i].brightness = bright[i];
             views[i].sigma = noise * bright[i];
         }
-        return fit_layer(*model, views);
+        return fit_layer(*model, views, options);
     };
-    EXPECT_GT(model->error({depth, w, 0, 0.85, 0}, (fitted(1e-3), views)), 1);
-    const Fit fit = fitted(1e-3);
+    const Fit fit = fitted(1e-3, {});
+    EXPECT_GT(model->error({depth, w, 0, 0.85, 0}, views), 1);
     EXPECT_NEAR(fit.w1().value, w, 0.1 * fit.w1().sigma);
     EXPECT_NEAR(fit.optical_depth().value, depth, 0.1 * fit.optical_depth().sigma);
     EXPECT_TRUE(fit.remarks.empty());
-    const std::vector<std::string> remarks = fitted(1e-13).remarks;
+    const std::vector<std::string> remarks =
+        fitted(1e-13, {.optical_depth = depth, .w1 = w}).remarks;
     ASSERT_FALSE(remarks.empty());
     expect_holds(remarks.back(), {"the solver's error reaches"});
 }

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <istream>
 #include <sstream>
@@ -41,9 +41,9 @@ TEST(Csv, SkipsByteOrderMarkAndCarriageReturns) {
 TEST(Csv, ReadsManyColumnsInLinearTime) {  // 200,000 took 22 s
     std::string header = "c0", row = "0";
     for (int c = 1; c < 200'000; ++c) header += ",c" + std::to_string(c), row += ",1";
-    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t begin = std::clock();
     EXPECT_EQ(read(header + '\n' + row + '\n').columns.size(), 200'000U);
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+    EXPECT_LT(std::clock() - begin, 5 * CLOCKS_PER_SEC);
 }
 
 TEST(Csv, RefusesDevicesWithoutEnd) {

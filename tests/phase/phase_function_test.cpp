@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <random>
 #include <sstream>
 #include <vector>
@@ -324,12 +324,12 @@ TEST(Moments, MayBeSlightlyNegative) {
     EXPECT_LT(phi(-1), 0);
 }
 
-TEST(Moments, AreSoonChecked) {  // 16 s for 20,000 when each angle summed them all
-    const auto begin = std::chrono::steady_clock::now();
+TEST(Moments, AreSoonChecked) {               // 16 s for 20,000 when each angle summed them all
+    const std::clock_t begin = std::clock();  // which other programs do not move on
     std::vector<double> chi(20'000);
     for (std::size_t l = 0; l < chi.size(); ++l) chi[l] = std::pow(0.999, static_cast<double>(l));
     const PhaseFunction phase{Moments(chi)};
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(4));
+    EXPECT_LT(std::clock() - begin, 4 * CLOCKS_PER_SEC);
     // The closed form, to what the 20,001st moment and more would add.
     EXPECT_NEAR(phase(0.0) / PhaseFunction(HenyeyGreenstein(0.999))(0.0), 1, 1e-2);
 }

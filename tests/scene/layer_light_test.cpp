@@ -46,31 +46,38 @@ TEST(LayerLight, MatchesTheSolver) {
                 tolerance);
 }
 
+const Geometry over_ground{0.8, 0.3, 0.4};
+
+/// What the layer scatters and what passes through it from the ground sum to the light over a Lambert surface.
+void expect_light_over_ground(const Scene& scene, const LayerLight& light, double depth) {
+    const Rgb ground = std::get<Planet>(scene.subject).surface.colour;
+    const SceneLayer& layer = scene.layer;
+    const Matter matter{depth, layer.albedo, 1};
+    const Rgb3 from_layer = light.reflection(matter, over_ground);
+    const Rgb3 from_ground =
+        light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
+    const double ground_albedo[] = {ground.r, ground.g, ground.b};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const LayerSolution both = solved(
+            layer.channels.empty() ? layer.components[0] : layer.channels[c], layer.albedo[c],
+            depth * layer.extinction[c], over_ground, LowerBoundary::surface(ground_albedo[c]));
+        EXPECT_NEAR((from_layer[c] + from_ground[c]) / both.reflection(0, 1, 0.4).total, 1,
+                    1.5 * tolerance)
+            << "depth " << depth << " ground " << ground_albedo[c];
+    }
+}
+
 TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
     Scene scene = small_planet(0, 3, 0.95);
-    auto& ground = std::get<Planet>(scene.subject).surface.colour;
-    ground = {0.2f, 0.6f, 1.0f};
+    std::get<Planet>(scene.subject).surface.colour = {0.2f, 0.6f, 1.0f};
     scene.tolerance = tolerance;
-    const Geometry geometry{0.8, 0.3, 0.4};
     for (const bool varied : {false, true}) {
         if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
         const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
         const LayerLight light(scene, tables.get());
         for (const double depth :
-             varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3}) {
-            const Matter matter{depth, scene.layer.albedo, 1};
-            const Rgb3 layer_light = light.reflection(matter, geometry);
-            const Rgb3 ground_light =
-                light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
-            const double albedo[] = {0.2, 0.6, 1.0};
-            for (std::size_t c = 0; c < 3; ++c) {
-                const LayerSolution both = solved(scene.layer.components[0], 0.95, depth, geometry,
-                                                  LowerBoundary::surface(albedo[c]));
-                EXPECT_NEAR((layer_light[c] + ground_light[c]) / both.reflection(0, 1, 0.4).total,
-                            1, 1.5 * tolerance)
-                    << "depth " << depth << " ground " << albedo[c];
-            }
-        }
+             varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3})
+            expect_light_over_ground(scene, light, depth);
     }
 }
 
@@ -81,30 +88,19 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     scene.layer.components = {scene.layer.channels[1]};
     scene.layer.albedo = {0.95, 0.6, 0.99};
     scene.layer.extinction = {0.5, 1, 1.5};
-    auto& ground = std::get<Planet>(scene.subject).surface.colour;
-    ground = {0.25f, 0.5f, 1.0f};
+    std::get<Planet>(scene.subject).surface.colour = {0.25f, 0.5f, 1.0f};
     scene.tolerance = tolerance;
-    const Geometry geometry{0.8, 0.3, 0.4};
     for (const bool varied : {false, true}) {
         if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
         const auto tables = bake_for({scene});
         const LayerLight light(scene, tables[0].get());
-        const Matter matter{3, scene.layer.albedo, 1};
-        const Rgb3 reflected = light.reflection(matter, geometry),
-                   from_ground =
-                       light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
-        const double ground_albedo[] = {0.25, 0.5, 1.0};
+        const Rgb3 reflected = light.reflection({3, scene.layer.albedo, 1}, over_ground);
         for (std::size_t c = 0; c < 3; ++c) {
-            const PhaseFunction& own = scene.layer.channels[c];
-            const double albedo = scene.layer.albedo[c], depth = 3 * scene.layer.extinction[c];
-            const LayerSolution free = solved(own, albedo, depth, geometry);
+            const LayerSolution free = solved(scene.layer.channels[c], scene.layer.albedo[c],
+                                              3 * scene.layer.extinction[c], over_ground);
             EXPECT_NEAR(reflected[c] / free.reflection(0, 1, 0.4).total, 1, tolerance) << c;
-            const LayerSolution both =
-                solved(own, albedo, depth, geometry, LowerBoundary::surface(ground_albedo[c]));
-            EXPECT_NEAR((reflected[c] + from_ground[c]) / both.reflection(0, 1, 0.4).total, 1,
-                        1.5 * tolerance)
-                << c;
         }
+        expect_light_over_ground(scene, light, 3);
     }
 }
 

@@ -440,7 +440,7 @@ TEST(PackedFile, SurvivesMutations) {
     std::uint64_t header = 0;
     std::memcpy(&header, original.data(), sizeof header);
     int read = 0;
-    constexpr int mutations = 20000;
+    constexpr int mutations = 5000;
     for (int n = 0; n < mutations; ++n) {
         std::vector<char> bytes = original;
         // Half of the changes within the header, which decides where numbers are read.

@@ -72,24 +72,6 @@ TEST(SolveLayer, ApproachesSingleScatteringAsTauLogTau) {
     }
 }
 
-TEST(SolveLayer, ReachesTheInfiniteLayerWithDepth) {
-    for (const PhaseFunction& phase_function : {isotropic, forward}) {
-        const LayerSolution deep = solve_layer(phase_function, 0.9, 500, cosines);
-        const LayerSolution infinite = solve_layer(phase_function, 0.9, infinity, cosines);
-        // exp(-2 k tau) < 1e-100; the rest is rounding
-        for (int in = 0; in < deep.mu.size(); ++in) {
-            EXPECT_NEAR(deep.plane_albedo(in), infinite.plane_albedo(in), 1e-14);
-            for (int out = 0; out < deep.mu.size(); ++out) {
-                const double R = infinite.reflection(in, out, 1).total;
-                EXPECT_NEAR(deep.reflection(in, out, 1).total, R, 1e-13 * R);
-                EXPECT_EQ(infinite.transmission(in, out, 1).total, 0);
-            }
-        }
-        EXPECT_NEAR(deep.spherical_albedo, infinite.spherical_albedo, 1e-14);
-        EXPECT_EQ(infinite.total_transmittance, 0);
-    }
-}
-
 TEST(SolveLayer, ReachesTheConservativeInfiniteLayerAsOneOverDepth) {
     const LayerSolution infinite = solve_layer(forward, 1, infinity, cosines);
     EXPECT_NEAR(infinite.spherical_albedo, 1, 1e-13);

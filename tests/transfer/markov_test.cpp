@@ -31,64 +31,43 @@ MarkovOptions chain_of(int nodes, int sublayers, int orders = 0) {
 
 // ---- against the solver ------------------------------------------------------------------------
 
-struct ChainedLayer {
-    const char* name;
-    const char* phase_function;
-    int nodes;
-    double albedo;
-    double optical_depth;
-};
-
-class MarkovChain : public testing::TestWithParam<ChainedLayer> {};
-
-TEST_P(MarkovChain, MatchesTheSolverWithinItsStatedError) {
-    const ChainedLayer& of = GetParam();
-    const PhaseFunction phase_function = parse_phase_function(of.phase_function);
-    // As the chain: its nodes, no truncation.
-    const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth,
-                                            chain_cosines, with_nodes(of.nodes, Truncate::nothing));
-    const MarkovSolution chain = solve_markov(phase_function, of.albedo, of.optical_depth,
-                                              chain_cosines, chain_of(of.nodes, 32));
-    for (int in = 0; in < 5; ++in)
-        for (int out = 0; out < 5; ++out)
-            for (const double azimuth : chain_azimuths) {
-                const auto meets = [&](const MarkovValue& value, const SolvedValue& expected) {
-                    // 1e-10: omitted modes
-                    EXPECT_NEAR(value.value.total, expected.total,
-                                value.error + 1e-10 * expected.total)
-                        << in << ' ' << out << ' ' << azimuth;
-                    EXPECT_EQ(value.value.single, expected.single);
-                    EXPECT_LT(value.error, 0.05 * expected.total + 1e-6)
-                        << "stated error too large";
-                };
-                meets(chain.reflection(in, out, azimuth), layer.reflection(in, out, azimuth));
-                meets(chain.transmission(in, out, azimuth), layer.transmission(in, out, azimuth));
-            }
-    for (int i = 0; i < 5; ++i) {
-        EXPECT_NEAR(chain.layer.plane_albedo(i), layer.plane_albedo(i), chain.flux_error);
-        EXPECT_NEAR(chain.layer.diffuse_transmittance(i), layer.diffuse_transmittance(i),
-                    chain.flux_error);
-    }
-    EXPECT_NEAR(chain.layer.spherical_albedo, layer.spherical_albedo, chain.flux_error);
-    EXPECT_NEAR(chain.layer.total_transmittance, layer.total_transmittance, chain.flux_error);
-    EXPECT_LT(chain.flux_error, 1e-2 * of.optical_depth);  // and is small
-}
-
 /// All modes; six of them, and other layers, in agreement_test.
-std::vector<ChainedLayer> chained_layers() {
-    std::vector<ChainedLayer> all;
-    for (const double optical_depth : {0.1, 1.0, 8.0})
-        all.push_back({"saturn", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5",
-                       8, 0.99, optical_depth});
-    return all;
+TEST(MarkovChain, MatchesTheSolverWithinItsStatedError) {
+    for (const double optical_depth : {0.1, 1.0, 8.0}) {
+        SCOPED_TRACE(optical_depth);
+        // As the chain: its nodes, no truncation.
+        const LayerSolution layer = solve_layer(saturn, 0.99, optical_depth, chain_cosines,
+                                                with_nodes(8, Truncate::nothing));
+        const MarkovSolution chain =
+            solve_markov(saturn, 0.99, optical_depth, chain_cosines, chain_of(8, 32));
+        for (int in = 0; in < 5; ++in)
+            for (int out = 0; out < 5; ++out)
+                for (const double azimuth : chain_azimuths) {
+                    const auto meets = [&](const MarkovValue& value, const SolvedValue& expected) {
+                        // 1e-10: omitted modes
+                        EXPECT_NEAR(value.value.total, expected.total,
+                                    value.error + 1e-10 * expected.total)
+                            << in << ' ' << out << ' ' << azimuth;
+                        EXPECT_EQ(value.value.single, expected.single);
+                        EXPECT_LT(value.error, 0.05 * expected.total + 1e-6)
+                            << "stated error too large";
+                    };
+                    meets(chain.reflection(in, out, azimuth), layer.reflection(in, out, azimuth));
+                    meets(chain.transmission(in, out, azimuth),
+                          layer.transmission(in, out, azimuth));
+                }
+        for (int i = 0; i < 5; ++i) {
+            EXPECT_NEAR(chain.layer.plane_albedo(i), layer.plane_albedo(i), chain.flux_error);
+            EXPECT_NEAR(chain.layer.diffuse_transmittance(i), layer.diffuse_transmittance(i),
+                        chain.flux_error);
+        }
+        EXPECT_NEAR(chain.layer.spherical_albedo, layer.spherical_albedo, chain.flux_error);
+        EXPECT_NEAR(chain.layer.total_transmittance, layer.total_transmittance, chain.flux_error);
+        EXPECT_LT(chain.flux_error, 1e-2 * optical_depth);  // and is small
+    }
 }
 
-INSTANTIATE_TEST_SUITE_P(Layer, MarkovChain, testing::ValuesIn(chained_layers()),
-                         [](const auto& row) {
-                             return row.param.name + std::to_string(row.index);
-                         });
-
-TEST(MarkovChainAlone, MatchesTheConvergedSolverTo1e5) {
+TEST(MarkovChain, MatchesTheConvergedSolverTo1e5) {
     // The nodes of either cause 1e-9; K = 32 causes 4e-6, most of it at mu = mu0 = 0.1.
     EXPECT_LE(difference(solve_markov({}, 0.99, 1, chain_cosines, chain_of(24, 32)).layer,
                          solve_layer({}, 0.99, 1, chain_cosines), {0}),
@@ -97,7 +76,7 @@ TEST(MarkovChainAlone, MatchesTheConvergedSolverTo1e5) {
 
 // ---- the chain alone ---------------------------------------------------------------------------
 
-TEST(MarkovChainAlone, SumsItsOrdersToItsInverse) {
+TEST(MarkovChain, SumsItsOrdersToItsInverse) {
     const PhaseFunction phase_function = PhaseFunction::rayleigh();
     // Orders decay faster than w^n: 300 of them suffice for 1e-14.
     const MarkovSolution all = solve_markov(phase_function, 0.9, 2, chain_cosines, chain_of(6, 4));
@@ -116,15 +95,6 @@ TEST(MarkovChainAlone, SumsItsOrdersToItsInverse) {
                 EXPECT_NEAR(of->transmission(in, 2, azimuth).value.total / T, 1, 1e-12);
             }
         }
-}
-
-TEST(MarkovChainAlone, GrowsOrderNAsAlbedoToTheN) {
-    const MarkovSolution whole = solve_markov({}, 1, 1, chain_cosines, chain_of(6, 8, 5));
-    const MarkovSolution half = solve_markov({}, 0.5, 1, chain_cosines, chain_of(6, 8, 5));
-    for (int n = 1; n <= 5; ++n)
-        EXPECT_NEAR(half.reflection_of_order(n, 1, 3, 0) * std::pow(2, n) /
-                        whole.reflection_of_order(n, 1, 3, 0),
-                    1, 1e-13);
 }
 
 /// Order 2 of an isotropic layer from its source function: light of depth t' that scatters again at
@@ -155,7 +125,7 @@ SolvedValue second_order(double albedo, double tau, double mu0, double mu, bool 
     return {value, 0, value};
 }
 
-TEST(MarkovChainAlone, HasTheSecondOrderOfTheIsotropicLayer) {
+TEST(MarkovChain, HasTheSecondOrderOfTheIsotropicLayer) {
     for (const double tau : {0.1, 1.0, 4.0}) {
         const MarkovSolution chain = solve_markov({}, 0.8, tau, chain_cosines, chain_of(24, 32, 2));
         for (int in = 0; in < 5; ++in)
@@ -176,7 +146,7 @@ TEST(MarkovChainAlone, HasTheSecondOrderOfTheIsotropicLayer) {
     }
 }
 
-TEST(MarkovChainAlone, ConvergesAsTheSquareOfTheSublayers) {
+TEST(MarkovChain, ConvergesAsTheSquareOfTheSublayers) {
     const SolverOptions same = with_nodes(8, Truncate::nothing);
     const LayerSolution layer = solve_layer({}, 0.99, 1, chain_cosines, same);
     const auto errors = [&](int sublayers, bool extrapolate) {
@@ -197,7 +167,7 @@ TEST(MarkovChainAlone, ConvergesAsTheSquareOfTheSublayers) {
     EXPECT_LT(errors(32, true), errors(32, false) / 30);
 }
 
-TEST(MarkovChainAlone, IsReciprocalAndConservesEnergy) {
+TEST(MarkovChain, IsReciprocalAndConservesEnergy) {
     const MarkovSolution chain =
         solve_markov(PhaseFunction::rayleigh(), 1, 1, chain_cosines, chain_of(8, 16));
     for (int in = 0; in < 5; ++in)
@@ -212,7 +182,7 @@ TEST(MarkovChainAlone, IsReciprocalAndConservesEnergy) {
     EXPECT_LT(chain.flux_error, 1e-3);
 }
 
-TEST(MarkovChainAlone, VanishesWithoutScattering) {
+TEST(MarkovChain, VanishesWithoutScattering) {
     const MarkovSolution empty = solve_markov({}, 1, 0, chain_cosines);
     EXPECT_EQ(empty.reflection(0, 1, 0).value.total, 0);
     EXPECT_EQ(empty.transmission(0, 0, 0).value.total, 0);
@@ -225,7 +195,7 @@ TEST(MarkovChainAlone, VanishesWithoutScattering) {
     EXPECT_NEAR(black.layer.total_transmittance, 2 * boost::math::expint(3, 1.0), 1e-8);
 }
 
-TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
+TEST(MarkovChain, KeepsItsRelativeAccuracyInThinLayers) {
     const SolverOptions same = with_nodes(8, Truncate::nothing);
     for (const double tau : {1e-140, 1e-12, 1e-9, 1e-3}) {
         const LayerSolution layer = solve_layer({}, 1, tau, {0.5}, same);
@@ -243,7 +213,7 @@ TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
     }
 }
 
-TEST(MarkovChainAlone, StopsAfterOrderOne) {
+TEST(MarkovChain, StopsAfterOrderOne) {
     const MarkovSolution once = solve_markov({}, 1, 1, chain_cosines, chain_of(8, 16, 1));
     EXPECT_EQ(once.reflection(1, 2, 0).value.multiple, 0);
     EXPECT_EQ(once.reflection_of_order(1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
@@ -251,7 +221,7 @@ TEST(MarkovChainAlone, StopsAfterOrderOne) {
     EXPECT_LT(once.layer.spherical_albedo + once.layer.total_transmittance, 0.9);
 }
 
-TEST(MarkovChainAlone, UsesTheGaussNodesByDefault) {
+TEST(MarkovChain, UsesTheGaussNodesByDefault) {
     const MarkovSolution chain = solve_markov({}, 0.9, 1, {}, chain_of(8, 16));
     ASSERT_EQ(chain.layer.mu.size(), 8);
     const MarkovSolution asked = solve_markov({}, 0.9, 1, {chain.layer.mu(5)}, chain_of(8, 16));
@@ -262,7 +232,7 @@ TEST(MarkovChainAlone, UsesTheGaussNodesByDefault) {
 
 // ---- refusals ----------------------------------------------------------------------------------
 
-TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
+TEST(MarkovChain, RefusesArgumentsOutOfRange) {
     const auto refused = [](double albedo, double optical_depth, double mu,
                             const MarkovOptions& options, const std::string& reason) {
         expect_refusal([&] { solve_markov({}, albedo, optical_depth, {mu}, options); }, {reason});

@@ -177,7 +177,7 @@ TEST(Photons, AcceptNegativeSeriesAndTables) {
     const PhaseFunction table =
         PhaseFunction::tabulated({0, 2, 60, 150, 179, 180}, {3, 1, 0.2, 1, 40, 50});
     for (const PhaseFunction& phase_function : {series, table})
-        expect_radiances(solve_photons(phase_function, 0.95, 2, geometries, with_photons(50'000)),
+        expect_radiances(solve_photons(phase_function, 0.95, 2, geometries, with_photons(20'000)),
                          solve_layer(phase_function, 0.95, 2, photon_cosines, with_nodes(96)));
 }
 

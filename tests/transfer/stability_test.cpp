@@ -58,8 +58,13 @@ void expect_limits_of_single_scattering(const LayerSolution& layer,
 }
 
 TEST_P(Stability, IsFiniteAndAsPositiveAsItsSeries) {
-    for (const double w : stability_albedos)
+    // Sums over 10^5 moments take long: there, each of 2, 8 and 32 nodes has another third of the pairs.
+    const bool long_series = asymmetry() > 0.999;
+    double pair = std::log2(GetParam().nodes);
+    for (const double w : stability_albedos) {
+        ++pair;  // another diagonal, as the depths are nine
         for (const double tau : stability_depths) {
+            if (std::fmod(++pair, 3) != 0 && long_series) continue;
             const LayerSolution layer = solve(w, tau);
             const std::vector<LayerValue> values = values_of(layer);
             expect_finite(layer, values);
@@ -69,6 +74,7 @@ TEST_P(Stability, IsFiniteAndAsPositiveAsItsSeries) {
             }
             expect_limits_of_single_scattering(layer, values);
         }
+    }
 }
 
 TEST_P(Stability, ConservesEnergyWithoutAbsorption) {

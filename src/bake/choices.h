@@ -156,9 +156,12 @@ void for_each_direction(const DirectionGrid& directions, const Use& use) {
             for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) use(i, j, k);
 }
 
-/// How many random points (accuracy.h) each direction of a grid stands for: as many of the even ones as are
-/// nearest to its cosines and azimuth, none where a cosine is not judged. Of a peaked phase function, directions
-/// near forward, of which 99 % are judged by themselves, have a tenth of all weight: 99.9 % of all are as strict.
+/// What the error at each direction of a grid counts for: 1, so that 99.9 % of the errors include those at ends and
+/// corners of the ranges, which few random points of a check come near.
+///
+/// With a path law directions are many, and errors at corners large: each counts there for the even random points
+/// (accuracy.h) that are nearest to it, none where a cosine is not judged. Directions near forward, of which
+/// 99 % are judged by themselves, have a tenth of all weight: 99.9 % of all are as strict.
 class DirectionWeights {
   public:
     DirectionWeights(const Recipe& recipe, const DirectionGrid& directions);

@@ -39,8 +39,7 @@ void add_depth_errors(const Probes& probes, const DirectionGrid& directions,
     add_blend_errors(probes.recipe, target, directions, blend, errors, along);
 }
 
-/// Returns the largest error at the depths beyond the finite depth `last`: most depths are at the limit, and few
-/// albedos are probed.
+/// Returns the error at the worst depth beyond the finite depth `last`: most depths are at the limit.
 double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t last) {
     const ProbedLayers& layers = probed_layers(probes);
     const double length = probes.extrapolation_length;
@@ -69,7 +68,7 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
         measure(layers, depth);
         measure(between, depth);
     }
-    return std::ranges::max(quantiles_of_all(probes, std::move(at_depths), 1));
+    return std::ranges::max(quantiles_of_all(probes, std::move(at_depths), probed_share));
 }
 
 /// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are

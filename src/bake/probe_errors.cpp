@@ -4,7 +4,6 @@
 
 #include "choices.h"
 #include "piece_of_work.h"
-#include "table_units.h"
 
 namespace stratus {
 
@@ -127,22 +126,20 @@ std::vector<double> nearest_lengths(const std::vector<double>& places, double lo
 
 DirectionWeights::DirectionWeights(const Recipe& recipe, const DirectionGrid& directions)
     : directions_(directions) {
-    const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
+    if (directions.path_law() == nullptr) return;
     const auto weights = [&](Range range, const std::vector<int>& of_cosines) {
         std::vector<double> roots;
         for (const int at : of_cosines)
             roots.push_back(std::sqrt(directions.mu()[static_cast<std::size_t>(at)]));
-        return nearest_lengths(roots, std::sqrt(std::max(range.min, least)), std::sqrt(range.max));
+        return nearest_lengths(roots, std::sqrt(std::max(range.min, least_judged_cosine)),
+                               std::sqrt(range.max));
     };
     in_ = weights(recipe.mu_in, directions.pairs().in);
     out_ = weights(recipe.mu_out, directions.pairs().out);
     const bool all_around = !is_narrow(recipe.azimuth, all_azimuths);
     azimuth_ = nearest_lengths(directions.azimuth(), all_around ? 0 : radians(recipe.azimuth.min),
                                all_around ? pi : radians(recipe.azimuth.max));
-    if (std::ranges::none_of(
-            list_phase_functions(recipe.layers, recipe.phase_function, recipe.lower_boundary),
-            is_peaked))
-        return;
+    if (!is_peaked(recipe.phase_function)) return;
     for (const Side side : both_sides) {
         double all = 0, forward = 0;
         for_each_direction(directions, [&](int i, int j, int k) {
@@ -156,6 +153,7 @@ DirectionWeights::DirectionWeights(const Recipe& recipe, const DirectionGrid& di
 }
 
 double DirectionWeights::even(int i, int j, int k) const {
+    if (in_.empty()) return 1;
     const double ways = directions_.pairs().are_symmetric() && i < j ? 2 : 1;
     return ways * in_[static_cast<std::size_t>(i)] * out_[static_cast<std::size_t>(j)] *
            azimuth_[static_cast<std::size_t>(k)];

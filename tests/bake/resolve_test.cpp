@@ -162,15 +162,14 @@ TEST(Resolve, NotesEveryChoice) {
     }
 }
 
-/// Even points, as accuracy.h draws them, that fall near each probed direction.
-TEST(Choices, WeighDirectionsByTheRandomPointsNearestToThem) {
-    for (const char* const phase : {"rayleigh", "henyey_greenstein:g=0.85"}) {
+/// Even points are drawn as accuracy.h has it.
+TEST(Choices, WeighDirectionsOfNarrowPeaksByTheRandomPointsNearestToThem) {
+    for (const char* const phase : {"henyey_greenstein:g=0.85", "henyey_greenstein:g=0.97"}) {
         Recipe recipe = rayleigh_recipe();
         recipe.phase_function = parse_phase_function(phase);
         const Probes probes = place_probes(recipe, 1e-3, {});
         const DirectionGrid& grid = probes.directions;
-        const bool is_peaked = grid.path_law() != nullptr;
-        const double least = is_peaked ? std::sqrt(least_judged_cosine) : 0;
+        const double least = std::sqrt(least_judged_cosine);
         const DirectionWeights weight(recipe, grid);
         PerSide<double> all, forward;
         std::vector<double> of_out(static_cast<std::size_t>(grid.out_count()));  // R

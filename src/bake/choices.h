@@ -156,12 +156,12 @@ void for_each_direction(const DirectionGrid& directions, const Use& use) {
             for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) use(i, j, k);
 }
 
-/// What the error at each direction of a grid counts for: 1, so that 99.9 % of the errors include those at ends and
-/// corners of the ranges, which few random points of a check come near.
+/// The weight of the error at each direction of a grid. It is 1 without a path law, so that 99.9 % of the errors
+/// include those at the ends and corners of the ranges, which few random points of a check come near.
 ///
-/// With a path law directions are many, and errors at corners large: each counts there for the even random points
-/// (accuracy.h) that are nearest to it, none where a cosine is not judged. Directions near forward, of which
-/// 99 % are judged by themselves, have a tenth of all weight: 99.9 % of all are as strict.
+/// With a path law, errors at corners are so large that tables would grow by them alone: there it is the number of
+/// even random points (accuracy.h) that are nearest to the direction, 0 where a cosine is not judged. Directions near
+/// forward, 99 % of which are judged by themselves, have a tenth of all weight: 99.9 % of all are as strict.
 class DirectionWeights {
   public:
     DirectionWeights(const Recipe& recipe, const DirectionGrid& directions);

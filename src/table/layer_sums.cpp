@@ -275,7 +275,7 @@ class SideSearch {
         fit_ = least_squares(at_sketch_, picked(greatest_, sums_.sketch));
     }
 
-    /// Of values at the sketch, by the fit.
+    /// Coefficients of values at the sketch, by the fit.
     std::vector<float> coefficients(const std::vector<float>& values) const {
         std::vector<float> found;
         for (const std::vector<float>& row : fit_) found.push_back(dot(row, values));

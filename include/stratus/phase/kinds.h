@@ -56,7 +56,7 @@ struct PhaseClosedForm {
     std::optional<double> lobe_g = {};
 };
 
-/// What most kinds have in common.
+/// Common to most kinds.
 struct SampledPhase {
     bool is_isotropic() const noexcept { return false; }
     std::optional<PhaseClosedForm> closed_form() const { return {}; }

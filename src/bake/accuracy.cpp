@@ -66,9 +66,14 @@ double error_floor(const LayerSolution& solution, Side side) {
     return std::max(0.01 * max, min_value);
 }
 
+namespace {
+
+/// Place, among `count` errors in ascending order, of the one not exceeded by a share of them.
 std::size_t quantile_place(std::size_t count, double share) {
     return static_cast<std::size_t>(std::ceil(share * static_cast<double>(count - 1)));
 }
+
+}  // namespace
 
 double error_quantile(std::vector<double>& errors, double share) {
     if (errors.empty()) return 0;

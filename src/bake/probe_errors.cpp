@@ -1,3 +1,4 @@
+#include <stratus/bake/axes.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
@@ -46,7 +47,7 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
     for (const std::vector<double>& of_share : gather(probes, weights))
         for (std::size_t n = 0; n < lists.size(); ++n)
             exceeding[n] += (1 - share) * (1 + 1e-9) * of_share[n];
-    /// Leaves the largest errors, descending, up to the first that the weights of the others reach.
+    // Leaves the largest errors, descending, up to the first that the weights of the others reach.
     const auto keep_largest = [](Errors& errors, double weight) {
         std::size_t kept = 0, sorted = 0;
         for (; kept < errors.size() && weight >= 0; weight -= errors[kept++].weight) {

@@ -59,9 +59,6 @@ struct ErrorSample {
     PointKind kind = PointKind::even;
 };
 
-/// Place, among `count` errors in ascending order, of the one not exceeded by a share of them.
-std::size_t quantile_place(std::size_t count, double share);
-
 /// Error not exceeded by a share of all; 0 for none. Reorders `errors`, sorts `samples` by error.
 double error_quantile(std::vector<double>& errors, double share);
 double error_quantile(std::vector<ErrorSample>& samples, double share);

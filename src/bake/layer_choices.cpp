@@ -150,18 +150,20 @@ struct Steps {
 
 /// Layers at `fine` + 1 albedos of one scale, at few directions, solved when a candidate needs them.
 /// Their first modes suffice: later ones are of light scattered a few times, which is a short
-/// polynomial of the albedo.
+/// polynomial of the albedo. With 4 modes of what a path law leaves, too much of the total is missing
+/// near backscatter, and relative errors come out ten times as large.
 struct FineAlbedos {
     static constexpr std::size_t fine = 720;
-    static constexpr int modes = 4;
     static constexpr double unknown = -1;
     AxisScale scale;
+    int modes;
     DirectionGrid directions;
     std::vector<double> albedos, exponents;  // exponents: of samples; elsewhere not computed
     ProbedLayers layers;
 
     FineAlbedos(const Probes& probes, AxisScale of_axis)
         : scale(of_axis),
+          modes(probes.path_law ? 8 : 4),
           directions(directions_at(probes.recipe, few_cosines(probes.recipe), probes.path_law)),
           albedos(albedo_axis(probes.recipe.albedo, fine + 1, scale).values),
           exponents(albedos.size(), unknown),
@@ -230,6 +232,9 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
                                 : stencil.weight[p];
             }
             add_blend_errors(probes.recipe, target, fine.directions, blend, errors);
+            if (probes.path_law && fine.scale == AxisScale::fourth_root_of_complement)
+                // Random albedos are even over the square root of 1 - w.
+                for (ProbedError& each : errors) each.weight *= std::sqrt(std::sqrt(1 - albedo));
         });
 }
 

@@ -36,10 +36,7 @@ bool is_one_layer(const PointRange& range) {
 }
 
 /// More where layers take long.
-int points_of_many_layers(const PointRange& range) {
-    if (!range.has_path_law) return 8;
-    return count_octaves(range.optical_depth) < 2 ? 24 : 12;
-}
+int points_of_many_layers(const PointRange& range) { return range.has_path_law ? 24 : 8; }
 
 /// More in tables of so few layers that it takes more of them to check than to bake; most of a stack,
 /// whose points have 40 cosines.
@@ -51,11 +48,12 @@ int points_of_layer(const PointRange& range) {
     return std::max(points_of_many_layers(range), std::min(most, of_usual_check / layers));
 }
 
-/// Depths evenly over octaves; of an axis that ends at infinity half as many in each octave beyond.
-DepthLadder random_depths(const AxisView& tau, std::mt19937& random) {
+/// Depths evenly over octaves, from a share of the first on; of an axis that ends at infinity half as
+/// many in each octave beyond.
+DepthLadder random_depths(const AxisView& tau, double share, std::mt19937& random) {
     if (tau.count == 0) return {1, 0, true};
     std::uniform_real_distribution<double> uniform(0, 1);
-    const double octaves = count_octaves(tau), first = std::min(1.0, octaves) * uniform(random);
+    const double octaves = count_octaves(tau), first = std::min(1.0, octaves) * share;
     constexpr int most_beyond = 10;
     int beyond = 0;
     while (tau.ends_at_infinity && beyond < most_beyond && uniform(random) < 0.5) ++beyond;
@@ -76,26 +74,44 @@ double random_value(const FamilyAxis& axis, double share) {
     }
 }
 
-/// Albedos and points of a family evenly over the cells of a range.
-RandomLadder random_ladder(const PointRange& range, std::mt19937& random) {
+/// Point `number` of a sequence whose first points fill the unit cube evenly, however many are taken:
+/// its steps are powers of 1 / x, where x^(dimensions + 1) = x + 1.
+std::vector<double> even_shares(std::size_t dimensions, unsigned seed, int number) {
+    double x = 1.5;
+    for (int n = 0; n < 60; ++n) x = std::pow(x + 1, 1 / (static_cast<double>(dimensions) + 1));
+    std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(0, 1);
-    auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
+    std::vector<double> shares;
+    double step = 1;
+    for (std::size_t d = 0; d < dimensions; ++d) {
+        step /= x;
+        const double place = uniform(random) + number * step;
+        shares.push_back(place - std::floor(place));
+    }
+    return shares;
+}
+
+/// Albedos, depths and points of a family evenly over the cells of a range.
+RandomLadder random_ladder(const PointRange& range, const std::vector<double>& shares,
+                           std::mt19937& random) {
     const AxisView& w = range.albedo;
-    const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
+    const double s = std::lerp(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest), shares[0]);
     RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest),
                         {},
-                        random_depths(range.optical_depth, random)};
+                        random_depths(range.optical_depth, shares[1], random)};
     std::vector<double> values;
-    for (const FamilyAxis& axis : range.family)
-        values.push_back(random_value(axis, uniform(random)));
+    for (std::size_t k = 0; k < range.family.size(); ++k)
+        values.push_back(random_value(range.family[k], shares[2 + k]));
     ladder.member = FamilyPoint(values);
     return ladder;
 }
 
-/// Evenly spread over the square root.
-double random_cosine(double lowest, double highest, std::mt19937& random) {
-    std::uniform_real_distribution<double> x(std::sqrt(lowest), std::sqrt(highest));
-    const double root = x(random);
+/// Evenly spread over the square root, or over one of `parts` of it.
+double random_cosine(double lowest, double highest, std::mt19937& random, int part = 0,
+                     int parts = 1) {
+    const double first = std::sqrt(lowest), width = (std::sqrt(highest) - first) / parts;
+    std::uniform_real_distribution<double> x(0, 1);
+    const double root = first + (part + x(random)) * width;
     return std::clamp(root * root, lowest, highest);
 }
 
@@ -117,6 +133,11 @@ Azimuths azimuth_range(const PointRange& range) {
     return any ? Azimuths{0, pi} : Azimuths{azimuth.lowest, azimuth.highest};
 }
 
+template <class Any>
+const Any& pick(const std::vector<Any>& all, std::mt19937& random) {
+    return all[random() % all.size()];
+}
+
 struct RandomPoint {
     Geometry at;
     PointKind kind;
@@ -124,18 +145,19 @@ struct RandomPoint {
 };
 
 /// Directions within the cone around straight on, evenly over its angle, that leave on one side;
-/// none after a hundred trials.
-std::optional<Geometry> random_forward(const PointRange& range, Side side, std::mt19937& random) {
+/// none after a hundred trials. Light that is transmitted enters at one of the cosines `mu_in_of_all`.
+std::optional<Geometry> random_forward(const PointRange& range, Side side,
+                                       const std::vector<double>& mu_in_of_all,
+                                       std::mt19937& random) {
     const double widest = radians(forward_cone);
     std::uniform_real_distribution<double> angle(0, widest), turn(0, pi);
     // Light comes back within the cone from grazing incidence alone.
-    const double highest = side == Side::reflection
-                               ? std::min(range.mu_in.highest, std::sin(widest))
-                               : range.mu_in.highest;
-    const double lowest = least_cosine(range, range.mu_in);
-    if (lowest > highest) return std::nullopt;
+    const double lowest = least_cosine(range, range.mu_in),
+                 highest = std::min(range.mu_in.highest, std::sin(widest));
+    if (side == Side::reflection && lowest > highest) return std::nullopt;
     for (int trial = 0; trial < 100; ++trial) {
-        const double mu_in = random_cosine(lowest, highest, random);
+        const double mu_in = side == Side::reflection ? random_cosine(lowest, highest, random)
+                                                      : pick(mu_in_of_all, random);
         const double sine_in = std::sqrt((1 - mu_in) * (1 + mu_in));
         const double theta = angle(random), psi = turn(random);
         const double down = std::cos(theta) * mu_in + std::sin(theta) * std::cos(psi) * sine_in;
@@ -159,10 +181,10 @@ class PointSource {
         if (range.transmission) sides_.push_back(Side::transmission);
         const int times = std::min(4, points_of_layer(range) / points_of_many_layers(range));
         const int few = range.layers.empty() ? 10 : 40;  // pairs differ in azimuth, too
-        const int few_forward = 5 * times, few_grazing = 3 * times;
+        const int few_grazing = 3 * times;
         for (int n = 0; n < few; ++n) {
-            mu_in_.push_back(anywhere(range, range.mu_in));
-            mu_out_.push_back(anywhere(range, range.mu_out));
+            mu_in_.push_back(anywhere(range, range.mu_in, n, few));
+            mu_out_.push_back(anywhere(range, range.mu_out, n, few));
         }
         const bool same = range.mu_in.lowest == range.mu_out.lowest &&
                           range.mu_in.highest == range.mu_out.highest;
@@ -171,8 +193,10 @@ class PointSource {
         if (!peaked) return;
         for (const Side side : sides_) {
             forward_.emplace_back();
+            // Those of reflection bring two cosines each.
+            const int few_forward = (side == Side::reflection ? 5 : 10) * times;
             for (int n = 0; n < few_forward; ++n)
-                if (const auto at = random_forward(range, side, of_peak_))
+                if (const auto at = random_forward(range, side, mu_in_, of_peak_))
                     forward_.back().push_back({*at, PointKind::forward, {side}});
         }
         if (range.mu_in.lowest >= grazing_cosine || range.mu_out.lowest >= grazing_cosine) return;
@@ -192,9 +216,9 @@ class PointSource {
             points.push_back({{pick(mu_in_, random_), pick(mu_out_, random_), azimuth(random_)},
                               PointKind::even,
                               sides_});
-        for (const std::vector<RandomPoint>& of_side : forward_)
-            for (int n = 0; n < (has_path_law_ ? count + 3 : 2 * count + 2) / 4; ++n)
-                if (!of_side.empty()) points.push_back(pick(of_side, of_peak_));
+        for (int n = 0; n < (has_path_law_ ? count + 3 : 2 * count + 2) / 4; ++n, ++drawn_forward_)
+            for (const std::vector<RandomPoint>& of_side : forward_)
+                if (!of_side.empty()) points.push_back(of_side[drawn_forward_ % of_side.size()]);
         if (!grazing_in_.empty())
             for (int n = 0; n < (count + 3) / 4; ++n)
                 points.push_back(
@@ -205,15 +229,11 @@ class PointSource {
     }
 
   private:
-    double anywhere(const PointRange& range, const AxisView& axis) {
-        return random_cosine(least_cosine(range, axis), axis.highest, random_);
+    double anywhere(const PointRange& range, const AxisView& axis, int part, int parts) {
+        return random_cosine(least_cosine(range, axis), axis.highest, random_, part, parts);
     }
     double grazing(const AxisView& axis) {
         return random_cosine(axis.lowest, std::min(axis.highest, grazing_cosine), of_peak_);
-    }
-    template <class Any>
-    static const Any& pick(const std::vector<Any>& all, std::mt19937& random) {
-        return all[random() % all.size()];
     }
 
     bool has_path_law_;
@@ -222,7 +242,8 @@ class PointSource {
     std::mt19937 of_peak_;  // apart: even points are those of any phase function
     std::vector<Side> sides_;
     std::vector<double> mu_in_, mu_out_, grazing_in_, grazing_out_;
-    std::vector<std::vector<RandomPoint>> forward_;  // of each side
+    std::vector<std::vector<RandomPoint>> forward_;  // of each side, taken in turn
+    std::size_t drawn_forward_ = 0;
 };
 
 bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
@@ -257,10 +278,10 @@ class Cosines {
 class LadderPoints {
   public:
     LadderPoints(const PhaseFunction& phase_function, const PointRange& range, bool peaked,
-                 int most, unsigned seed)
+                 int most, unsigned seed, int number)
         : phase_function_(phase_function), range_(range), mu_(floor_cosines()) {
-        std::mt19937 random(seed);
-        ladder_ = random_ladder(range, random);
+        std::mt19937 random(seed * 1000003u + static_cast<unsigned>(number));
+        ladder_ = random_ladder(range, even_shares(2 + range.family.size(), seed, number), random);
         PointSource source(range, peaked, random);
         sides_ = source.sides();
         const int layers = layer_count(ladder_.depths);
@@ -354,8 +375,8 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
     const bool peaked = range.all_kinds && has_peak(phase_function, range);
     std::vector<LadderPoints> ladders;
     for (int left = options.samples; left > 0;) {
-        const unsigned seed = options.seed * 1000003u + static_cast<unsigned>(ladders.size());
-        ladders.emplace_back(phase_function, range, peaked, left, seed);
+        const int number = static_cast<int>(ladders.size());
+        ladders.emplace_back(phase_function, range, peaked, left, options.seed, number);
         left -= ladders.back().points();
     }
     std::vector<std::vector<ErrorSample>> of_ladder(ladders.size());

@@ -36,7 +36,7 @@ bool is_one_layer(const PointRange& range) {
 }
 
 /// More where layers take long.
-int points_of_many_layers(const PointRange& range) { return range.has_path_law ? 24 : 8; }
+int points_of_many_layers(const PointRange& range) { return range.has_path_law ? 24 : 16; }
 
 /// More in tables of so few layers that it takes more of them to check than to bake; most of a stack,
 /// whose points have 40 cosines.

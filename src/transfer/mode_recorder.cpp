@@ -15,13 +15,7 @@ ModeRecorder::ModeRecorder(const Directions& directions, ModeSolution& solution,
     : directions_(directions),
       solution_(solution),
       layers_(std::move(layers)),
-      beam_(std::move(beam)),
-      mean_(layers_[0]) {
-    for (std::size_t k = 1; k < layers_.size(); ++k) {
-        mean_.reflection += layers_[k].reflection;
-        mean_.transmission += layers_[k].transmission;
-    }
-}
+      beam_(std::move(beam)) {}
 
 MatrixXd ModeRecorder::unscaled(const MatrixXd& matrix) const {
     const auto count = solution_.mu.size();
@@ -122,15 +116,15 @@ void ModeRecorder::record_fluxes_below(const MatrixXd& diffuse, const MatrixXd& 
 }
 
 bool ModeRecorder::is_negligible(int count, double tolerance) const {
-    const auto adds = [&](const std::vector<MatrixXd>& modes, const MatrixXd& single) {
+    const auto adds = [&](const std::vector<MatrixXd>& modes, MatrixXd SingleFactors::*single) {
+        Eigen::ArrayXXd all = modes[0].array().abs();
+        for (const SingleFactors& layer : layers_) all += (layer.*single).array();
         for (std::size_t m = modes.size() - static_cast<std::size_t>(count); m < modes.size(); ++m)
-            if ((2 * modes[m].array().abs() > tolerance * (modes[0].array().abs() + single.array()))
-                    .any())
-                return true;
+            if ((2 * modes[m].array().abs() > tolerance * all).any()) return true;
         return false;
     };
-    return !adds(solution_.reflection_modes, mean_.reflection) &&
-           !adds(solution_.transmission_modes, mean_.transmission);
+    return !adds(solution_.reflection_modes, &SingleFactors::reflection) &&
+           !adds(solution_.transmission_modes, &SingleFactors::transmission);
 }
 
 }  // namespace stratus

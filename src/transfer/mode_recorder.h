@@ -57,9 +57,8 @@ class ModeRecorder {
 
     const Directions& directions_;
     ModeSolution& solution_;
-    const std::vector<SingleFactors> layers_;
-    const Beam beam_;
-    SingleFactors mean_;  // single scattering of unit kernels
+    std::vector<SingleFactors> layers_;
+    Beam beam_;
 };
 
 /// Solves modes [first, end) group by group with solve(first, end), until one but the first is

@@ -82,7 +82,7 @@ class LadderRun {
                 results_[a].push_back(blank(a, target.optical_depth));
         }
         for (auto& of_albedo : results_) {
-            recorders_.emplace_back();
+            recorders_.emplace_back().reserve(of_albedo.size());
             for (LayerSolution& solution : of_albedo)
                 recorders_.back().emplace_back(directions_, solution,
                                                std::vector{single_factors(solution)},

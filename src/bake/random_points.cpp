@@ -6,6 +6,7 @@
 #include "table_units.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <random>
@@ -74,26 +75,24 @@ double random_value(const FamilyAxis& axis, double share) {
     }
 }
 
-/// Point `number` of a sequence whose first points fill the unit cube evenly, however many are taken:
-/// its steps are powers of 1 / x, where x^(dimensions + 1) = x + 1.
-std::vector<double> even_shares(std::size_t dimensions, unsigned seed, int number) {
-    double x = 1.5;
-    for (int n = 0; n < 60; ++n) x = std::pow(x + 1, 1 / (static_cast<double>(dimensions) + 1));
+/// Shares of the way along the axes of albedo, of depth and of a family.
+using Shares = std::array<double, 2 + max_family_axes>;
+
+/// Those of the first few ladders lie evenly along each axis, however many follow: steps are far from
+/// any fraction.
+Shares even_shares(unsigned seed, int number) {
+    Shares shares{std::sqrt(1.25) - 0.5, std::sqrt(2.0), std::sqrt(3.0), std::sqrt(7.0)};
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(0, 1);
-    std::vector<double> shares;
-    double step = 1;
-    for (std::size_t d = 0; d < dimensions; ++d) {
-        step /= x;
-        const double place = uniform(random) + number * step;
-        shares.push_back(place - std::floor(place));
+    for (double& share : shares) {
+        share = uniform(random) + number * share;
+        share -= std::floor(share);
     }
     return shares;
 }
 
 /// Albedos, depths and points of a family evenly over the cells of a range.
-RandomLadder random_ladder(const PointRange& range, const std::vector<double>& shares,
-                           std::mt19937& random) {
+RandomLadder random_ladder(const PointRange& range, const Shares& shares, std::mt19937& random) {
     const AxisView& w = range.albedo;
     const double s = std::lerp(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest), shares[0]);
     RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest),
@@ -281,7 +280,7 @@ class LadderPoints {
                  int most, unsigned seed, int number)
         : phase_function_(phase_function), range_(range), mu_(floor_cosines()) {
         std::mt19937 random(seed * 1000003u + static_cast<unsigned>(number));
-        ladder_ = random_ladder(range, even_shares(2 + range.family.size(), seed, number), random);
+        ladder_ = random_ladder(range, even_shares(seed, number), random);
         PointSource source(range, peaked, random);
         sides_ = source.sides();
         const int layers = layer_count(ladder_.depths);

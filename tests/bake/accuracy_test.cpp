@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace stratus::test {
 namespace {
@@ -155,6 +156,29 @@ TEST(Verify, DrawsForwardAndGrazingPointsOfPeakedPhaseFunctionsAlone) {
         return all;
     };
     EXPECT_EQ(azimuths(peaked.samples), azimuths(smooth.samples));
+}
+
+TEST(Verify, LeavesNoWideGapsBetweenAlbedosAndDepths) {
+    const Table table = bake(explicit_recipe());
+    for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
+        std::set<double> of_albedo, of_depth;  // shares of the way along the axes, 0 and 1 the same
+        const Verification verification = verify(table, {.samples = 1200, .seed = seed});
+        for (const ErrorSample& sample : verification.samples) {
+            const auto add = [](std::set<double>& shares, double value) {
+                shares.insert(std::round(1e9 * (value - std::floor(value))) / 1e9);
+            };
+            add(of_albedo, std::sqrt(1 - sample.albedo) / 0.5);
+            add(of_depth, std::log2(sample.optical_depth / 0.5));
+        }
+        for (const std::set<double>& shares : {of_albedo, of_depth}) {
+            EXPECT_GE(shares.size(), 10u);
+            double before = *shares.rbegin() - 1;
+            for (const double share : shares) {
+                EXPECT_LE(share - before, 2 / static_cast<double>(shares.size())) << seed;
+                before = share;
+            }
+        }
+    }
 }
 
 TEST(Verify, DependsOnTheSeedButNotOnThreads) {

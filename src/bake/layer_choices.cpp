@@ -16,10 +16,11 @@ namespace {
 /// A ratio of two exponentially small scales; 0 where the divisor is below what a float holds.
 double ratio(double scale, double divisor) { return divisor > 1e-35 ? scale / divisor : 0; }
 
-/// Layers half an octave deeper than the probes': the law of diffusion is measured at both.
+/// Layers half an octave deeper than the probes': the law of diffusion is measured at both. What few
+/// orders transmit falls off like the beam, and the law misses most where the beam has fallen to 1/e.
 ProbedLayers solve_between(const Probes& probes) {
     DepthLadder between = probes.ladder;
-    between.first *= std::sqrt(2.0);
+    between.first *= std::exp2(probes.recipe.orders > 0 ? 1.0 / 12 : 1.0 / 2);
     between.to_infinity = false;
     return solve_layers(probes, probes.albedos, between, probes.directions);
 }

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -74,6 +75,29 @@ TEST(Bake, StopsTheSeriesAtTheRecipesOrder) {
         expected += order.reflection(0, 1, 1).total;
     const Scattered found = reflection(table.view(), 1, 2, {0.4, 0.9, 1});
     EXPECT_NEAR(found.total(), expected, 1e-2 * expected);
+}
+
+TEST(Bake, MeetsItsToleranceJustBeyondTheDeepestDepthOfFewOrders) {
+    const Table table =
+        bake(parse_recipe("phase_function = 'isotropic'\n"
+                          "tolerance = 1e-2\n"
+                          "optical_depth = { min = 0.7, max = inf }\n"
+                          "albedo = { min = 0.9, max = 1.0 }\n"
+                          "mu_in = { min = 0.5, max = 1.0 }\n"
+                          "mu_out = { min = 0.5, max = 1.0 }\n"
+                          "sides = ['transmission']\n"
+                          "orders = 8\n"));
+    const TableView view = table.view();
+    for (const double further : {0.5, 1.0, 1.5, 3.0, 10.0}) {
+        const double tau = view.optical_depth.highest + further;
+        const double expected =
+            solve_layer(PhaseFunction::isotropic(), 1, tau, {0.9, 0.95}, SolverOptions{.orders = 8})
+                .transmission(1, 0, 1)
+                .total;
+        EXPECT_NEAR(transmission(view, 1, tau, {0.95, 0.9, 1}).total(), expected,
+                    1e-2 * std::max(expected, 1e-8))
+            << tau;
+    }
 }
 
 TEST(Bake, ObeysAnExplicitDiscretisation) {

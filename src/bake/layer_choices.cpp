@@ -233,8 +233,8 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
                                 : stencil.weight[p];
             }
             add_blend_errors(probes.recipe, target, fine.directions, blend, errors);
+            // Random albedos lie evenly over the square root of 1 - w, these over its fourth root.
             if (probes.path_law && fine.scale == AxisScale::fourth_root_of_complement)
-                // Random albedos are even over the square root of 1 - w.
                 for (ProbedError& each : errors) each.weight *= std::sqrt(std::sqrt(1 - albedo));
         });
 }

@@ -144,9 +144,9 @@ struct RandomPoint {
 };
 
 /// Directions within the cone around straight on, evenly over its angle, that leave on one side;
-/// none after a hundred trials. Light that is transmitted enters at one of the cosines `mu_in_of_all`.
+/// none after a hundred trials. Of transmission mu_in is one of `transmitted`.
 std::optional<Geometry> random_forward(const PointRange& range, Side side,
-                                       const std::vector<double>& mu_in_of_all,
+                                       const std::vector<double>& transmitted,
                                        std::mt19937& random) {
     const double widest = radians(forward_cone);
     std::uniform_real_distribution<double> angle(0, widest), turn(0, pi);
@@ -156,7 +156,7 @@ std::optional<Geometry> random_forward(const PointRange& range, Side side,
     if (side == Side::reflection && lowest > highest) return std::nullopt;
     for (int trial = 0; trial < 100; ++trial) {
         const double mu_in = side == Side::reflection ? random_cosine(lowest, highest, random)
-                                                      : pick(mu_in_of_all, random);
+                                                      : pick(transmitted, random);
         const double sine_in = std::sqrt((1 - mu_in) * (1 + mu_in));
         const double theta = angle(random), psi = turn(random);
         const double down = std::cos(theta) * mu_in + std::sin(theta) * std::cos(psi) * sine_in;
@@ -192,7 +192,7 @@ class PointSource {
         if (!peaked) return;
         for (const Side side : sides_) {
             forward_.emplace_back();
-            // Those of reflection bring two cosines each.
+            // Each of reflection adds two cosines to be solved, each of transmission one.
             const int few_forward = (side == Side::reflection ? 5 : 10) * times;
             for (int n = 0; n < few_forward; ++n)
                 if (const auto at = random_forward(range, side, mu_in_, of_peak_))

@@ -16,8 +16,8 @@ namespace {
 /// A ratio of two exponentially small scales; 0 where the divisor is below what a float holds.
 double ratio(double scale, double divisor) { return divisor > 1e-35 ? scale / divisor : 0; }
 
-/// Layers half an octave deeper than the probes': the law of diffusion is measured at both. What few
-/// orders transmit falls off like the beam, and the law misses most where the beam has fallen to 1/e.
+/// Solves layers half an octave deeper than the probes, for the law of diffusion is measured at both. What
+/// few orders transmit falls off like the beam, so that the law misses most much sooner.
 ProbedLayers solve_between(const Probes& probes) {
     DepthLadder between = probes.ladder;
     between.first *= std::exp2(probes.recipe.orders > 0 ? 1.0 / 12 : 1.0 / 2);
@@ -233,9 +233,10 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
                                 : stencil.weight[p];
             }
             add_blend_errors(probes.recipe, target, fine.directions, blend, errors);
-            // Random albedos lie evenly over the square root of 1 - w, these over its fourth root.
-            if (probes.path_law && fine.scale == AxisScale::fourth_root_of_complement)
-                for (ProbedError& each : errors) each.weight *= std::sqrt(std::sqrt(1 - albedo));
+            if (!probes.path_law || fine.scale != AxisScale::fourth_root_of_complement) return;
+            // Random albedos lie evenly over the square root of 1 - w, probed ones over its fourth root.
+            const double random_points = std::sqrt(std::sqrt(1 - albedo));
+            for (ProbedError& each : errors) each.weight *= random_points;
         });
 }
 

@@ -78,8 +78,8 @@ double random_value(const FamilyAxis& axis, double share) {
 /// Shares of the way along the axes of albedo, of depth and of a family.
 using Shares = std::array<double, 2 + max_family_axes>;
 
-/// Those of the first few ladders lie evenly along each axis, however many follow: steps are far from
-/// any fraction.
+/// Returns the shares of ladder `number`. Even those of a few ladders leave no wide gap along an axis:
+/// from one ladder to the next they move on by steps that are far from any fraction.
 Shares even_shares(unsigned seed, int number) {
     Shares shares{std::sqrt(1.25) - 0.5, std::sqrt(2.0), std::sqrt(3.0), std::sqrt(7.0)};
     std::mt19937 random(seed);
@@ -105,7 +105,7 @@ RandomLadder random_ladder(const PointRange& range, const Shares& shares, std::m
     return ladder;
 }
 
-/// Evenly spread over the square root, or over one of `parts` of it.
+/// Returns a cosine, drawn evenly over its square root, or over one of `parts` of the way along that.
 double random_cosine(double lowest, double highest, std::mt19937& random, int part = 0,
                      int parts = 1) {
     const double first = std::sqrt(lowest), width = (std::sqrt(highest) - first) / parts;
@@ -144,7 +144,7 @@ struct RandomPoint {
 };
 
 /// Directions within the cone around straight on, evenly over its angle, that leave on one side;
-/// none after a hundred trials. Of transmission mu_in is one of `transmitted`.
+/// none after a hundred trials. For transmission mu_in is one of `transmitted`.
 std::optional<Geometry> random_forward(const PointRange& range, Side side,
                                        const std::vector<double>& transmitted,
                                        std::mt19937& random) {

@@ -1,6 +1,7 @@
 #include "climb.h"
 
 #include <stratus/base/gauss_legendre.h>
+#include <stratus/transfer/solve.h>
 
 #include "doubling_ladder.h"
 #include "layer.h"
@@ -143,19 +144,19 @@ std::vector<int> thinned_modes(int count, double tolerance) {
     return modes;
 }
 
-void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
+void fill_modes(std::span<const int> solved, std::vector<AzimuthalMode>& modes) {
     std::vector<double> of_parity[2];
     std::vector<const MatrixXd*> values[2];
     for (std::size_t k = 0; k < modes.size(); ++k) {
         of_parity[solved[k] % 2].push_back(solved[k]);
-        values[solved[k] % 2].push_back(&modes[k]);
+        values[solved[k] % 2].push_back(&modes[k].values);
     }
-    std::vector<MatrixXd> all;
+    std::vector<AzimuthalMode> all;
     for (int mode = 0; mode <= solved[modes.size() - 1]; ++mode) {
         const std::vector<double>& x = of_parity[mode % 2];
         const auto next = static_cast<std::size_t>(std::ranges::lower_bound(x, mode) - x.begin());
         if (next < x.size() && x[next] == mode) {
-            all.push_back(*values[mode % 2][next]);
+            all.push_back({*values[mode % 2][next]});
             continue;
         }
         const std::size_t count = std::min(fitted_points, x.size());
@@ -164,9 +165,9 @@ void fill_modes(std::span<const int> solved, std::vector<MatrixXd>& modes) {
         const auto begin = x.begin() + static_cast<std::ptrdiff_t>(first);
         const std::vector<double> weights =
             lagrange_weights({begin, begin + static_cast<std::ptrdiff_t>(count)}, mode);
-        MatrixXd sum = MatrixXd::Zero(modes[0].rows(), modes[0].cols());
+        MatrixXd sum = MatrixXd::Zero(modes[0].values.rows(), modes[0].values.cols());
         for (std::size_t k = 0; k < count; ++k) sum += weights[k] * *values[mode % 2][first + k];
-        all.push_back(std::move(sum));
+        all.push_back({std::move(sum)});
     }
     modes = std::move(all);
 }

@@ -68,7 +68,7 @@ void climb_orders(const ClimbTask& task, double fraction,
 std::vector<int> thinned_modes(int count, double tolerance);
 
 /// Makes a list of all modes up to the last one of a list of some, `solved`, by interpolation.
-void fill_modes(std::span<const int> solved, std::vector<Eigen::MatrixXd>& modes);
+void fill_modes(std::span<const int> solved, std::vector<AzimuthalMode>& modes);
 
 /// Climbs as climb_harmonic does, all of task.directions included; modes ascend.
 void climb_grazing(const ClimbTask& task, std::span<const int> modes, const RecordMode& record);

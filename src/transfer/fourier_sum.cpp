@@ -37,7 +37,7 @@ struct PairTable {
 
 /// The modes of R or T between mu(in) and mu(out).
 VectorXd mode_terms(const LayerSolution& layer, Side side, int in, int out) {
-    const std::vector<MatrixXd>& modes = layer.modes(side);
+    const std::vector<AzimuthalMode>& modes = layer.modes(side);
     VectorXd terms(static_cast<Eigen::Index>(modes.size()));
     for (Eigen::Index m = 0; m < terms.size(); ++m) terms(m) = modes[size(m)](in, out);
     return terms;

@@ -3,6 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/transfer/solve.h>
 
 #include <Eigen/LU>
 
@@ -30,9 +31,9 @@ double sum_modes(const std::vector<double>& modes, double azimuth) {
     return sum;
 }
 
-double sum_modes(const std::vector<Eigen::MatrixXd>& modes, int i, int j, double azimuth) {
+double sum_modes(const std::vector<AzimuthalMode>& modes, int i, int j, double azimuth) {
     std::vector<double> here;
-    for (const Eigen::MatrixXd& mode : modes) here.push_back(mode(i, j));
+    for (const AzimuthalMode& mode : modes) here.push_back(mode(i, j));
     return sum_modes(here, azimuth);
 }
 

@@ -17,6 +17,8 @@
 
 namespace stratus {
 
+struct AzimuthalMode;  // solve.h
+
 /// One azimuthal mode of a homogeneous layer.
 struct ModeMatrices {
     Eigen::MatrixXd reflection;    // n x n, n = directions.size()
@@ -36,7 +38,7 @@ Eigen::VectorXd beam_along(const Directions& directions, double optical_depth);
 /// Fourier series at an azimuth in radians: f_0 + 2 sum f_m cos(m azimuth), of all f_m, or of
 /// f_m = modes[m](i, j).
 double sum_modes(const std::vector<double>& modes, double azimuth);
-double sum_modes(const std::vector<Eigen::MatrixXd>& modes, int i, int j, double azimuth);
+double sum_modes(const std::vector<AzimuthalMode>& modes, int i, int j, double azimuth);
 
 // Adding. An inhomogeneous layer differs between its two sides. Four quantities describe it: R lit
 // from above, R* lit from below, T downward (its transpose is T upward, by reciprocity), and the

@@ -112,7 +112,7 @@ class InsideRun {
             solution_.levels.push_back(blank_level(levels[l], divided.above[l]));
         for (LightAtLevel& level : solution_.levels)
             recorders_.emplace_back(directions_, level, single_factors(level),
-                                    pieces_.beam(level.pieces_above));
+                                    pieces_.beam(level.pieces_above), false);
     }
 
     InsideSolution run() {
@@ -275,7 +275,7 @@ std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSo
         corrected(layers, solved.truncations, &Truncation::single_scattering_albedo);
     const LowerBoundary boundary_corrected = truncated(lower_boundary, solved.boundary_truncation);
     std::vector<double> modes, cosines;
-    for (const MatrixXd& mode : light.modes(side)) modes.push_back(mode(out, in));
+    for (const AzimuthalMode& mode : light.modes(side)) modes.push_back(mode(out, in));
     for (const double azimuth : azimuths)
         cosines.push_back(cos_scattering_angle(side, {mu_in, mu_out, azimuth}));
     const std::vector<double> again = sum_legendre(scattered_again, cosines);

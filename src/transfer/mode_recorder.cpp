@@ -2,6 +2,8 @@
 
 #include "layer.h"
 
+#include <cmath>
+#include <span>
 #include <utility>
 
 namespace stratus {
@@ -11,11 +13,12 @@ using Eigen::RowVector2d;
 using Eigen::VectorXd;
 
 ModeRecorder::ModeRecorder(const Directions& directions, ModeSolution& solution,
-                           std::vector<SingleFactors> layers, Beam beam)
+                           std::vector<SingleFactors> layers, Beam beam, bool is_symmetric)
     : directions_(directions),
       solution_(solution),
       layers_(std::move(layers)),
-      beam_(std::move(beam)) {}
+      beam_(std::move(beam)),
+      is_symmetric_(is_symmetric) {}
 
 MatrixXd ModeRecorder::unscaled(const MatrixXd& matrix) const {
     const auto count = solution_.mu.size();
@@ -43,8 +46,12 @@ void ModeRecorder::record(const LayerMode& all, const std::vector<const PhaseKer
         reflection -= beam.asDiagonal() * boundary.once(mode).bottomRightCorner(count, count) *
                       beam.asDiagonal();
     }
-    solution_.reflection_modes.push_back(std::move(reflection));
-    solution_.transmission_modes.push_back(std::move(transmission));
+    const auto keep = [&](std::vector<AzimuthalMode>& modes, MatrixXd values) {
+        modes.push_back(is_symmetric_ ? AzimuthalMode::symmetric(values)
+                                      : AzimuthalMode{std::move(values)});
+    };
+    keep(solution_.reflection_modes, std::move(reflection));
+    keep(solution_.transmission_modes, std::move(transmission));
     if (mode == 0) record_fluxes(all);
 }
 
@@ -116,11 +123,18 @@ void ModeRecorder::record_fluxes_below(const MatrixXd& diffuse, const MatrixXd& 
 }
 
 bool ModeRecorder::is_negligible(int count, double tolerance) const {
-    const auto adds = [&](const std::vector<MatrixXd>& modes, MatrixXd SingleFactors::*single) {
-        Eigen::ArrayXXd all = modes[0].array().abs();
-        for (const SingleFactors& layer : layers_) all += (layer.*single).array();
-        for (std::size_t m = modes.size() - static_cast<std::size_t>(count); m < modes.size(); ++m)
-            if ((2 * modes[m].array().abs() > tolerance * all).any()) return true;
+    const auto adds = [&](const std::vector<AzimuthalMode>& modes,
+                          MatrixXd SingleFactors::*single) {
+        const auto last = std::span(modes).last(static_cast<std::size_t>(count));
+        for (Eigen::Index out = 0; out < solution_.mu.size(); ++out)
+            for (Eigen::Index in = 0; in < solution_.mu.size(); ++in) {
+                double all = std::abs(modes[0](in, out));
+                for (const SingleFactors& layer : layers_) all += (layer.*single)(in, out);
+                const auto is_more = [&](const AzimuthalMode& mode) {
+                    return 2 * std::abs(mode(in, out)) > tolerance * all;
+                };
+                if (std::ranges::any_of(last, is_more)) return true;
+            }
         return false;
     };
     return !adds(solution_.reflection_modes, &SingleFactors::reflection) &&

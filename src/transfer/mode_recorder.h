@@ -25,9 +25,9 @@ struct SingleFactors {
 class ModeRecorder {
   public:
     /// `layers`: single scattering of each layer, seen from outside. The solution has its cosines
-    /// and its lower boundary.
+    /// and its lower boundary; `is_symmetric`: its modes are, as those of one layer.
     ModeRecorder(const Directions& directions, ModeSolution& solution,
-                 std::vector<SingleFactors> layers, Beam beam);
+                 std::vector<SingleFactors> layers, Beam beam, bool is_symmetric);
 
     /// Records the next mode: R and T of the whole, lower boundary included. `kernels` of each
     /// layer; null where that layer scatters nothing into the mode.
@@ -59,6 +59,7 @@ class ModeRecorder {
     ModeSolution& solution_;
     std::vector<SingleFactors> layers_;
     Beam beam_;
+    bool is_symmetric_;
 };
 
 /// Solves modes [first, end) group by group with solve(first, end), until one but the first is

@@ -34,6 +34,14 @@ PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, in
 
 }  // namespace
 
+AzimuthalMode AzimuthalMode::symmetric(const Eigen::MatrixXd& all) {
+    AzimuthalMode mode{Eigen::MatrixXd(all.cols() * (all.cols() + 1) / 2, 1)};
+    Eigen::Index next = 0;
+    for (Eigen::Index column = 0; column < all.cols(); next += ++column)
+        mode.values.col(0).segment(next, column + 1) = all.col(column).head(column + 1);
+    return mode;
+}
+
 PeakCorrection LayerSolution::peak_correction(Side side, int in, int out) const {
     if (path) return path_correction(*this, side, in, out);
     if (backward_path)

@@ -86,7 +86,7 @@ class LadderRun {
             for (LayerSolution& solution : of_albedo)
                 recorders_.back().emplace_back(directions_, solution,
                                                std::vector{single_factors(solution)},
-                                               direct_beam(solution));
+                                               direct_beam(solution), true);
         }
     }
 
@@ -230,8 +230,8 @@ class LadderRun {
         }
         recorder.record(all, {&kernels}, boundary_modes_);
         if (target.regime == DepthRegime::thin && !problem_.boundary.is_present()) {
-            results_[a][at].reflection_modes.back().setZero();  // rounding
-            results_[a][at].transmission_modes.back().setZero();
+            results_[a][at].reflection_modes.back().values.setZero();  // rounding
+            results_[a][at].transmission_modes.back().values.setZero();
         }
         return is_limit;
     }

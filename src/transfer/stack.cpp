@@ -77,7 +77,7 @@ class StackRun {
     StackSolution run() {
         const FlushSubnormals flush(std::ranges::min(layers_.depths()));
         ModeRecorder recorder(directions_, solution_, single_factors(),
-                              layers_.beam(layers_.size()));
+                              layers_.beam(layers_.size()), false);
         solve_modes(
             options_, std::max({1, boundary_modes_.count(), layers_.count()}),
             [&](int mode) { solve_mode(mode, recorder); },
@@ -138,8 +138,8 @@ StackSolution sum_orders(const std::vector<StackSolution>& orders) {
     for (std::size_t n = 1; n < orders.size(); ++n) {
         const StackSolution& order = orders[n];
         for (std::size_t m = 0; m < sum.reflection_modes.size(); ++m) {
-            sum.reflection_modes[m] += order.reflection_modes[m];
-            sum.transmission_modes[m] += order.transmission_modes[m];
+            sum.reflection_modes[m].values += order.reflection_modes[m].values;
+            sum.transmission_modes[m].values += order.transmission_modes[m].values;
         }
         sum.plane_albedo += order.plane_albedo;
         sum.diffuse_transmittance += order.diffuse_transmittance;

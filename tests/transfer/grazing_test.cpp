@@ -29,8 +29,8 @@ TEST(GrazingModes, FillGapsWithPolynomialsOfEitherParity) {
         const std::vector<int> solved = thinned_modes(count, 1e-4);
         EXPECT_TRUE(std::ranges::is_sorted(solved));
         EXPECT_EQ(solved.back(), count - 1);
-        std::vector<Eigen::MatrixXd> modes;
-        for (const int m : solved) modes.push_back(Eigen::MatrixXd::Constant(2, 2, value(m)));
+        std::vector<AzimuthalMode> modes;
+        for (const int m : solved) modes.push_back({Eigen::MatrixXd::Constant(2, 2, value(m))});
         fill_modes(solved, modes);
         ASSERT_EQ(std::ssize(modes), count);
         for (int m = 0; m < count; ++m)
@@ -42,10 +42,10 @@ TEST(GrazingModes, FillGapsWithPolynomialsOfEitherParity) {
 
 TEST(GrazingModes, FillWhatWasSolvedBeforeTheRestBecameNegligible) {
     const std::vector<int> solved = thinned_modes(301, 1e-2);
-    std::vector<Eigen::MatrixXd> modes(110, Eigen::MatrixXd::Ones(1, 1));
+    std::vector<AzimuthalMode> modes(110, {Eigen::MatrixXd::Ones(1, 1)});
     fill_modes(solved, modes);
     EXPECT_EQ(std::ssize(modes), solved[109] + 1);
-    for (const Eigen::MatrixXd& mode : modes) EXPECT_NEAR(mode(0, 0), 1, 1e-12);
+    for (const AzimuthalMode& mode : modes) EXPECT_NEAR(mode(0, 0), 1, 1e-12);
 }
 
 TEST(GrazingLight, IsThatOfManyNodesWithoutTruncation) {

@@ -202,8 +202,8 @@ class MarkovRun {
                 sum.value += of.value;
                 sum.error += of.error;
                 if (options_.orders == 0) continue;
-                solution_.order[order].reflection_modes.push_back(asked_reflection(of.value));
-                solution_.order[order].transmission_modes.push_back(asked_transmission(of.value));
+                solution_.order[order].reflection_modes.push_back({asked_reflection(of.value)});
+                solution_.order[order].transmission_modes.push_back({asked_transmission(of.value)});
             }
             record(mode, sum);
             if (!options_.modes && mode > 0 && is_negligible(mode) && is_negligible(mode - 1))
@@ -225,8 +225,8 @@ class MarkovRun {
 
     void record(int mode, const Extrapolated& multiple) {
         LayerSolution& layer = solution_.layer;
-        layer.reflection_modes.push_back(asked_reflection(multiple.value));
-        layer.transmission_modes.push_back(asked_transmission(multiple.value));
+        layer.reflection_modes.push_back({asked_reflection(multiple.value)});
+        layer.transmission_modes.push_back({asked_transmission(multiple.value)});
         const double times = mode == 0 ? 1 : 2;
         solution_.reflection_error += times * asked_reflection(multiple.error);
         solution_.transmission_error += times * asked_transmission(multiple.error);
@@ -260,8 +260,9 @@ class MarkovRun {
     }
 
     bool is_negligible(int mode) const {
-        const auto adds = [&](const std::vector<MatrixXd>& modes) {
-            return (2 * modes[size(mode)].array().abs() > mode_tolerance * modes[0].array().abs())
+        const auto adds = [&](const std::vector<AzimuthalMode>& modes) {
+            return (2 * modes[size(mode)].values.array().abs() >
+                    mode_tolerance * modes[0].values.array().abs())
                 .any();
         };
         return !adds(solution_.layer.reflection_modes) && !adds(solution_.layer.transmission_modes);

@@ -15,6 +15,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -32,17 +33,32 @@ struct PeakCorrection {
     }
 };
 
+/// One azimuthal mode between the cosines of a solution.
+struct AzimuthalMode {
+    // mu.size() rows and columns; of a symmetric mode the upper triangle alone, its columns joined to one
+    Eigen::MatrixXd values;
+
+    static AzimuthalMode symmetric(const Eigen::MatrixXd& all);
+
+    /// Returns the value out of mu(in), into mu(out).
+    double operator()(Eigen::Index in, Eigen::Index out) const {
+        if (values.cols() > 1) return values(in, out);
+        const Eigen::Index column = std::max(in, out);
+        return values(column * (column + 1) / 2 + std::min(in, out));
+    }
+};
+
 /// Results at a list of cosines, common to all solutions.
 struct ModeSolution {
     Eigen::VectorXd mu;  // the requested cosines, or the Gauss nodes
     LowerBoundary lower_boundary;
     Truncation boundary_truncation;
 
-    // Orders n >= 2 of mode m of the problem after truncation, out of mu(i), into mu(j). T is 0
+    // Orders n >= 2 of each mode of the problem after truncation. T is 0
     // where nothing is transmitted: at infinite depth and over a lower boundary.
-    std::vector<Eigen::MatrixXd> reflection_modes;
-    std::vector<Eigen::MatrixXd> transmission_modes;
-    const std::vector<Eigen::MatrixXd>& modes(Side side) const {
+    std::vector<AzimuthalMode> reflection_modes;
+    std::vector<AzimuthalMode> transmission_modes;
+    const std::vector<AzimuthalMode>& modes(Side side) const {
         return side == Side::reflection ? reflection_modes : transmission_modes;
     }
 

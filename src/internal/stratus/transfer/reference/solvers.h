@@ -94,7 +94,7 @@ struct MarkovValue {
 
 /// Mode m of one order, between all requested cosines.
 struct MarkovOrder {
-    std::vector<Eigen::MatrixXd> reflection_modes, transmission_modes;
+    std::vector<AzimuthalMode> reflection_modes, transmission_modes;
 };
 
 struct MarkovSolution {

@@ -114,7 +114,7 @@ DepthLadder ladder_to_deepest(const Probes& probes);
 
 /// The error at a probed direction, and how many of a table's random points (accuracy.h) it stands for.
 struct ProbedError {
-    double error, weight;
+    float error, weight;
 };
 
 using Errors = std::vector<ProbedError>;
@@ -135,7 +135,7 @@ Errors errors_of_solutions(
                              Errors& errors)>& measure);
 
 /// Several lists one after the other.
-Errors joined(const std::vector<Errors>& lists);
+Errors joined(std::vector<Errors> lists);
 
 /// The errors of all shares that a share of the weights does not exceed, list by list; as the largest error of a
 /// check may be five times its tolerance, a fifth of what a fifth of the others do not exceed where that is more.
@@ -194,9 +194,9 @@ void add_errors(const Recipe& recipe, const ProbedLayer& expected, const Directi
             const double weight = weight_at(side, i, j, k);
             if (weight == 0) return;
             const std::size_t at = directions.at(i, j, k);
-            errors.push_back({std::abs(found(side, i, j, k) - values.tabulated[at]) /
-                                  std::max(values.total[at], values.floor),
-                              weight});
+            const double error = std::abs(found(side, i, j, k) - values.tabulated[at]) /
+                                 std::max(values.total[at], values.floor);
+            errors.push_back({static_cast<float>(error), static_cast<float>(weight)});
         });
     }
 }

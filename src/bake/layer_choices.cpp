@@ -235,7 +235,7 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
             add_blend_errors(probes.recipe, target, fine.directions, blend, errors);
             if (!probes.path_law || fine.scale != AxisScale::fourth_root_of_complement) return;
             // Random albedos lie evenly over the square root of 1 - w, probed ones over its fourth root.
-            const double random_points = std::sqrt(std::sqrt(1 - albedo));
+            const auto random_points = static_cast<float>(std::sqrt(std::sqrt(1 - albedo)));
             for (ProbedError& each : errors) each.weight *= random_points;
         });
 }

@@ -26,12 +26,18 @@ Errors errors_of_layers(
         const auto at = static_cast<std::size_t>(n);
         measure(at / depths, at % depths, of_layer[at]);
     });
-    return joined(of_layer);
+    return joined(std::move(of_layer));
 }
 
-Errors joined(const std::vector<Errors>& lists) {
+Errors joined(std::vector<Errors> lists) {
+    std::size_t count = 0;
+    for (const Errors& errors : lists) count += errors.size();
     Errors all;
-    for (const Errors& errors : lists) all.insert(all.end(), errors.begin(), errors.end());
+    all.reserve(count);
+    for (Errors& errors : lists) {
+        all.insert(all.end(), errors.begin(), errors.end());
+        errors = {};
+    }
     return all;
 }
 
@@ -40,7 +46,7 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
     std::vector<double> weights;
     for (const Errors& errors : lists) {
         double sum = 0;
-        for (const ProbedError& each : errors) sum += each.weight;
+        for (const ProbedError& each : errors) sum += double{each.weight};
         weights.push_back(sum);
     }
     std::vector<double> exceeding(lists.size(), 0.0);  // the weight that may exceed each quantile
@@ -50,7 +56,7 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
     // Leaves the largest errors, descending, up to the first that the weights of the others reach.
     const auto keep_largest = [](Errors& errors, double weight) {
         std::size_t kept = 0, sorted = 0;
-        for (; kept < errors.size() && weight >= 0; weight -= errors[kept++].weight) {
+        for (; kept < errors.size() && weight >= 0; weight -= double{errors[kept++].weight}) {
             if (kept < sorted) continue;
             sorted = std::min(errors.size(), 4 * sorted + 64);
             std::ranges::partial_sort(errors.begin() + static_cast<std::ptrdiff_t>(kept),
@@ -64,8 +70,8 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
         keep_largest(lists[n], exceeding[n]);
         largest.push_back(static_cast<double>(lists[n].size()));
         for (const auto& [error, weight] : lists[n]) {
-            largest.push_back(error);
-            largest.push_back(weight);
+            largest.push_back(double{error});
+            largest.push_back(double{weight});
         }
     }
     lists.assign(lists.size(), {});
@@ -73,14 +79,15 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
         const double* next = of_share.data();
         for (Errors& all : lists)
             for (auto left = static_cast<std::size_t>(*next++); left > 0; --left, next += 2)
-                all.push_back({next[0], next[1]});
+                all.push_back({static_cast<float>(next[0]), static_cast<float>(next[1])});
     }
     std::vector<double> quantiles;
     for (std::size_t n = 0; n < lists.size(); ++n) {
         double quantile = 0;
         for (const double times : {1.0, largest_over_tolerance}) {
             keep_largest(lists[n], exceeding[n] / times);
-            if (!lists[n].empty()) quantile = std::max(quantile, lists[n].back().error / times);
+            if (!lists[n].empty())
+                quantile = std::max(quantile, double{lists[n].back().error} / times);
         }
         quantiles.push_back(quantile);
     }

@@ -330,7 +330,7 @@ Errors errors_of_solutions(
                            for (std::size_t d = 0; d < solutions.size(); ++d)
                                measure(a, d, solutions[d], of_albedo[a]);
                        });
-    return joined(of_albedo);
+    return joined(std::move(of_albedo));
 }
 
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,

@@ -443,8 +443,8 @@ Choice choose_mu_samples(Probes& probes) {
     MuErrors errors(probes);
     return choose_cheapest(
         probes, "mu_samples",
-        distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22, 24,  26,  28,  30,  32,
-                             36, 40, 44, 48, 52, 56, 72, 96, 128, 192, 256, 384, 512},
+        distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22, 24, 26,  28,  30,  32,  36, 38,
+                             40, 42, 44, 46, 48, 52, 56, 72, 96, 128, 192, 256, 384, 512},
                             most, counts),
         [&](int candidate) { return errors.all(candidate); },
         [&](int candidate) { return errors.at_least(candidate); });

@@ -278,7 +278,8 @@ std::size_t count_of_share(const Probes& probes, std::size_t count) {
 
 ProbedCosines many_cosines(const Recipe& recipe) {
     std::vector<double> cosines;
-    for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
+    // However many samples of mu a table has, most of these lie well between two of them.
+    for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.615, 0.665, 0.815, 0.875, 0.95})
         cosines.push_back(x * x);
     // Laws of grounds are steep at grazing angles.
     if (recipe.lower_boundary.law != nullptr) cosines.push_back(0.0003);

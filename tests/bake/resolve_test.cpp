@@ -1,3 +1,4 @@
+#include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
 #include <stratus/base/constants.h>
 
@@ -203,6 +204,23 @@ TEST(Choices, WeighDirectionsOfNarrowPeaksByTheRandomPointsNearestToThem) {
         }
         for (std::size_t j = 0; j < drawn.size(); ++j)
             EXPECT_NEAR(of_out[j], drawn[j], 0.01) << phase << ' ' << j;
+    }
+}
+
+TEST(Choices, ProbeBetweenTheSamplesOfMuWhateverTheirNumber) {
+    const Probes probes = place_probes(rayleigh_recipe(), 1e-3, {});
+    for (const int samples :
+         {16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 38, 40, 42, 44, 46, 48, 52, 56}) {
+        const Axis axis = mu_axis({0, 1}, samples);
+        double sum = 0;
+        int count = 0;
+        for (const double mu : probes.directions.mu()) {
+            if (mu < 0.35 || mu == 1) continue;  // a cubic misses most halfway between two samples
+            const double index = axis.view().index(mu), x = index - std::floor(index);
+            sum += x * (1 - x) * (1 + x) * (2 - x) / 0.5625;
+            ++count;
+        }
+        EXPECT_GT(sum / count, 0.5) << samples;
     }
 }
 

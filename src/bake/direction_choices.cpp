@@ -372,7 +372,7 @@ ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
 Choice choose_nodes(Probes& probes) {
     constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96};
     constexpr int fewest_with_path_law = 16;
-    constexpr int many = 24;  // so many that some fewer save more than it takes to try them
+    constexpr int fewest_refined = 24;  // below, a try takes more than fewer nodes save
     const double max_change =
         (probes.path_law ? share_with_path_law : share_of_nodes) * probes.max_error;
     int& nodes = probes.recipe.discretisation.nodes;
@@ -389,8 +389,8 @@ Choice choose_nodes(Probes& probes) {
         if (left > max_change) continue;
         nodes = coarser;
         const ProbedLayers finer = std::exchange(probes.layers, std::move(layers));
-        // Errors fall by a factor with each node: those halfway to what missed may do.
-        if (nodes >= many && std::sqrt(left * left_before) <= max_change) {
+        // Each further node divides errors by much the same: halfway they are about the geometric mean.
+        if (nodes >= fewest_refined && std::sqrt(left * left_before) <= max_change) {
             nodes = (finer_before + nodes) / 2;
             layers = std::exchange(probes.layers, {});
             const double halfway = change(probes, probed_layers(probes), finer);

@@ -1,6 +1,7 @@
 #include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
 #include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
 
 #include "choices.h"
 #include "refusal.h"
@@ -76,6 +77,29 @@ TEST(Resolve, IsIdempotent) {
         const Recipe once = resolve(recipe);
         expect_same(resolve(once).discretisation, once.discretisation);
     }
+}
+
+TEST(Resolve, TakesNodesBetweenTwoCandidatesWhereTheseDo) {
+    const Recipe recipe = parse_recipe(
+        "phase_function = '0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5'\n"
+        "tolerance = 1e-4\noptical_depth = { min = 0.01, max = 8.0 }\n"
+        "albedo = { min = 0.0, max = 1.0 }\n");
+    const int nodes = resolve(recipe).discretisation.nodes;
+    EXPECT_GT(nodes, 20);
+    EXPECT_LT(nodes, 24);
+    const auto solve = [&](int count) {
+        SolverOptions options;
+        options.nodes = count;
+        return solve_layer(recipe.phase_function, 1, 1, {0.1, 0.3, 0.6, 1}, options);
+    };
+    const LayerSolution coarse = solve(nodes), fine = solve(2 * nodes);
+    for (const Side side : both_sides)
+        for (int in = 0; in < 4; ++in)
+            for (int out = 0; out < 4; ++out) {
+                const double expected = fine.values(side, in, out, {0.7})[0].total;
+                EXPECT_NEAR(coarse.values(side, in, out, {0.7})[0].total, expected, 1e-5 * expected)
+                    << in << ' ' << out;
+            }
 }
 
 TEST(Resolve, TakesTheSquareRootOfAzimuthWhereFewerSamplesDo) {

@@ -35,9 +35,10 @@ struct PeakCorrection {
 
 /// One azimuthal mode between the cosines of a solution.
 struct AzimuthalMode {
-    // mu.size() rows and columns; of a symmetric mode the upper triangle alone, its columns joined to one
+    // mu.size() rows and columns; for a symmetric mode one column: the upper triangle, column by column
     Eigen::MatrixXd values;
 
+    /// Returns the mode of a symmetric matrix, of which it keeps half.
     static AzimuthalMode symmetric(const Eigen::MatrixXd& all);
 
     /// Returns the value out of mu(in), into mu(out).

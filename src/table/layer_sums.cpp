@@ -31,7 +31,7 @@ constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
 // this share of the pilots, or than this in all, or where the sketch has fewer directions to each.
 constexpr double largest_share_of_pilots = 0.54;
 constexpr std::size_t most_spanning = 150, fewest_directions = 5;
-constexpr int thinned_azimuths = 5;  // steps, of the sketch that then stands for all directions
+constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
 
 /// Up to `most` of `count` places, evenly, the last among them.
 std::vector<int> spread(int count, int most) {

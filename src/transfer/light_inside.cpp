@@ -112,7 +112,7 @@ class InsideRun {
             solution_.levels.push_back(blank_level(levels[l], divided.above[l]));
         for (LightAtLevel& level : solution_.levels)
             recorders_.emplace_back(directions_, level, single_factors(level),
-                                    pieces_.beam(level.pieces_above), false);
+                                    pieces_.beam(level.pieces_above));
     }
 
     InsideSolution run() {

@@ -27,7 +27,7 @@ class ModeRecorder {
     /// `layers`: single scattering of each layer, seen from outside. The solution has its cosines
     /// and its lower boundary; `is_symmetric`: its modes are, as those of one layer.
     ModeRecorder(const Directions& directions, ModeSolution& solution,
-                 std::vector<SingleFactors> layers, Beam beam, bool is_symmetric);
+                 std::vector<SingleFactors> layers, Beam beam, bool is_symmetric = false);
 
     /// Records the next mode: R and T of the whole, lower boundary included. `kernels` of each
     /// layer; null where that layer scatters nothing into the mode.

@@ -158,7 +158,7 @@ class OrderedStackRun {
         for (std::size_t n = 0; n < orders_.size(); ++n) {
             orders_[n].order = static_cast<int>(n);
             recorders_.emplace_back(directions_, orders_[n], std::vector{nothing},
-                                    Beam{n == 0 ? beam : none, none}, false);
+                                    Beam{n == 0 ? beam : none, none});
         }
     }
 
@@ -267,9 +267,8 @@ class OrderedStackRun {
                     uniform_mean(directions_, part(sum.reflection_below, n));
             recorders_[n].record(mode, {nullptr}, boundary_modes_);
             if (n > 1) continue;
-            orders_[n]
-                .reflection_modes.back()
-                .values.setZero();  // single scattering has its closed form
+            // Single scattering has its closed form.
+            orders_[n].reflection_modes.back().values.setZero();
             orders_[n].transmission_modes.back().values.setZero();
         }
     }

@@ -77,7 +77,7 @@ class StackRun {
     StackSolution run() {
         const FlushSubnormals flush(std::ranges::min(layers_.depths()));
         ModeRecorder recorder(directions_, solution_, single_factors(),
-                              layers_.beam(layers_.size()), false);
+                              layers_.beam(layers_.size()));
         solve_modes(
             options_, std::max({1, boundary_modes_.count(), layers_.count()}),
             [&](int mode) { solve_mode(mode, recorder); },

@@ -441,6 +441,7 @@ Choice choose_mu_samples(Probes& probes) {
                            mu_axis(recipe.mu_out, candidate).values.size()};
     };
     MuErrors errors(probes);
+    // Without 34, which has samples at most of the probed cosines and would pass for better than it is.
     return choose_cheapest(
         probes, "mu_samples",
         distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22, 24, 26,  28,  30,  32,  36, 38,

@@ -253,13 +253,13 @@ TEST(Choices, LetOneInAThousandBeLargerAndOneInFiveThousandFiveTimes) {
     Errors errors(9990, {1.0, 1.0});
     errors.insert(errors.end(), 10, {4.0, 1.0});
     EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 1);
-    errors.insert(errors.end(), {4.0, 0.125});
+    errors.insert(errors.end(), {4.0f, 0.1f});
     EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 4);
     errors.assign(9990, {1.0, 1.0});
     errors.insert(errors.end(), 8, {1.0, 1.0});
     errors.insert(errors.end(), 2, {40.0, 1.0});
     EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 1);
-    errors.insert(errors.end(), {40.0, 0.125});
+    errors.insert(errors.end(), {40.0f, 0.1f});
     EXPECT_EQ(quantile_of_all(probes, errors, 0.999), 8);
     EXPECT_EQ(quantile_of_all(probes, {{3.0, 1.0}, {2.0, 5.0}}, 0.999), 3);
     EXPECT_EQ(quantile_of_all(probes, {}, 0.999), 0);

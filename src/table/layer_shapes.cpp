@@ -16,12 +16,24 @@ constexpr float faintest = 1e-8f;  // below which errors count less; a stack may
 /// Errors are relative to no less than a share of the largest value at cosines of this and more.
 constexpr double floor_cosine = 0.1;
 
+/// True where a layer of the table, or the one below it, has a narrow peak.
+bool has_narrow_peaks(const Table& table, const PhaseFunction& of_member) {
+    const LowerBoundary& below = table.lower_boundary;
+    if (below.kind == LowerBoundary::Kind::layer && has_narrow_peak(below.phase_function))
+        return true;
+    if (!table.is_stack()) return has_narrow_peak(of_member);
+    return std::any_of(table.layers.begin(), table.layers.end(), [](const StackLayer& layer) {
+        return has_narrow_peak(layer.phase_function);
+    });
+}
+
 }  // namespace
 
 LayerShapes::LayerShapes(const Table& table, Side side, std::size_t member)
     : table_(table), numbers_(table.view()), side_(side) {
     const TableView view = table.view();
     const PhaseFunction phase_function = phase_function_of_member(table, member);
+    is_peaked_ = has_narrow_peaks(table, phase_function);
     if (table.path_law != nullptr)
         path_law_ = table.has_family() ? PathOrders::of_any(phase_function) : table.path_law;
     for (int i = 0; i < numbers_.ins(); ++i)
@@ -123,7 +135,7 @@ std::vector<float> LayerShapes::importance(std::size_t layer, const DirectionLis
         }
         found[n] = path_law_ ? factor * share_of_grazing(at[n]) : factor;
         totals[n] = factor * shape[n] + static_cast<float>(single);
-        if (path_law_ && is_forward(at[n])) return;
+        if (is_peaked_ && is_forward(at[n])) return;
         if (lesser_cosine(at[n]) >= floor_cosine) largest = std::max(largest, totals[n]);
     });
     const float floor = std::max(static_cast<float>(darkest_share) * largest,

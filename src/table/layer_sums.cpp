@@ -32,6 +32,7 @@ constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
 constexpr double largest_share_of_pilots = 0.54;
 constexpr std::size_t most_spanning = 150, fewest_directions = 5;
 constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
+constexpr std::size_t most_thinned = 1000;  // of its directions: 30 to each function of a block
 
 /// Up to `most` of `count` places, evenly, the last among them.
 std::vector<int> spread(int count, int most) {
@@ -166,7 +167,7 @@ class SideSearch {
     }
 
     /// Does without functions of all layers where there are too many, or layers that they miss: the
-    /// sketch is then every pair of cosines at some azimuths.
+    /// sketch is then spread evenly over all directions.
     ///
     /// Returns whether it does from now on: all layers are then to be sketched again.
     bool settle() {
@@ -179,8 +180,13 @@ class SideSearch {
         sums_.sketch.clear();
         const std::size_t azimuths = size(sums_.numbers().azimuths());
         const std::size_t step = std::max<std::size_t>(1, (azimuths - 1) / thinned_azimuths);
-        for (const std::size_t n : everywhere_)
-            if (n % azimuths % step == 0) sums_.sketch.push_back(n);
+        const std::size_t thinned = everywhere_.size() / azimuths * ((azimuths - 1) / step + 1);
+        const std::size_t apart = (thinned + most_thinned - 1) / most_thinned;
+        for (const std::size_t n : everywhere_) {  // neighbouring pairs at other azimuths
+            const std::size_t pair = n / azimuths, azimuth = n % azimuths;
+            if (azimuth % step == 0 && (pair + azimuth / step) % apart == 0)
+                sums_.sketch.push_back(n);
+        }
         return true;
     }
 

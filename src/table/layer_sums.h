@@ -6,8 +6,8 @@
 // is left; under a narrow peak random directions alone would miss those that decide. Every layer's
 // coefficients then follow from its sketch by least squares. One that misses is seen in full as well.
 //
-// Layers that are too unlike each other for that (R of very narrow peaks) are sketched in all pairs of
-// cosines at some azimuths, and those that blocks are made of are seen in full afterwards.
+// Layers that are too unlike each other for that (R of very narrow peaks) are sketched in directions spread
+// evenly, and those that blocks are made of are seen in full afterwards.
 #pragma once
 
 #include <stratus/table/layer_samples.h>
@@ -63,8 +63,9 @@ class LayerShapes {
     const Table& table_;
     DirectionNumbers numbers_;
     Side side_;
-    std::vector<Pair> pairs_;                     // by number
-    std::vector<double> cosine_, phase_;          // of the scattering angle, at every direction
+    std::vector<Pair> pairs_;             // by number
+    std::vector<double> cosine_, phase_;  // of the scattering angle, at every direction
+    bool is_peaked_;
     std::shared_ptr<const PathOrders> path_law_;  // null: none
 };
 

@@ -7,6 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace stratus::test {
 namespace {
 
@@ -109,6 +112,46 @@ TEST(PackedBake, LooksUpWhatATableOfAllSamplesHolds) {
             }
     EXPECT_EQ(baked.header.plane_albedo, table.plane_albedo);
     EXPECT_EQ(baked.header.spherical_albedo, table.spherical_albedo);
+}
+
+TEST(PackedBake, JudgesWhatNarrowPeaksScatterBackByItself) {
+    // Over a ground, which leaves no path law. At grazing angles the peak is 300 times as bright.
+    const Recipe recipe = parse_recipe(
+        "phase_function = 'henyey_greenstein:g=0.89'\n"
+        "tolerance = 6e-3\n"
+        "optical_depth = { min = 1, max = 16 }\n"
+        "albedo = { min = 0.14, max = 1 }\n"
+        "[below]\n"
+        "phase_function = 'henyey_greenstein:g=-0.5'\n"
+        "albedo = 0.76\n"
+        "[discretisation]\n"
+        "nodes = 16\n"
+        "modes = 40\n"
+        "mu_samples = 14\n"
+        "azimuth_samples = 17\n"
+        "azimuth_scale = 'square_root'\n"
+        "optical_depth_samples_per_octave = 3\n"
+        "albedo_samples = 24\n"
+        "albedo_scale = 'square_root_of_complement'\n");
+    const Table table = solve_table(recipe);
+    const PackedTable packed(pack(table));
+    const TableView view = table.view();
+    double worst = 0;
+    for (const double w : table.albedo.values)
+        for (const double tau : table.optical_depth.values) {
+            std::vector<double> expected, error;
+            for (const double mu : {0.12, 0.3, 0.6, 0.97})
+                for (const double other : {0.12, 0.4, 0.8, 0.98})
+                    for (const double azimuth : {1.6, 2.0, 2.5, 3.1}) {
+                        const Geometry at{mu, other, azimuth};
+                        expected.push_back(reflection(view, w, tau, at).total());
+                        error.push_back(packed.reflection(w, tau, at).total() - expected.back());
+                    }
+            const double floor = 0.01 * *std::ranges::max_element(expected);
+            for (std::size_t n = 0; n < error.size(); ++n)
+                worst = std::max(worst, std::abs(error[n]) / std::max(expected[n], floor));
+        }
+    EXPECT_LE(worst, recipe.tolerance / 2);
 }
 
 TEST(PackedBake, FollowsTheLawOfThinLayersBelowItsThinnestSample) {

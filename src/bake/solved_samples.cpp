@@ -2,6 +2,7 @@
 
 #include <stratus/bake/axes.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/memory.h>
 #include <stratus/io/write_options.h>
 #include <stratus/transfer/stack.h>
 
@@ -107,7 +108,9 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
         take(unit(piece), is_asked_for, directions, result, use);
     };
     if (options_.progress) pieces.progress = [&](double done) { options_.progress(done, stage); };
+    trim_memory();
     solve_pieces(pieces, options_.log, options_.threads);
+    trim_memory();
 }
 
 std::vector<float> SolvedSamples::flux_values(const LayerSolution& solution) const {

@@ -39,9 +39,9 @@ std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& l
 namespace {
 
 /// Albedos that one run of the solver works on at once. Eight fill its registers mode by mode; where
-/// modes are many four do as well with two modes at a time, and fewer lanes idle in the last run. Where they
-/// are very many two take little longer, and half of the memory.
-std::size_t albedos_at_once(int modes) { return modes >= 32 ? 2 : modes >= 16 ? 4 : 8; }
+/// modes are many four do nearly as well with two modes at a time, fewer lanes idle in the last run, and modes
+/// take half of the memory. Where they are very many two take little longer, and half of that again.
+std::size_t albedos_at_once(int modes) { return modes >= 32 ? 2 : modes >= 10 ? 4 : 8; }
 
 const Recipe& checked(const Recipe& resolved) {
     const Discretisation& d = resolved.discretisation;

@@ -345,8 +345,8 @@ void TensorWriter::require_count(const std::string& name, const std::vector<std:
             list_text(shape));
 }
 
-void TensorWriter::add(const std::string& name, TensorType type,
-                       const std::vector<std::size_t>& shape, const void* data) {
+std::size_t TensorWriter::checked_count(const std::string& name,
+                                        const std::vector<std::size_t>& shape) const {
     constexpr char function[] = "TensorWriter";
     require(names_.count(name) == 0 && name != strings_key && !fills_a_gap(name), function,
             "name of a tensor", "new and neither '__metadata__' nor 'padding_...'", quoted(name));
@@ -356,9 +356,15 @@ void TensorWriter::add(const std::string& name, TensorType type,
             "shape of tensor " + quoted(name),
             "at most " + std::to_string(max_tensor_rank) + " numbers of at least 1",
             list_text(shape));
-    const char* const begin = static_cast<const char*>(data);
+    return count;
+}
+
+void TensorWriter::refer(const std::string& name, TensorType type,
+                         const std::vector<std::size_t>& shape, const void* data) {
+    const std::size_t count = checked_count(name, shape);
     names_.insert(name);
-    entries_.push_back({name, type, shape, {begin, begin + count * type_name(type).size}});
+    entries_.push_back(
+        {name, type, shape, static_cast<const char*>(data), count * type_name(type).size, {}});
 }
 
 void TensorWriter::set(const std::string& key, const std::string& text) {
@@ -373,7 +379,7 @@ std::vector<char> TensorWriter::finish() {
     std::map<std::string, const Entry*> by_name;
     for (const Entry& entry : entries_) by_name[entry.name] = &entry;
     for (const auto& [name, entry] : by_name)
-        add_tensor(sum, name, entry->type, entry->shape, entry->data.data());
+        add_tensor(sum, name, entry->type, entry->shape, entry->data);
     strings_[checksum_key] = sum.text();
     std::vector<std::string> strings, members;
     for (const auto& [key, text] : strings_)
@@ -393,7 +399,7 @@ std::vector<char> TensorWriter::finish() {
         if (const std::size_t padding = padding_after(end); padding != 0)
             append_member(std::string(padding_prefix) + std::to_string(++paddings), TensorType::f16,
                           {padding / type_name(TensorType::f16).size}, padding);
-        append_member(entry.name, entry.type, entry.shape, entry.data.size());
+        append_member(entry.name, entry.type, entry.shape, entry.size);
     }
 
     std::string header = '{' + joined(members, ",") + '}';
@@ -414,8 +420,8 @@ std::vector<char> TensorWriter::finish() {
     append_bytes(file, header.data(), header.size());
     for (Entry& entry : entries_) {
         file.insert(file.end(), padding_after(file.size()), '\0');
-        append_bytes(file, entry.data.data(), entry.data.size());
-        entry.data = {};
+        append_bytes(file, entry.data, entry.size);
+        entry.held = nullptr;
     }
     return file;
 }

@@ -20,15 +20,18 @@ LayerBasis LayerBasis::first(std::size_t count) const {
 
 LayerBasis greedy_basis(const BlockLayers& layers, std::size_t room, double allowed) {
     const std::size_t count = layers.values.size(), columns = layers.values[0]->size();
+    const VectorKernels& vectors = vector_kernels();
     LayerBasis basis{room, {}, {}, std::vector<std::vector<float>>(count), {}};
-    std::vector<std::vector<float>> remainder(count);  // of each layer
-    std::vector<double> error(count);                  // of each layer
-    std::vector<float> weight(columns);                // of each direction
+    std::vector<float> remainders(count * columns);  // of all layers: one piece of memory
+    std::vector<double> error(count);                // of each layer
+    std::vector<float> weight(columns);              // of each direction
+    const auto remainder = [&](std::size_t l) { return &remainders[l * columns]; };
     const auto measure = [&](std::size_t l) {
-        error[l] = double{largest_product(remainder[l], *layers.importance[l])};
+        error[l] =
+            double{vectors.largest_product(remainder(l), layers.importance[l]->data(), columns)};
     };
     for (std::size_t l = 0; l < count; ++l) {
-        remainder[l] = *layers.values[l];
+        std::copy(layers.values[l]->begin(), layers.values[l]->end(), remainder(l));
         measure(l);
         for (std::size_t k = 0; k < columns; ++k) {
             const float importance = (*layers.importance[l])[k];
@@ -41,7 +44,7 @@ LayerBasis greedy_basis(const BlockLayers& layers, std::size_t room, double allo
         if (*worst <= allowed || basis.pivot.size() == room) return basis;
         // The normalised remainder of the worst layer is the next function.
         const std::ptrdiff_t pivot = worst - error.begin();
-        const std::vector<float>& left = remainder[size(pivot)];
+        const float* const left = remainder(size(pivot));
         double square = 0;
         for (std::size_t k = 0; k < columns; ++k)
             square += double{weight[k]} * double{left[k]} * double{left[k]};
@@ -54,8 +57,8 @@ LayerBasis greedy_basis(const BlockLayers& layers, std::size_t room, double allo
         basis.pivot.push_back(static_cast<int>(pivot));
         basis.norm.push_back(norm);
         for (std::size_t l = 0; l < count; ++l) {
-            basis.coefficient[l].push_back(dot(remainder[l], weighted));
-            subtract(basis.coefficient[l].back(), function, remainder[l]);
+            basis.coefficient[l].push_back(vectors.dot(remainder(l), weighted.data(), columns));
+            vectors.subtract(basis.coefficient[l].back(), function.data(), remainder(l), columns);
             measure(l);
         }
     }

@@ -1,6 +1,7 @@
 #include <stratus/table/packed_table.h>
 
 #include <stratus/base/argument.h>
+#include <stratus/base/memory.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
@@ -49,7 +50,10 @@ std::string side_prefix(const Table& table, int member, Side side) {
 
 /// The blocks of members that share their functions: these under the name of the first member,
 /// coefficients under that of each.
-void add_blocks(TensorWriter& file, const LayerSums& sums, const FoundBlocks& found, Side side) {
+///
+/// Memory   lets go of layers in full once `uses`, how many blocks are still to be made of each, is 0.
+void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, Side side,
+                std::map<int, int>& uses) {
     const Table& table = sums.table();
     const TableView view = table.view();
     const bool takes_halves =
@@ -58,14 +62,22 @@ void add_blocks(TensorWriter& file, const LayerSums& sums, const FoundBlocks& fo
         });
     const int depth_rows = std::max(stencil_size, view.optical_depth.count),
               albedo_rows = std::max(stencil_size, view.albedo.count);
+    const std::vector<std::size_t> shape{found.blocks.size(), FunctionLayout(view).rows(),
+                                         found.functions};
+    const std::size_t numbers = shape[0] * shape[1] * shape[2];
     std::vector<Half> halves;  // functions over (block, row, function)
     std::vector<float> floats;
+    halves.reserve(takes_halves ? numbers : 0);
+    floats.reserve(takes_halves ? 0 : numbers);
     std::vector<std::vector<float>> coefficients(size(found.members.count));
     std::vector<std::int32_t> fields, block_of_cell(size(albedo_rows * depth_rows), 0);
     for (std::size_t index = 0; index < found.blocks.size(); ++index) {
         const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] =
             found.blocks[index];
         const PackedBlock block = packed_block(sums, layers, basis);
+        for (const int pivot : basis.pivot)
+            if (--uses[layers.number[size(pivot)]] == 0)
+                sums.full.erase(layers.number[size(pivot)]);
         // A place on the last sample belongs to the last cell; short axes are sampled again.
         const auto range_end = [](const SampleRange& cells, int samples) {
             return samples < stencil_size ? stencil_size
@@ -95,13 +107,11 @@ void add_blocks(TensorWriter& file, const LayerSums& sums, const FoundBlocks& fo
     }
     const std::int32_t owner = found.members.first;
     const std::string prefix = side_prefix(table, owner, side);
-    const std::size_t count = found.blocks.size();
-    const std::vector<std::size_t> shape{count, FunctionLayout(view).rows(), found.functions};
     if (takes_halves)
-        file.add(prefix + functions_name, shape, halves);
+        file.add(prefix + functions_name, shape, std::move(halves));
     else
-        file.add(prefix + functions_name, shape, floats);
-    file.add(prefix + blocks_name, {count, size(BlockField::count)}, fields);
+        file.add(prefix + functions_name, shape, std::move(floats));
+    file.add(prefix + blocks_name, {shape[0], size(BlockField::count)}, fields);
     file.add(prefix + block_of_cell_name, {size(albedo_rows), size(depth_rows)}, block_of_cell);
     for (int m = owner; m <= found.members.last(); ++m) {
         const std::vector<float>& own = coefficients[size(m - owner)];
@@ -113,9 +123,13 @@ void add_blocks(TensorWriter& file, const LayerSums& sums, const FoundBlocks& fo
 }
 
 /// One side of all members, or of the only one.
-void add_side(TensorWriter& file, const LayerSums& sums, const std::vector<FoundBlocks>& groups,
+void add_side(TensorWriter& file, LayerSums& sums, const std::vector<FoundBlocks>& groups,
               Side side) {
-    for (const FoundBlocks& group : groups) add_blocks(file, sums, group, side);
+    std::map<int, int> uses;
+    for (const FoundBlocks& group : groups)
+        for (const Candidate& block : group.blocks)
+            for (const int pivot : block.basis.pivot) ++uses[block.layers.number[size(pivot)]];
+    for (const FoundBlocks& group : groups) add_blocks(file, sums, group, side, uses);
     const Table& table = sums.table();
     const LowerBoundary& below = table.lower_boundary;
     if (side == Side::reflection && below.kind == LowerBoundary::Kind::layer)
@@ -202,6 +216,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         pivots[side] = pivot_layers(groups[side]);
         sums[side].values = sums[side].importance = {};  // blocks are found
     }
+    trim_memory();
     see_in_full(pivots, sums, samples);
     if (!samples.is_first_rank()) return {};
     TensorWriter file;
@@ -215,6 +230,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         if (sides[side]) add_side(file, sums[side], groups[side], side);
         sums[side] = {};
     }
+    trim_memory();
     return file.finish();
 }
 
@@ -282,8 +298,8 @@ std::vector<char> pack(const Table& table) {
     return pack(table, samples);
 }
 
-std::vector<char> restated(std::vector<char> file, const Table& table) {
-    const TensorFile read(file.data(), file.size());
+std::vector<char> restated(const PackedTable& packed, const Table& table) {
+    const TensorFile read(packed.file().data(), packed.file().size());
     TensorWriter written;
     for (const auto& [key, text] : read.strings()) written.set(key, text);
     set_metadata(written, table);
@@ -292,9 +308,8 @@ std::vector<char> restated(std::vector<char> file, const Table& table) {
     for (const auto& [address, name] : in_order) {
         if (fills_a_gap(name)) continue;
         const Tensor& tensor = read.tensor(name);
-        written.add(name, tensor.type, tensor.shape, tensor.data);
+        written.refer(name, tensor.type, tensor.shape, tensor.data);
     }
-    file = {};
     return written.finish();
 }
 

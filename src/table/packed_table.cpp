@@ -253,6 +253,10 @@ PackedTable::PackedTable(PackedTable&&) noexcept = default;
 PackedTable& PackedTable::operator=(PackedTable&&) noexcept = default;
 PackedTable::~PackedTable() = default;
 
+std::string_view PackedTable::file() const noexcept {
+    return {static_cast<const char*>(contents_->data), contents_->bytes};
+}
+
 const Table& PackedTable::header() const noexcept { return contents_->header; }
 
 TableView PackedTable::view() const noexcept {

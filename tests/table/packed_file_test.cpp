@@ -125,7 +125,7 @@ TEST(PackedFile, KeepsWhatRoundingToHalvesLeaves) {
 
 TEST(PackedFile, IsRestatedWithTheSameNumbers) {
     Table table = small();
-    const std::vector<char> before = pack(table);
+    const PackedTable before(pack(table));
     table.measured_error = 3e-4;
     table.attributes["title"] = "measured afterwards";
     EXPECT_EQ(restated(before, table), pack(table));

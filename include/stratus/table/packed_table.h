@@ -29,6 +29,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stratus {
@@ -62,10 +63,6 @@ std::vector<char> pack(const Table& table);
 /// Returns nothing on ranks but the first.
 std::vector<char> pack(const Table& table, LayerSamples& samples);
 
-/// Rewrites a file with the measured error and the attributes of `table`, which are known once the
-/// packed samples have been looked up.
-std::vector<char> restated(std::vector<char> file, const Table& table);
-
 class PackedTable {
   public:
     /// Maps a file.
@@ -84,6 +81,9 @@ class PackedTable {
     PackedTable(PackedTable&&) noexcept;
     PackedTable& operator=(PackedTable&&) noexcept;
     ~PackedTable();
+
+    /// The bytes of its file, where they lie.
+    std::string_view file() const noexcept;
 
     /// The table without its samples: axes, fluxes, phase functions, attributes.
     const Table& header() const noexcept;
@@ -152,5 +152,9 @@ class PackedTable {
     struct Contents;
     std::unique_ptr<const Contents> contents_;
 };
+
+/// A file of the same numbers with the measured error and the attributes of `table`, which are known once the
+/// packed samples have been looked up.
+std::vector<char> restated(const PackedTable& packed, const Table& table);
 
 }  // namespace stratus

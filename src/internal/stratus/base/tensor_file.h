@@ -23,8 +23,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
@@ -137,23 +139,29 @@ class TensorFile {
 /// Collects copies of tensors and strings and lays them out as a file.
 class TensorWriter {
   public:
+    /// Adds a tensor, a copy of these numbers.
+    ///
     /// Errors   std::invalid_argument for a name that is taken, "__metadata__", starts with
     ///          "padding_" or is not UTF-8, and for shapes that TensorFile refuses.
     template <class Number>
     void add(const std::string& name, const std::vector<std::size_t>& shape, const Number* data) {
-        add(name, tensor_type<Number>(), shape, data);
+        const std::size_t count = checked_count(name, shape);
+        add(name, shape, std::vector<Number>(data, data + count));
     }
 
-    /// Adds a tensor; also refuses a shape that is not of as many numbers.
+    /// Adds a tensor, which takes the numbers over; also refuses a shape that is not of as many.
     template <class Number>
     void add(const std::string& name, const std::vector<std::size_t>& shape,
-             const std::vector<Number>& numbers) {
+             std::vector<Number> numbers) {
         require_count(name, shape, numbers.size());
-        add(name, tensor_type<Number>(), shape, numbers.data());
+        const auto held = std::make_shared<const std::vector<Number>>(std::move(numbers));
+        refer(name, tensor_type<Number>(), shape, held->data());
+        entries_.back().held = held;
     }
 
-    void add(const std::string& name, TensorType type, const std::vector<std::size_t>& shape,
-             const void* data);
+    /// Adds a tensor whose numbers stay where they are until finish() returns.
+    void refer(const std::string& name, TensorType type, const std::vector<std::size_t>& shape,
+               const void* data);
 
     /// Sets the string `key`; finish() overwrites that of the checksum.
     ///
@@ -172,9 +180,13 @@ class TensorWriter {
         std::string name;
         TensorType type;
         std::vector<std::size_t> shape;
-        std::vector<char> data;
+        const char* data;
+        std::size_t size;                  // bytes
+        std::shared_ptr<const void> held;  // null: others keep the data
     };
 
+    /// Returns how many numbers a new tensor has.
+    std::size_t checked_count(const std::string& name, const std::vector<std::size_t>& shape) const;
     static void require_count(const std::string& name, const std::vector<std::size_t>& shape,
                               std::size_t count);
 

@@ -94,16 +94,26 @@ bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0)
 
 int reference_nodes(int nodes) { return std::min(512, nodes + std::max(8, nodes / 2)); }
 
-bool Verification::meets(double tolerance) const {
-    const auto within = [&](const std::vector<ErrorSample>& some, double share) {
-        const auto count = std::count_if(some.begin(), some.end(), [&](const ErrorSample& sample) {
-            return sample.error <= tolerance;
-        });
-        return static_cast<double>(count) >= share * static_cast<double>(some.size());
-    };
-    return within(samples, 0.999) &&
-           (samples.empty() || samples.back().error <= largest_over_tolerance * tolerance) &&
-           within(forward, 0.99) && (!judges_grazing || within(grazing, 0.99));
+namespace {
+
+/// True where at least a share of the errors is within a tolerance.
+bool are_within(const std::vector<ErrorSample>& some, double tolerance, double share) {
+    const auto count = std::count_if(some.begin(), some.end(), [&](const ErrorSample& sample) {
+        return sample.error <= tolerance;
+    });
+    return static_cast<double>(count) >= share * static_cast<double>(some.size());
+}
+
+}  // namespace
+
+bool Verification::meets_between_peaks(double tolerance) const {
+    return are_within(samples, tolerance, 0.999) &&
+           (samples.empty() || samples.back().error <= largest_over_tolerance * tolerance);
+}
+
+bool Verification::meets_at_peaks(double tolerance) const {
+    return are_within(forward, tolerance, 0.99) &&
+           (!judges_grazing || are_within(grazing, tolerance, 0.99));
 }
 
 namespace {

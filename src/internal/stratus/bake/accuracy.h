@@ -98,7 +98,11 @@ struct Verification {
 
     /// 99.9 % within tolerance and all within largest_over_tolerance times it; 99 % of `forward`
     /// within it, and 99 % of `grazing` where that is judged.
-    bool meets(double tolerance) const;
+    bool meets(double tolerance) const {
+        return meets_between_peaks(tolerance) && meets_at_peaks(tolerance);
+    }
+    bool meets_between_peaks(double tolerance) const;  // of `samples`
+    bool meets_at_peaks(double tolerance) const;       // of `forward` and `grazing`
 };
 
 /// The ranges that random points are drawn from, evenly over the cells of the axes.

@@ -4,11 +4,11 @@
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/base/instruction_set.h>
-#include <stratus/base/memory.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>
 
+#include "memory.h"
 #include "piece_of_work.h"
 #include "solved_samples.h"
 

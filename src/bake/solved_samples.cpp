@@ -2,10 +2,10 @@
 
 #include <stratus/bake/axes.h>
 #include <stratus/base/argument.h>
-#include <stratus/base/memory.h>
 #include <stratus/io/write_options.h>
 #include <stratus/transfer/stack.h>
 
+#include "memory.h"
 #include "piece_of_work.h"
 
 #include <algorithm>
@@ -84,6 +84,8 @@ void SolvedSamples::at(const PerSide<DirectionList>& directions, const Use& use)
     solve(
         "baking", units_.all(), [](int) { return true; }, same, use);
 }
+
+void SolvedSamples::trim_memory() { stratus::trim_memory(); }
 
 void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& units,
                           const Choice& is_asked_for, const PerSide<DirectionList>& directions,

@@ -25,6 +25,7 @@ class SolvedSamples : public LayerSamples {
     bool is_first_rank() const override;
     int in_full(std::vector<int> layers, const Use& use) override;
     void at(const PerSide<DirectionList>& directions, const Use& use) override;
+    void trim_memory() override;
 
   private:
     /// Whether a layer of the units that are solved is asked for.

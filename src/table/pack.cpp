@@ -1,7 +1,6 @@
 #include <stratus/table/packed_table.h>
 
 #include <stratus/base/argument.h>
-#include <stratus/base/memory.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
@@ -216,7 +215,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         pivots[side] = pivot_layers(groups[side]);
         sums[side].values = sums[side].importance = {};  // blocks are found
     }
-    trim_memory();
+    samples.trim_memory();
     see_in_full(pivots, sums, samples);
     if (!samples.is_first_rank()) return {};
     TensorWriter file;
@@ -230,7 +229,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         if (sides[side]) add_side(file, sums[side], groups[side], side);
         sums[side] = {};
     }
-    trim_memory();
+    samples.trim_memory();
     return file.finish();
 }
 

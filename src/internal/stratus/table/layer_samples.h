@@ -93,6 +93,9 @@ class LayerSamples {
 
     /// All layers at some directions of either side, ascending; none of a side hands over nothing.
     virtual void at(const PerSide<DirectionList>& directions, const Use& use) = 0;
+
+    /// Called where packing has freed much memory: a baker hands it back to the system.
+    virtual void trim_memory() {}
 };
 
 }  // namespace stratus

@@ -97,7 +97,7 @@ class Forged {
         TensorWriter file;
         for (const auto& [key, text] : strings_) file.set(key, text);
         for (const auto& [name, held] : tensors_)
-            file.add(name, held.type, held.shape, held.data.data());
+            file.refer(name, held.type, held.shape, held.data.data());
         return file.finish();
     }
 

@@ -8,7 +8,6 @@
 #include <stratus/io/write_options.h>
 #include <stratus/table/packed_table.h>
 
-#include "memory.h"
 #include "piece_of_work.h"
 #include "solved_samples.h"
 

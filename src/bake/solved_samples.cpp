@@ -5,7 +5,6 @@
 #include <stratus/io/write_options.h>
 #include <stratus/transfer/stack.h>
 
-#include "memory.h"
 #include "piece_of_work.h"
 
 #include <algorithm>
@@ -16,6 +15,10 @@
 #include <numeric>
 #include <string>
 #include <utility>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace stratus {
 namespace {
@@ -83,6 +86,13 @@ void SolvedSamples::at(const PerSide<DirectionList>& directions, const Use& use)
     if (same.reflection.empty() && same.transmission.empty()) return;
     solve(
         "baking", units_.all(), [](int) { return true; }, same, use);
+}
+
+void trim_memory() {
+#ifdef __GLIBC__
+    constexpr std::size_t little = 16 << 20;
+    if (mallinfo2().fordblks > little) malloc_trim(0);
+#endif
 }
 
 void SolvedSamples::trim_memory() { stratus::trim_memory(); }

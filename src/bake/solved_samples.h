@@ -55,4 +55,8 @@ class SolvedSamples : public LayerSamples {
     int requests_ = 0;
 };
 
+/// Hands freed memory back to the system, which the C library (glibc) would keep: a step of a bake then
+/// needs no more than its own. A little is kept: it is sooner used again than given back.
+void trim_memory();
+
 }  // namespace stratus

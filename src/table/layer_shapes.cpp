@@ -16,15 +16,13 @@ constexpr float faintest = 1e-8f;  // below which errors count less; a stack may
 /// Errors are relative to no less than a share of the largest value at cosines of this and more.
 constexpr double floor_cosine = 0.1;
 
-/// True where a layer of the table, or the one below it, has a narrow peak.
-bool has_narrow_peaks(const Table& table, const PhaseFunction& of_member) {
+/// True where a layer of the table, or the one below it, has a narrow peak: errors are then not relative to
+/// what is scattered straight on, as those of verify (error_floor of bake/accuracy.h).
+bool has_narrow_peaks(const Table& table, const PhaseFunction& phase_function) {
     const LowerBoundary& below = table.lower_boundary;
-    if (below.kind == LowerBoundary::Kind::layer && has_narrow_peak(below.phase_function))
-        return true;
-    if (!table.is_stack()) return has_narrow_peak(of_member);
-    return std::any_of(table.layers.begin(), table.layers.end(), [](const StackLayer& layer) {
-        return has_narrow_peak(layer.phase_function);
-    });
+    bool found = below.kind == LowerBoundary::Kind::layer && has_narrow_peak(below.phase_function);
+    for (const StackLayer& layer : table.layers) found |= has_narrow_peak(layer.phase_function);
+    return found || (!table.is_stack() && has_narrow_peak(phase_function));
 }
 
 }  // namespace

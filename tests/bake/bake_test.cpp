@@ -159,13 +159,25 @@ struct NotedBake {
 TEST(Bake, IsBakedAgainAsSoonAsStricterSharesChangeAChoice) {
     const NotedBake baked(
         "phase_function = 'rayleigh'\n"
-        "tolerance = 0.0042\n"
-        "optical_depth = { min = 0.197, max = 0.23 }\n"
+        "tolerance = 0.0073\n"
+        "optical_depth = { min = 0.468, max = 0.65 }\n"
         "albedo = { min = 0.0, max = 0.5 }\n"
         "[below]\n"
-        "lambert_albedo = 0.32\n");
+        "lambert_albedo = 0.42\n");
     EXPECT_EQ(baked.missed, "");
     EXPECT_GT(baked.checks, 1);
+}
+
+/// Two samples, a straight line between them, would miss by 1.6 times the tolerance however often baked.
+TEST(Bake, InterpolatesDepthsByCubicsHoweverNarrowTheirRange) {
+    const NotedBake baked(
+        "phase_function = 'henyey_greenstein:g=0.3'\n"
+        "family.g = [0.116, 0.398]\n"
+        "tolerance = 0.0029\n"
+        "optical_depth = { min = 0.664, max = 0.748 }\n"
+        "albedo = { min = 0.0, max = 1.0 }\n");
+    EXPECT_EQ(baked.missed, "");
+    EXPECT_EQ(baked.checks, 1);
 }
 
 /// Deep layers transmit least where they are dark, but not black.

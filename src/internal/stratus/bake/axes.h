@@ -72,8 +72,8 @@ FamilyAxis family_axis(const FamilyRange& range, int samples);
 /// The axes of a resolved recipe's family; none without one.
 std::vector<FamilyAxis> family_axes(const Recipe& resolved);
 
-/// `samples_per_octave` up to max, or up to `deepest` and infinity. It begins at min, or a little
-/// below it so that max is a sample.
+/// `samples_per_octave` up to max, or up to `deepest` and infinity: one where min is max, else four or
+/// more. It begins at min, or so far below it that max is a sample.
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 
 /// Rates at which light decays deep inside, over the albedos, as diffusion.h asks for them: the

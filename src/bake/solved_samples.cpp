@@ -90,7 +90,7 @@ void SolvedSamples::at(const PerSide<DirectionList>& directions, const Use& use)
 
 void trim_memory() {
 #ifdef __GLIBC__
-    constexpr std::size_t little = 16 << 20;
+    constexpr std::size_t little = 32 << 20;
     if (mallinfo2().fordblks > little) malloc_trim(0);
 #endif
 }

@@ -128,7 +128,7 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     const double max = ends_at_infinity ? deepest : range.max;
     if (range.min == max) return make_axis(AxisScale::logarithmic, max, max, 1);
     const double steps = samples_per_octave * std::log2(max / range.min);
-    // As many as a cubic reaches, which is what choices measure, however narrow the range.
+    // Choices measure the error of a cubic, which needs four samples however narrow the range is.
     const int intervals = std::max(stencil_size - 1, static_cast<int>(std::ceil(steps - 1e-9)));
     const double min = max * std::exp2(-static_cast<double>(intervals) / samples_per_octave);
     return make_axis(AxisScale::logarithmic, min, max, intervals + 1, ends_at_infinity);

@@ -7,7 +7,7 @@
 
 #include <cstddef>
 #include <limits>
-#include <set>
+#include <map>
 #include <utility>
 
 namespace stratus {
@@ -165,13 +165,12 @@ std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange
     return groups;
 }
 
-std::vector<int> pivot_layers(const std::vector<FoundBlocks>& groups) {
-    std::set<int> pivots;
+std::map<int, int> pivot_layers(const std::vector<FoundBlocks>& groups) {
+    std::map<int, int> pivots;
     for (const FoundBlocks& group : groups)
         for (const Candidate& block : group.blocks)
-            for (const int pivot : block.basis.pivot)
-                pivots.insert(block.layers.number[size(pivot)]);
-    return {pivots.begin(), pivots.end()};
+            for (const int pivot : block.basis.pivot) ++pivots[block.layers.number[size(pivot)]];
+    return pivots;
 }
 
 }  // namespace stratus

@@ -449,13 +449,15 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
     return sums;
 }
 
-void see_in_full(const PerSide<std::vector<int>>& layers, PerSide<LayerSums>& sums,
+void see_in_full(const PerSide<std::map<int, int>>& pivots, PerSide<LayerSums>& sums,
                  LayerSamples& samples) {
     std::set<int> asked_for;
     for (const Side side : both_sides) {
-        if (layers[side].empty() || sums[side].is_spanned()) continue;
-        for (const int layer : layers[side]) sums[side].full[layer];
-        asked_for.insert(layers[side].begin(), layers[side].end());
+        if (pivots[side].empty() || sums[side].is_spanned()) continue;
+        for (const auto& [layer, blocks] : pivots[side]) {
+            sums[side].full[layer];
+            asked_for.insert(layer);
+        }
     }
     samples.in_full({asked_for.begin(), asked_for.end()},
                     [&](int layer, Side side, std::vector<float> values) {

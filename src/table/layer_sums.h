@@ -99,9 +99,9 @@ struct LayerSums {
 PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& sides, double allowed,
                                    LayerSamples& samples);
 
-/// Asks for some layers of each side at all directions, where layers are no sums; on ranks all call
+/// Asks for the pivots of each side's blocks at all directions, where layers are no sums; on ranks all call
 /// it, once.
-void see_in_full(const PerSide<std::vector<int>>& layers, PerSide<LayerSums>& sums,
+void see_in_full(const PerSide<std::map<int, int>>& pivots, PerSide<LayerSums>& sums,
                  LayerSamples& samples);
 
 // ---- how albedos and optical depths are divided into blocks, and a family into members that share their
@@ -137,7 +137,7 @@ struct FoundBlocks {
 /// takes fewer blocks.
 std::vector<FoundBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members);
 
-/// The layers that blocks are made of.
-std::vector<int> pivot_layers(const std::vector<FoundBlocks>& groups);
+/// The layers that blocks are made of, and how many blocks are made of each.
+std::map<int, int> pivot_layers(const std::vector<FoundBlocks>& groups);
 
 }  // namespace stratus

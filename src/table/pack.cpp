@@ -50,9 +50,9 @@ std::string side_prefix(const Table& table, int member, Side side) {
 /// The blocks of members that share their functions: these under the name of the first member,
 /// coefficients under that of each.
 ///
-/// Memory   lets go of layers in full once `uses`, how many blocks are still to be made of each, is 0.
+/// Memory   lets go of each of `pivots` once no more blocks, which it counts, are to be made of it.
 void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, Side side,
-                std::map<int, int>& uses) {
+                std::map<int, int>& pivots) {
     const Table& table = sums.table();
     const TableView view = table.view();
     const bool takes_halves =
@@ -75,7 +75,7 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
             found.blocks[index];
         const PackedBlock block = packed_block(sums, layers, basis);
         for (const int pivot : basis.pivot)
-            if (--uses[layers.number[size(pivot)]] == 0)
+            if (--pivots[layers.number[size(pivot)]] == 0)
                 sums.full.erase(layers.number[size(pivot)]);
         // A place on the last sample belongs to the last cell; short axes are sampled again.
         const auto range_end = [](const SampleRange& cells, int samples) {
@@ -123,12 +123,8 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
 
 /// One side of all members, or of the only one.
 void add_side(TensorWriter& file, LayerSums& sums, const std::vector<FoundBlocks>& groups,
-              Side side) {
-    std::map<int, int> uses;
-    for (const FoundBlocks& group : groups)
-        for (const Candidate& block : group.blocks)
-            for (const int pivot : block.basis.pivot) ++uses[block.layers.number[size(pivot)]];
-    for (const FoundBlocks& group : groups) add_blocks(file, sums, group, side, uses);
+              Side side, std::map<int, int>& pivots) {
+    for (const FoundBlocks& group : groups) add_blocks(file, sums, group, side, pivots);
     const Table& table = sums.table();
     const LowerBoundary& below = table.lower_boundary;
     if (side == Side::reflection && below.kind == LowerBoundary::Kind::layer)
@@ -208,7 +204,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
         find_layer_sums(table, sides, sums_share * kept_tolerance(view), samples);
     const int members = static_cast<int>(table.member_count());
     PerSide<std::vector<FoundBlocks>> groups;
-    PerSide<std::vector<int>> pivots;
+    PerSide<std::map<int, int>> pivots;
     for (const Side side : both_sides) {
         if (!samples.is_first_rank()) break;
         if (sides[side]) groups[side] = grouped_blocks(sums[side], {0, members});
@@ -226,7 +222,7 @@ std::vector<char> pack(const Table& table, LayerSamples& samples) {
             add_curve(file, member_prefix(table, m) + phase_name,
                       PhaseCurve(phase_function_of_member(table, m)));
     for (const Side side : both_sides) {
-        if (sides[side]) add_side(file, sums[side], groups[side], side);
+        if (sides[side]) add_side(file, sums[side], groups[side], side, pivots[side]);
         sums[side] = {};
     }
     samples.trim_memory();

@@ -115,7 +115,7 @@ TEST(PackedBake, LooksUpWhatATableOfAllSamplesHolds) {
 }
 
 TEST(PackedBake, JudgesWhatNarrowPeaksScatterBackByItself) {
-    // Over a ground, which leaves no path law. At grazing angles the peak is 300 times as bright.
+    // The ground leaves no path law, and at grazing angles the peak outshines all that goes back.
     const Recipe recipe = parse_recipe(
         "phase_function = 'henyey_greenstein:g=0.89'\n"
         "tolerance = 6e-3\n"

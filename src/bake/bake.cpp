@@ -183,7 +183,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
             options.note("near forward 99 % within " + forward + ", at grazing " +
                          (table.path_law ? "angles (not judged)" : "pairs") + " within " + grazing);
     }
-    if (packed) *options.packed = restated(*packed, table);
+    if (packed) *options.packed = restated(packed->file(), table);
     return attempt;
 }
 

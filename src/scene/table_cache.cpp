@@ -172,7 +172,7 @@ std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
 
 std::vector<char> TableCache::keep(const Recipe& recipe, Table header, std::vector<char> packed) {
     header.attributes[key_attribute] = cache_key(recipe);
-    packed = restated(PackedTable(packed), header);
+    packed = restated({packed.data(), packed.size()}, header);
     try {
         fs::create_directories(folder_);
         const fs::path path = folder_ / file_name(recipe);

@@ -293,8 +293,8 @@ std::vector<char> pack(const Table& table) {
     return pack(table, samples);
 }
 
-std::vector<char> restated(const PackedTable& packed, const Table& table) {
-    const TensorFile read(packed.file().data(), packed.file().size());
+std::vector<char> restated(std::string_view file, const Table& table) {
+    const TensorFile read(file.data(), file.size());
     TensorWriter written;
     for (const auto& [key, text] : read.strings()) written.set(key, text);
     set_metadata(written, table);

@@ -128,9 +128,9 @@ TEST(PackedFile, IsRestatedWithTheSameNumbers) {
     const PackedTable before(pack(table));
     table.measured_error = 3e-4;
     table.attributes["title"] = "measured afterwards";
-    EXPECT_EQ(restated(before, table), pack(table));
+    EXPECT_EQ(restated(before.file(), table), pack(table));
     table.attributes["tolerance"] = "0";
-    EXPECT_THROW(restated(before, table), std::invalid_argument) << "a name of the format";
+    EXPECT_THROW(restated(before.file(), table), std::invalid_argument) << "a name of the format";
 }
 
 TEST(PackedFile, BindsAsTheTableDoes) {

@@ -63,6 +63,10 @@ std::vector<char> pack(const Table& table);
 /// Returns nothing on ranks but the first.
 std::vector<char> pack(const Table& table, LayerSamples& samples);
 
+/// Returns a file of the same numbers with the measured error and the attributes of `table`, which are known
+/// once the packed samples have been looked up.
+std::vector<char> restated(std::string_view file, const Table& table);
+
 class PackedTable {
   public:
     /// Maps a file.
@@ -152,9 +156,5 @@ class PackedTable {
     struct Contents;
     std::unique_ptr<const Contents> contents_;
 };
-
-/// A file of the same numbers with the measured error and the attributes of `table`, which are known once the
-/// packed samples have been looked up.
-std::vector<char> restated(const PackedTable& packed, const Table& table);
 
 }  // namespace stratus

@@ -63,6 +63,13 @@ PictureChange change_between(const Image& all, const Image& some) {
     return change;
 }
 
+/// The effects under a point sun, which needs far fewer rays, and without what rings and their planet
+/// exchange, which takes long: each of these is measured by itself.
+SceneEffects plain_effects(SceneEffects effects) {
+    effects.sun_size = effects.ringshine = effects.planetshine = false;
+    return effects;
+}
+
 /// Sparse pictures of one scene with some of its effects, looked up in small tables.
 class SparsePictures {
   public:
@@ -80,6 +87,9 @@ class SparsePictures {
         with_azimuth_ = std::move(tables);
         without_azimuth_ = std::move(without_azimuth);
     }
+    /// Lends the light of some effects, which must outlive this, to pictures with part of what rings and
+    /// their planet exchange: it takes long to make.
+    void lend(const LayerLight& light) { lent_ = &light; }
 
     /// Made once for each set of effects.
     const Image& with(const SceneEffects& effects) {
@@ -89,8 +99,13 @@ class SparsePictures {
         RenderOptions options;
         options.threads = 1;
         options.finer = false;
-        const LayerLight light(scene, tables(effects), 1, LightDetail::sketch);
-        made_.push_back({effects, std::make_unique<Image>(render(scene, light, options))});
+        const bool shines = effects.ringshine || effects.planetshine,
+                   is_lent = shines && lent_ &&
+                             plain_effects(effects) == plain_effects(lent_->scene().effects);
+        std::optional<LayerLight> own;
+        if (!is_lent) own.emplace(scene, tables(effects), 1, LightDetail::sketch);
+        made_.push_back(
+            {effects, std::make_unique<Image>(render(scene, is_lent ? *lent_ : *own, options))});
         return *made_.back().picture;
     }
 
@@ -108,6 +123,7 @@ class SparsePictures {
     Scene all_;
     double pixels_;
     std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
+    const LayerLight* lent_ = nullptr;
     std::vector<Made> made_;
 };
 
@@ -152,23 +168,19 @@ bool is_seen(const Scene& scene, EffectFlag effect) {
     return true;
 }
 
-/// The effects under a point sun, which needs far fewer rays, and without what rings and their planet
-/// exchange, which takes long: each of these is measured by itself.
-SceneEffects plain_effects(SceneEffects effects) {
-    effects.sun_size = effects.ringshine = effects.planetshine = false;
-    return effects;
-}
-
 /// Pictures with and without an effect.
 PictureChange effect_change(EffectFlag effect, SparsePictures& pictures) {
     SceneEffects effects = plain_effects(pictures.scene().effects);
     const Image& plain = pictures.with(effects);
-    for (const auto extra :
-         {&SceneEffects::sun_size, &SceneEffects::ringshine, &SceneEffects::planetshine})
-        if (effect == extra) {
-            effects.*extra = true;
-            return change_between(pictures.with(effects), plain);
-        }
+    if (effect == &SceneEffects::sun_size) {
+        effects.sun_size = true;
+        return change_between(pictures.with(effects), plain);
+    }
+    if (effect == &SceneEffects::ringshine || effect == &SceneEffects::planetshine) {
+        SceneEffects shining = pictures.scene().effects;
+        shining.sun_size = false;
+        return change_between(pictures.with(shining), pictures.with(without(shining, effect)));
+    }
     const PictureChange change = change_between(plain, pictures.with(without(effects, effect)));
     if (change.max > 0 || !seen_light(pictures.scene()).shine) return change;
     // It may show in what rings and their planet exchange alone.
@@ -355,13 +367,13 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         PlanReport& report = file.scenes[s];
         pictures[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
+        pictures[s].lend(forecast.add_rays(planned[s], pictures[s].tables(planned[s].effects)));
         report.shares = effect_shares(pictures[s], report.plan);
         forecast.add_table_costs(scenes[s], report.shares);
         const SceneEffects plain = plain_effects(scenes[s].effects);
         report.picture = pictures[s].with(plain);
         const Scene few = sparse(with_effects(scenes[s], plain), few_pixels);
         report.orders = order_reports(few, pictures[s].tables(scenes[s].effects));
-        forecast.add_rays(planned[s], pictures[s].tables(planned[s].effects));
     }
     file.cost = forecast.cost();
     if (cache) std::swap(file.kept_seconds, file.cost.tables.choose_seconds);

@@ -144,7 +144,7 @@ const RenderForecast::TimedLight& RenderForecast::prepare(const Scene& scene,
     return fresh;
 }
 
-void RenderForecast::add_rays(const Scene& scene, const LayerTables* tables) {
+const LayerLight& RenderForecast::add_rays(const Scene& scene, const LayerTables* tables) {
     const TimedLight& timed = prepare(scene, tables);
     cost_.light_seconds += timed.seconds;
     RenderOptions few;
@@ -158,6 +158,7 @@ void RenderForecast::add_rays(const Scene& scene, const LayerTables* tables) {
     const int counted_step = std::max(1, scene.height / min_counted_rows);
     cost_.ray_seconds += seconds * counted_step * sample_count(scene, counted_step) /
                          sample_count(scene, few.row_step);
+    return *timed.light;
 }
 
 }  // namespace stratus

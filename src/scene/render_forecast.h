@@ -21,8 +21,8 @@ class RenderForecast {
     void add_table_costs(const Scene& scene, std::vector<EffectShare>& shares);
 
     /// Adds what light and rays of a planned scene take, from a few whole rows: neighbouring rays, as in
-    /// the picture, are faster than scattered ones.
-    void add_rays(const Scene& scene, const LayerTables* tables);
+    /// the picture, are faster than scattered ones. Returns that light, which lives as long as this.
+    const LayerLight& add_rays(const Scene& scene, const LayerTables* tables);
 
     const RenderCost& cost() const { return cost_; }
 

@@ -115,7 +115,8 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) {
         };
         Rgb3 light{};
         if (mu_in > 0) light = sunlit * lit_from(view.to_sun);
-        if (const RingShine* const shine = view.light.ring_shine())
+        if (const RingShine* const shine =
+                view.scene.effects.ringshine ? view.light.ring_shine() : nullptr)
             for (const LightSource& source : shine->sources(point)) {
                 if (source.irradiance == Rgb3{}) continue;
                 const Vector3 direction = normalised(source.direction);
@@ -124,7 +125,8 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) {
             }
         return light;
     }
-    const Rgb3 share = view.light.ringshine(point) + mu_in * sunlit;
+    const Rgb3 share =
+        (view.scene.effects.ringshine ? view.light.ringshine(point) : Rgb3{}) + mu_in * sunlit;
     return view.scene.sun_colour * share * widened(rings.surface.at(sphere_point(normal)));
 }
 
@@ -146,7 +148,8 @@ Rgb3 ray_radiance(const Rings& rings, const View& view) {
     const Vector3 point = view.ray.at(crossing.distance);
     const bool dark =
         view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0;
-    const PlanetShine* const shine = view.light.planetshine();
+    const PlanetShine* const shine =
+        view.scene.effects.planetshine ? view.light.planetshine() : nullptr;
     const bool is_to_camera =
                    length(to_camera(view.scene.camera, point) + view.ray.direction) <= 1e-9,
                is_suns_centre = length(view.to_sun - view.scene.to_sun) <= 1e-9;

@@ -8,8 +8,10 @@
 #include "phase_text.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <iterator>
 #include <utility>
 
 namespace stratus {
@@ -71,15 +73,24 @@ double hermite(const Tabulated& table, std::size_t i, double angle_deg) noexcept
            t * t * ((1 + 2 * u) * table.knot_value[i + 1] - u * width * table.slope[i + 1]);
 }
 
-/// Adds (1/2) weight P_l(c), l = 0 .. sums.size() - 1, to the sums.
-void add_legendre(double weight, double c, std::vector<double>& sums) {
-    double before = 0, here = 1;
+/// A number for each node of a panel.
+using PanelNodes = std::array<double, 2 * std::size(gauss_8_node)>;
+
+/// Adds (1/2) sum_k weight_k P_l(c_k), l = 0 .. sums.size() - 1, to the sums.
+void add_legendre(const PanelNodes& weight, const PanelNodes& c, std::vector<double>& sums) {
+    PanelNodes before{}, here;
+    here.fill(1);
     for (std::size_t l = 0; l < sums.size(); ++l) {
-        sums[l] += weight / 2 * here;
-        const double order = static_cast<double>(l);
-        const double next = ((2 * order + 1) * c * here - order * before) / (order + 1);
-        before = here;
-        here = next;
+        const double order = static_cast<double>(l), up = (2 * order + 1) / (order + 1),
+                     down = order / (order + 1);
+        double sum = 0;
+        for (std::size_t k = 0; k < c.size(); ++k) {
+            sum += weight[k] * here[k];
+            const double next = up * c[k] * here[k] - down * before[k];
+            before[k] = here[k];
+            here[k] = next;
+        }
+        sums[l] += sum / 2;
     }
 }
 
@@ -96,13 +107,16 @@ std::vector<double> raw_moments(const Tabulated& table, std::size_t count) {
         const double half = width / panels / 2;
         for (int panel = 0; panel < panels; ++panel) {
             const double middle = begin + (2 * panel + 1) * half;
-            for (int k = 0; k < 4; ++k)
-                for (const double side : {-1.0, 1.0}) {
-                    const double angle_deg = middle + side * half * gauss_8_node[k];
-                    const double angle = radians(angle_deg);
-                    const double weight = radians(half) * gauss_8_weight[k] * std::sin(angle);
-                    add_legendre(weight * hermite(table, i, angle_deg), -std::cos(angle), sums);
-                }
+            PanelNodes weight, c;
+            for (std::size_t k = 0; k < c.size(); ++k) {
+                const double side = k % 2 == 0 ? -1 : 1,
+                             angle_deg = middle + side * half * gauss_8_node[k / 2],
+                             angle = radians(angle_deg);
+                weight[k] = radians(half) * gauss_8_weight[k / 2] * std::sin(angle) *
+                            hermite(table, i, angle_deg);
+                c[k] = -std::cos(angle);
+            }
+            add_legendre(weight, c, sums);
         }
     }
     return sums;

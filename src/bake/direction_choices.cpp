@@ -370,7 +370,7 @@ ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
 }
 
 Choice choose_nodes(Probes& probes) {
-    constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96};
+    constexpr int candidates[] = {8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96};
     constexpr int fewest_with_path_law = 16;
     constexpr int fewest_refined = 24;  // below, a try takes more than fewer nodes save
     const double max_change =

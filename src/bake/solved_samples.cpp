@@ -143,7 +143,12 @@ std::vector<float> SolvedSamples::flux_values(const LayerSolution& solution) con
 std::vector<char> SolvedSamples::solve_unit(const Unit& unit, const Choice& is_asked_for,
                                             const PerSide<std::vector<std::size_t>>& positions,
                                             const SomePositions& some) const {
-    std::vector<SolvedLayer> layers = units_.solve(unit);
+    // A side's modes are summed where few of its samples are asked for, and dropped where it has none.
+    std::vector<SolvedLayer> layers = units_.solve(
+        unit, [&](ModeSolution& solution, Side side, int number, const AzimuthalMode& mode) {
+            if (some[side]) some[side]->add_mode(solution, number, mode);
+            return some[side] || !sides_[side];
+        });
     std::erase_if(layers, [&](const SolvedLayer& layer) { return !is_asked_for(layer.number); });
     std::vector<const LayerSolution*> solutions;
     for (const SolvedLayer& layer : layers) solutions.push_back(&layer.solution);

@@ -19,8 +19,9 @@ namespace stratus {
 std::vector<std::vector<LayerSolution>> solve_material(
     const std::vector<StackLayer>& layers, const PhaseFunction& phase_function,
     const std::vector<double>& albedos, const DepthLadder& ladder, const std::vector<double>& mu,
-    const SolverOptions& options, const LowerBoundary& boundary) {
-    if (layers.empty()) return solve_ladder(phase_function, albedos, ladder, mu, options, boundary);
+    const SolverOptions& options, const LowerBoundary& boundary, const TakeMode& take) {
+    if (layers.empty())
+        return solve_ladder(phase_function, albedos, ladder, mu, options, boundary, take);
     std::vector<std::vector<LayerSolution>> alone(1);
     alone[0].push_back(as_one_layer(solve_stack(layers, boundary, mu, options)));
     return alone;
@@ -187,14 +188,14 @@ std::vector<int> TableUnits::unit_layers(const Unit& unit) const {
     return layers;
 }
 
-std::vector<SolvedLayer> TableUnits::solve(const Unit& unit) const {
+std::vector<SolvedLayer> TableUnits::solve(const Unit& unit, const TakeMode& take) const {
     std::vector<double> albedos;
     for (const std::size_t albedo : unit.albedos) albedos.push_back(header_.albedo.values[albedo]);
     const std::vector<int> numbers = unit_layers(unit);
     std::vector<SolvedLayer> solved;
     for (auto& of_albedo :
          solve_material(recipe_.layers, members_[unit.member].phase_function, albedos, unit.ladder,
-                        mu_, solver_options(recipe_), recipe_.lower_boundary))
+                        mu_, solver_options(recipe_), recipe_.lower_boundary, take))
         for (LayerSolution& solution : of_albedo)
             solved.push_back({numbers[solved.size()], std::move(solution)});
     return solved;

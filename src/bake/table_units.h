@@ -22,7 +22,7 @@ namespace stratus {
 std::vector<std::vector<LayerSolution>> solve_material(
     const std::vector<StackLayer>& layers, const PhaseFunction& phase_function,
     const std::vector<double>& albedos, const DepthLadder& ladder, const std::vector<double>& mu,
-    const SolverOptions& options, const LowerBoundary& boundary);
+    const SolverOptions& options, const LowerBoundary& boundary, const TakeMode& take = {});
 
 /// The phase functions in a layer, or in a stack's layers, and of a semi-infinite layer below.
 std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& layers,
@@ -66,7 +66,8 @@ class TableUnits {
 
     /// In the order of their solutions: albedos one after the other, ascending depths of each.
     std::vector<int> unit_layers(const Unit& unit) const;
-    std::vector<SolvedLayer> solve(const Unit& unit) const;
+    /// `take`: of layers; solutions of stacks keep their modes.
+    std::vector<SolvedLayer> solve(const Unit& unit, const TakeMode& take = {}) const;
     std::string unit_name(const Unit& unit) const;
 
     /// Seconds that one thread takes for each of all units, from a few layers that are timed.

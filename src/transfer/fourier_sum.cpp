@@ -273,6 +273,17 @@ GridPositions::GridPositions(const DirectionGrid& grid, Side side,
 
 GridPositions::~GridPositions() = default;
 
+void GridPositions::add_mode(ModeSolution& solution, int number, const AzimuthalMode& mode) const {
+    std::vector<double>& series = solution.series[side_];
+    series.resize(count_);
+    const auto cosines = grid_.cosines().col(number);
+    for (const SketchedPair& pair : pairs_) {
+        const double value = mode(pair.in, pair.out);
+        for (std::size_t k = 0; k < pair.size(); ++k)
+            series[pair.first + k] += cosines(pair.places[k]) * value;
+    }
+}
+
 namespace {
 
 /// Sets what a solution leaves to tables at a pair, but for the rest of a path law.
@@ -282,9 +293,8 @@ void evaluate_pair(const LayerSolution& solution, Side side, const DirectionGrid
         std::ranges::transform(solution.values(side, pair.in, pair.out, pair.azimuth),
                                values.begin(), &SolvedValue::multiple);
     } else {
-        const VectorXd terms = mode_terms(solution, side, pair.in, pair.out);
-        for (std::size_t k = 0; k < values.size(); ++k)
-            values[k] = grid.cosines().row(pair.places[k]).head(terms.size()).dot(terms);
+        std::copy_n(solution.series[side].begin() + static_cast<std::ptrdiff_t>(pair.first),
+                    values.size(), values.begin());
         if (grid.path_law() == nullptr)
             add_corrections(solution, side, pair.in, pair.out,
                             {pair.cosine, pair.phase, pair.boundary}, values);

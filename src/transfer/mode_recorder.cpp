@@ -13,12 +13,14 @@ using Eigen::RowVector2d;
 using Eigen::VectorXd;
 
 ModeRecorder::ModeRecorder(const Directions& directions, ModeSolution& solution,
-                           std::vector<SingleFactors> layers, Beam beam, bool is_symmetric)
+                           std::vector<SingleFactors> layers, Beam beam, bool is_symmetric,
+                           const TakeMode* take)
     : directions_(directions),
       solution_(solution),
       layers_(std::move(layers)),
       beam_(std::move(beam)),
-      is_symmetric_(is_symmetric) {}
+      is_symmetric_(is_symmetric),
+      take_(take) {}
 
 MatrixXd ModeRecorder::unscaled(const MatrixXd& matrix) const {
     const auto count = solution_.mu.size();
@@ -28,7 +30,7 @@ MatrixXd ModeRecorder::unscaled(const MatrixXd& matrix) const {
 
 void ModeRecorder::record(const LayerMode& all, const std::vector<const PhaseKernels*>& kernels,
                           BoundaryModes& boundary) {
-    const auto mode = static_cast<int>(solution_.reflection_modes.size());
+    const int mode = recorded_++;
     const auto count = solution_.mu.size();
     MatrixXd reflection = unscaled(all.reflection);
     MatrixXd transmission =
@@ -46,12 +48,14 @@ void ModeRecorder::record(const LayerMode& all, const std::vector<const PhaseKer
         reflection -= beam.asDiagonal() * boundary.once(mode).bottomRightCorner(count, count) *
                       beam.asDiagonal();
     }
-    const auto keep = [&](std::vector<AzimuthalMode>& modes, MatrixXd values) {
-        modes.push_back(is_symmetric_ ? AzimuthalMode::symmetric(values)
-                                      : AzimuthalMode{std::move(values)});
+    const auto keep = [&](Side side, std::vector<AzimuthalMode>& modes, MatrixXd values) {
+        AzimuthalMode kept =
+            is_symmetric_ ? AzimuthalMode::symmetric(values) : AzimuthalMode{std::move(values)};
+        if (take_ == nullptr || !(*take_)(solution_, side, mode, kept))
+            modes.push_back(std::move(kept));
     };
-    keep(solution_.reflection_modes, std::move(reflection));
-    keep(solution_.transmission_modes, std::move(transmission));
+    keep(Side::reflection, solution_.reflection_modes, std::move(reflection));
+    keep(Side::transmission, solution_.transmission_modes, std::move(transmission));
     if (mode == 0) record_fluxes(all);
 }
 

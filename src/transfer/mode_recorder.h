@@ -25,9 +25,10 @@ struct SingleFactors {
 class ModeRecorder {
   public:
     /// `layers`: single scattering of each layer, seen from outside. The solution has its cosines
-    /// and its lower boundary; `is_symmetric`: its modes are, as those of one layer.
+    /// and its lower boundary; `is_symmetric`: its modes are, as those of one layer. `take` may be null.
     ModeRecorder(const Directions& directions, ModeSolution& solution,
-                 std::vector<SingleFactors> layers, Beam beam, bool is_symmetric = false);
+                 std::vector<SingleFactors> layers, Beam beam, bool is_symmetric = false,
+                 const TakeMode* take = nullptr);
 
     /// Records the next mode: R and T of the whole, lower boundary included. `kernels` of each
     /// layer; null where that layer scatters nothing into the mode.
@@ -60,6 +61,8 @@ class ModeRecorder {
     std::vector<SingleFactors> layers_;
     Beam beam_;
     bool is_symmetric_;
+    const TakeMode* take_;
+    int recorded_ = 0;  // modes
 };
 
 /// Solves modes [first, end) group by group with solve(first, end), until one but the first is

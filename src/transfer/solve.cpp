@@ -42,6 +42,7 @@ struct LadderProblem {
     const std::vector<double>& mu;
     const SolverOptions& options;
     const LowerBoundary& boundary;
+    const TakeMode* take = nullptr;  // null: all modes are kept
 };
 
 class LadderRun {
@@ -86,7 +87,7 @@ class LadderRun {
             for (LayerSolution& solution : of_albedo)
                 recorders_.back().emplace_back(directions_, solution,
                                                std::vector{single_factors(solution)},
-                                               direct_beam(solution), true);
+                                               direct_beam(solution), true, problem.take);
         }
     }
 
@@ -365,13 +366,13 @@ std::vector<VectorXd> order_weights(const std::vector<double>& albedos,
 
 }  // namespace
 
-std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
-                                                     const std::vector<double>& albedos,
-                                                     const DepthLadder& ladder,
-                                                     const std::vector<double>& mu,
-                                                     const SolverOptions& options,
-                                                     const LowerBoundary& boundary) {
+std::vector<std::vector<LayerSolution>> solve_ladder(
+    const PhaseFunction& phase_function, const std::vector<double>& albedos,
+    const DepthLadder& ladder, const std::vector<double>& mu, const SolverOptions& options,
+    const LowerBoundary& boundary, const TakeMode& take) {
     check(albedos, options, boundary);
+    require(!take || (options.modes > 0 && !options.grazing), "solve", "modes that are taken",
+            "all solved, their number given", options.modes);
     require(ladder.octaves >= 0, "solve", "octaves", ">= 0", ladder.octaves);
     const auto count = size(ladder.count());
     require(ladder.asked.empty() || ladder.asked.size() == count, "solve", "depths of a ladder",
@@ -382,7 +383,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
         require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
                 "first depth of a ladder", "in [1e-280, inf)", ladder.first);
     return solve_problem({phase_function, albedos, order_weights(albedos, options), ladder,
-                          depth_targets(ladder), mu, options, boundary});
+                          depth_targets(ladder), mu, options, boundary, take ? &take : nullptr});
 }
 
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,

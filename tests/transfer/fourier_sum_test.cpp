@@ -53,16 +53,36 @@ TEST(FourierSum, OverAGridEqualsPairByPair) {
         expect_values_of_pairs(solve_layer(peaked, 0.9, 0.5, grid_cosines, few_nodes, boundary));
 }
 
-/// Every seventh position of a grid, of many layers at once, and all of one by one.
-void expect_sketch_of_all(const std::vector<LayerSolution>& layers, const DirectionGrid& grid) {
-    std::vector<const LayerSolution*> solutions;
-    for (const LayerSolution& layer : layers) solutions.push_back(&layer);
+using Layers = std::vector<std::vector<LayerSolution>>;
+
+Layers solve_peaked_layers(const SolverOptions& options, const TakeMode& take) {
+    return solve_ladder(peaked, {0.4, 0.9}, {0.1, 9, true}, grid_cosines, options, {}, take);
+}
+
+/// Every seventh position of a grid, of many layers at once whose modes are summed as they are solved, and all
+/// of one by one.
+void expect_sketch_of_all(const SolverOptions& options, const DirectionGrid& grid) {
     std::vector<std::size_t> positions;
     for (std::size_t at = 2; at < grid.size(); at += 7) positions.push_back(at);
+    const Layers layers = solve_peaked_layers(options, {});
+    ASSERT_NE(layers[0][0].path, nullptr);
     for (const Side side : {Side::reflection, Side::transmission}) {
-        const auto some = GridPositions(grid, side, positions).evaluate_tabulated(solutions);
-        for (std::size_t n = 0; n < layers.size(); ++n) {
-            const std::vector<double> all = evaluate_tabulated(layers[n], side, grid);
+        const GridPositions sketch(grid, side, positions);
+        const Layers summed = solve_peaked_layers(
+            options, [&](ModeSolution& to, Side of_mode, int number, const AzimuthalMode& mode) {
+                if (of_mode == side) sketch.add_mode(to, number, mode);
+                return true;
+            });
+        std::vector<const LayerSolution*> solutions;
+        for (const std::vector<LayerSolution>& of_albedo : summed)
+            for (const LayerSolution& layer : of_albedo) {
+                EXPECT_TRUE(layer.modes(side).empty());
+                solutions.push_back(&layer);
+            }
+        const auto some = sketch.evaluate_tabulated(solutions);
+        for (std::size_t n = 0; n < some.size(); ++n) {
+            const std::vector<double> all =
+                evaluate_tabulated(layers[n / layers[0].size()][n % layers[0].size()], side, grid);
             for (std::size_t k = 0; k < positions.size(); ++k)
                 EXPECT_NEAR(some[n][k], all[positions[k]], 1e-12 * std::abs(all[positions[k]]))
                     << n << ' ' << positions[k];
@@ -76,14 +96,10 @@ TEST(FourierSum, AtSomePositionsOfManyLayersEqualsAllOfEach) {
                                       PathOrders::of_any(peaked));
     for (const int orders : {0, 4}) {
         SolverOptions options = few_nodes;
+        options.modes = 2 * options.nodes;
         options.orders = orders;
-        std::vector<LayerSolution> layers;
-        for (const double tau : {0.1, 4.0, 0.1, 30.0})
-            for (const double albedo : {0.4, 0.9})
-                layers.push_back(solve_layer(peaked, albedo, tau, grid_cosines, options));
-        expect_sketch_of_all(layers, grid);
-        ASSERT_NE(layers[0].path, nullptr);
-        expect_sketch_of_all(layers, with_path_law);
+        expect_sketch_of_all(options, grid);
+        expect_sketch_of_all(options, with_path_law);
     }
 }
 

@@ -116,8 +116,11 @@ class GridPositions {
     GridPositions(const DirectionGrid& grid, Side side, const std::vector<std::size_t>& positions);
     ~GridPositions();
 
+    /// Adds the next mode to a solution's `series` at these positions: for a TakeMode.
+    void add_mode(ModeSolution& solution, int number, const AzimuthalMode& mode) const;
+
     /// Evaluates what some solutions leave to tables at these positions alone: a list of values for each
-    /// solution.
+    /// solution, whose modes were all taken by `add_mode`, or which is that of a stack.
     ///
     /// Cost     that of the pairs of cosines among the positions; all positions are faster at once.
     std::vector<std::vector<double>> evaluate_tabulated(

@@ -16,6 +16,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -62,6 +63,7 @@ struct ModeSolution {
     const std::vector<AzimuthalMode>& modes(Side side) const {
         return side == Side::reflection ? reflection_modes : transmission_modes;
     }
+    PerSide<std::vector<double>> series;  // sums of the modes that a TakeMode took, as it sums them
 
     // Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted
     // ones are those incident on it, interreflection with the layer included.
@@ -74,6 +76,11 @@ struct ModeSolution {
     Eigen::VectorXd ground_absorptance;  // at mu
     double spherical_ground_absorptance = 0;
 };
+
+/// Takes a solution's next mode, which is then not kept: many modes take more memory than their sums at some
+/// directions. Returns whether it does.
+using TakeMode =
+    std::function<bool(ModeSolution& solution, Side side, int number, const AzimuthalMode& mode)>;
 
 class BackwardPath;   // src/transfer/paths.h
 class StackSolution;  // stack.h
@@ -144,13 +151,11 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                         const SolverOptions& options);
 
 /// Solves several albedos at all depths of a ladder: result[a][d], infinity last. The lower
-/// boundary is solved once for all depths.
-std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
-                                                     const std::vector<double>& albedos,
-                                                     const DepthLadder& ladder,
-                                                     const std::vector<double>& mu,
-                                                     const SolverOptions& options = {},
-                                                     const LowerBoundary& boundary = {});
+/// boundary is solved once for all depths. Where modes are taken, options say how many there are.
+std::vector<std::vector<LayerSolution>> solve_ladder(
+    const PhaseFunction& phase_function, const std::vector<double>& albedos,
+    const DepthLadder& ladder, const std::vector<double>& mu, const SolverOptions& options = {},
+    const LowerBoundary& boundary = {}, const TakeMode& take = {});
 
 /// Diffusion exponents k of some albedos: light deep inside an unbounded medium decays as
 /// exp(-k tau). 0 at w = 1.

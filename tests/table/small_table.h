@@ -173,6 +173,14 @@ inline Table plain_table(const Counts& counts, const Depths& depths) {
     return table;
 }
 
+/// The same table over a lower boundary, so without transmission.
+inline Table over(const LowerBoundary& boundary, Table table) {
+    table.lower_boundary = boundary;
+    table.transmission_multiple.clear();
+    prepare(table);
+    return table;
+}
+
 /// A table that is smooth along every axis, as solved ones are.
 inline Table smooth_table(bool with_azimuth, AxisScale azimuth_scale = AxisScale::linear) {
     Table table = empty_table({5, 8, 20, 20, with_azimuth ? 13 : 1}, {0.1, 8, true});

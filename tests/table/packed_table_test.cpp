@@ -20,22 +20,8 @@
 namespace stratus {
 namespace {
 
-/// Between 1 and 3, symmetric in the cosines: what is left of samples once they are divided by all
-/// that lookups divide by.
-double shape(const Point& p) {
-    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
-    const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
-    return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
-           0.4 * sines * std::cos(p.azimuth) * (1 + p.albedo * depth) / 2;
-}
-
-/// Over a lower boundary nothing is divided out.
-double reflected_over(const Point& p) {
-    return 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p);
-}
-
 Table packable(const Counts& counts, const Depths& depths, const char* phase = "rayleigh",
-               const FunctionOfPoint& function = shape) {
+               const FunctionOfPoint& function = smooth_shape) {
     Table table = empty_table(counts, depths);
     table.phase_function = parse_phase_function(phase);
     table.tolerance = small_table_tolerance;
@@ -89,7 +75,7 @@ struct Shape {
     Counts counts;
     Depths depths;
     const char* phase;
-    FunctionOfPoint function = shape;
+    FunctionOfPoint function = smooth_shape;
 };
 
 class PackedTableShapes : public testing::TestWithParam<Shape> {};
@@ -132,7 +118,7 @@ Table forward_filled() {
         table.diffusion_exponent[a] = small_table_exponent(table.albedo.values[a]);
     table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
     table.tolerance = small_table_tolerance;
-    fill(table, shape);
+    fill(table, smooth_shape);
     return table;
 }
 
@@ -303,7 +289,7 @@ TEST_P(PackedTableOverBoundary, AgreeWithLookups) {
     table.phase_function = PhaseFunction::henyey_greenstein(0.5);
     table.tolerance = small_table_tolerance;
     table.lower_boundary = GetParam();
-    table.reflection_multiple = tabulate(table, reflected_over);
+    table.reflection_multiple = tabulate(table, shape_over_boundary);
     prepare(table);
     expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 400, 0.005, 40));
 }

@@ -5,7 +5,6 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/kernels/packed.h>
 
-#include "refusal.h"
 #include "row_name.h"
 #include "small_table.h"
 #include "uniform.h"

@@ -319,7 +319,7 @@ TEST_P(PhotonsFollowedBack, HaveTheirStatedStandardErrors) {
     const double exact[] = {layer.reflection(0, 1, 1).total,   layer.reflection(0, 1, 1).single,
                             layer.transmission(0, 1, 1).total, layer.plane_albedo(0),
                             layer.diffuse_transmittance(0),    layer.spherical_albedo};
-    double sum[6] = {}, squares[6] = {};
+    Tally pulls[6];
     for (unsigned seed = 0; seed < seeds; ++seed) {
         PhotonOptions options = with_photons(2000, 100u + seed);
         options.backward_collisions = GetParam();
@@ -328,15 +328,11 @@ TEST_P(PhotonsFollowedBack, HaveTheirStatedStandardErrors) {
         const Estimate met[] = {{R.value.total, R.standard_error}, R.single,
                                 {T.value.total, T.standard_error}, photons.plane[0].albedo,
                                 photons.plane[0].transmittance,    photons.uniform.albedo};
-        for (int i = 0; i < 6; ++i) {
-            const double pull = (met[i].value - exact[i]) / met[i].standard_error;
-            sum[i] += pull;
-            squares[i] += pull * pull;
-        }
+        for (int i = 0; i < 6; ++i) pulls[i].add((met[i].value - exact[i]) / met[i].standard_error);
     }
-    for (int i = 0; i < 6; ++i) {
-        EXPECT_NEAR(sum[i] / seeds, 0, 0.2) << i;
-        EXPECT_NEAR(squares[i] / seeds, 1, 0.28) << i;
+    for (const Tally& pull : pulls) {
+        EXPECT_NEAR(pull.sum / seeds, 0, 0.2) << &pull - pulls;
+        EXPECT_NEAR(pull.squares / seeds, 1, 0.28) << &pull - pulls;
     }
 }
 
@@ -380,10 +376,9 @@ TEST(ShellPhotons, OfLittleHeightAreThoseOfAPlaneLayer) {
     const double mu_out = std::sqrt(1 - impact * impact),
                  mu_in = std::cos(angle - std::asin(impact));
     // The sun's and the eye's azimuths are opposite where the normal lies between both directions.
-    const Geometry at{mu_in, mu_out, 0};
-    const double across = std::asin(impact) < angle ? 3.14159265358979323846 : 0;
-    const LayerSolution layer = solve_layer(phase, 0.9, 2, {at.mu_in, at.mu_out});
-    const SolvedValue expected = layer.reflection(0, 1, 3.14159265358979323846 - across);
+    const double azimuth = std::asin(impact) < angle ? 0 : pi;
+    const LayerSolution layer = solve_layer(phase, 0.9, 2, {mu_in, mu_out});
+    const SolvedValue expected = layer.reflection(0, 1, azimuth);
     EXPECT_NEAR(light.single.value, mu_in * expected.single, 4 * light.single.standard_error);
     EXPECT_NEAR(light.multiple.value, mu_in * (expected.total - expected.single),
                 4 * light.multiple.standard_error);

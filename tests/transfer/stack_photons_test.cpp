@@ -27,7 +27,7 @@ class StackPhotons {
         }
     }
 
-    /// Of one photon more: R at each geometry, all of one mu_in, and the plane albedo.
+    /// Follows one photon more, for R at each geometry, all of one mu_in, and the plane albedo.
     void follow(const std::vector<Geometry>& exits, std::vector<Tally>& tallies, Tally& albedo) {
         std::vector<double> seen(exits.size(), 0.0);
         const double mu = exits[0].mu_in;

@@ -187,7 +187,7 @@ inline Table plain_table(const Counts& counts, const Depths& depths) {
     return table;
 }
 
-/// The same table over a lower boundary, so without transmission.
+/// A table over a lower boundary instead, so without transmission.
 inline Table over(const LowerBoundary& boundary, Table table) {
     table.lower_boundary = boundary;
     table.transmission_multiple.clear();

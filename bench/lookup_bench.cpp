@@ -26,33 +26,23 @@ struct Point {
     std::size_t sample;  // somewhere in the table, for the floor
 };
 
-Table bake(const char* phase) {
-    return stratus::bake(
-        stratus::parse_recipe(std::string("phase_function = \"") + phase +
-                              "\"\ntolerance = 1e-3\noptical_depth = { min = 0.01, max = 8.0 }\n"
-                              "albedo = { min = 0.0, max = 1.0 }\n"));
-}
-
-/// Each table is baked once, when first asked for.
-const Table& isotropic() {
-    static const Table table = bake("isotropic");
+/// A table, baked once, when it is first asked for.
+const Table& baked(const std::string& phase) {
+    static std::map<std::string, Table> all;
+    Table& table = all[phase];
+    if (table.reflection_multiple.empty())
+        table = stratus::bake(
+            stratus::parse_recipe("phase_function = '" + phase +
+                                  "'\ntolerance = 1e-3\noptical_depth = { min = 0.01, max = 8.0 }\n"
+                                  "albedo = { min = 0.0, max = 1.0 }\n"));
     return table;
 }
 
+const Table& isotropic() { return baked("isotropic"); }
+const Table& rayleigh() { return baked("rayleigh"); }
+const Table& forward() { return baked("henyey_greenstein:g=0.75"); }
 const Table& rings() {
-    static const Table table =
-        bake("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
-    return table;
-}
-
-const Table& rayleigh() {
-    static const Table table = bake("rayleigh");
-    return table;
-}
-
-const Table& forward() {
-    static const Table table = bake("henyey_greenstein:g=0.75");
-    return table;
+    return baked("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
 }
 
 /// Droplets, whose phase function is sampled, for single scattering alone: nothing is baked.
@@ -79,14 +69,33 @@ std::vector<Point> random_points(const Table& table) {
     return points;
 }
 
+/// Times one call after another, at each of `count` places, a power of two, over and over.
+template <class Call>
+void at_each(benchmark::State& state, std::size_t count, Call call) {
+    std::size_t next = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(call(next));
+        next = (next + 1) & (count - 1);
+    }
+}
+
+constexpr std::size_t batch = 1024;
+
+/// Times calls for a batch each, of `count` places over and over; the time is that of one place.
+template <class Call>
+void at_each_batch(benchmark::State& state, std::size_t count, Call call) {
+    std::size_t next = 0;
+    while (state.KeepRunningBatch(batch)) {
+        call(next);
+        benchmark::ClobberMemory();
+        next = (next + batch) % count;
+    }
+}
+
 template <class Read>
 void at_random_points(benchmark::State& state, const Table& table, Read read) {
     const std::vector<Point> points = random_points(table);
-    std::size_t next = 0;
-    for (auto _ : state) {
-        benchmark::DoNotOptimize(read(points[next]));
-        next = (next + 1) & (points.size() - 1);
-    }
+    at_each(state, points.size(), [&](std::size_t n) { return read(points[n]); });
     state.counters["MB_a_side"] = static_cast<double>(table.sample_count()) * 4e-6;
 }
 
@@ -150,10 +159,7 @@ const stratus::PackedTable& packed_once(const Table& (*table)()) {
 void packed(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
     const stratus::PackedTable& packed = packed_once(table);
     at_random_points(state, table(), [&](const Point& at) {
-        return (side == stratus::Side::reflection
-                    ? packed.reflection(at.albedo, at.optical_depth, at.geometry)
-                    : packed.transmission(at.albedo, at.optical_depth, at.geometry))
-            .total();
+        return packed.scattering(side, at.albedo, at.optical_depth, at.geometry).total();
     });
     state.counters["MB_both_sides"] = static_cast<double>(packed.bytes()) * 1e-6;
 }
@@ -167,20 +173,12 @@ void packed_batch(benchmark::State& state, const Table& (*table)(), stratus::Sid
                                      at.geometry.mu_out, at.geometry.azimuth};
         for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(quantities[q]));
     }
-    constexpr std::size_t batch = 1024;
     std::vector<float> total(batch);
-    std::size_t next = 0;
-    while (state.KeepRunningBatch(batch)) {
-        const stratus::PackedPoints points{&of[0][next], &of[1][next], &of[2][next],
-                                           &of[3][next], &of[4][next], batch};
-        if (side == stratus::Side::reflection)
-            packed.reflection(points, total.data());
-        else
-            packed.transmission(points, total.data());
+    at_each_batch(state, of[0].size(), [&](std::size_t n) {
+        packed.scattering(side, {&of[0][n], &of[1][n], &of[2][n], &of[3][n], &of[4][n], batch},
+                          total.data());
         benchmark::DoNotOptimize(total.data());
-        benchmark::ClobberMemory();
-        next = (next + batch) % of[0].size();
-    }
+    });
 }
 
 /// Making the file of one.
@@ -238,11 +236,7 @@ std::vector<Pair> random_pairs() {
 template <class Ask>
 void ask_at_random_pairs(benchmark::State& state, const stratus::Bsdf& bsdf, Ask ask) {
     const std::vector<Pair> pairs = random_pairs();
-    std::size_t next = 0;
-    for (auto _ : state) {
-        benchmark::DoNotOptimize(ask(bsdf, pairs[next]));
-        next = (next + 1) & (pairs.size() - 1);
-    }
+    at_each(state, pairs.size(), [&](std::size_t n) { return ask(bsdf, pairs[n]); });
     state.counters["kB"] = static_cast<double>(bsdf.bytes()) * 1e-3;
 }
 
@@ -293,14 +287,12 @@ void plain_read_of_bsdf(benchmark::State& state) {
     std::mt19937 random(1);
     std::vector<std::size_t> places(1 << 14);
     for (std::size_t& place : places) place = random() % (memory.size() - 2000);
-    std::size_t next = 0;
-    for (auto _ : state) {
-        const float* const at = memory.data() + places[next];
+    at_each(state, places.size(), [&](std::size_t n) {
+        const float* const at = memory.data() + places[n];
         float sum = 0;
         for (const std::size_t row : {0u, 12u, 576u, 588u}) sum += at[row] + at[row + 1];
-        benchmark::DoNotOptimize(sum);
-        next = (next + 1) & (places.size() - 1);
-    }
+        return sum;
+    });
 }
 
 // ---- slices
@@ -362,12 +354,9 @@ template <class Make>
 void slice(benchmark::State& state, const Table& (*table)(), Make make) {
     const auto slice = make(table());
     const Directions at;
-    std::size_t next = 0;
-    for (auto _ : state) {
-        benchmark::DoNotOptimize(
-            slice.reflection(at.mu_in[next], at.mu_out[next], at.azimuth[next]));
-        next = (next + 1) & (at.mu_in.size() - 1);
-    }
+    at_each(state, at.mu_in.size(), [&](std::size_t n) {
+        return slice.reflection(at.mu_in[n], at.mu_out[n], at.azimuth[n]);
+    });
     state.counters["kB"] = static_cast<double>(slice.bytes()) * 1e-3;
 }
 
@@ -376,14 +365,10 @@ template <class Make>
 void slice_batch(benchmark::State& state, const Table& (*table)(), Make make) {
     const auto slice = make(table());
     const Directions at;
-    constexpr std::size_t batch = 1024;
     std::vector<float> value(3 * batch);
-    std::size_t next = 0;
-    while (state.KeepRunningBatch(batch)) {
-        slice.reflection(batch, &at.mu_in[next], &at.mu_out[next], &at.azimuth[next], value.data());
-        benchmark::ClobberMemory();
-        next = (next + batch) % at.mu_in.size();
-    }
+    at_each_batch(state, at.mu_in.size(), [&](std::size_t n) {
+        slice.reflection(batch, &at.mu_in[n], &at.mu_out[n], &at.azimuth[n], value.data());
+    });
 }
 
 /// Between vectors of which a share lies on either side of the layer, in random order.
@@ -411,11 +396,7 @@ template <class Make>
 void slice_eval(benchmark::State& state, const Table& (*table)(), Make make, double share_below) {
     const auto slice = make(table());
     const Vectors at(share_below);
-    std::size_t next = 0;
-    for (auto _ : state) {
-        benchmark::DoNotOptimize(slice.eval(at.in[next], at.out[next]));
-        next = (next + 1) & (at.in.size() - 1);
-    }
+    at_each(state, at.in.size(), [&](std::size_t n) { return slice.eval(at.in[n], at.out[n]); });
 }
 
 template <class Make>
@@ -423,21 +404,17 @@ void slice_eval_batch(benchmark::State& state, const Table& (*table)(), Make mak
                       double share_below) {
     const auto slice = make(table());
     const Vectors at(share_below);
-    constexpr std::size_t batch = 1024;
     std::vector<float> of[6], value(3 * batch);
     for (std::size_t i = 0; i < at.in.size(); ++i) {
         const float numbers[] = {at.in[i].x,  at.in[i].y,  at.in[i].z,
                                  at.out[i].x, at.out[i].y, at.out[i].z};
         for (int d = 0; d < 6; ++d) of[d].push_back(numbers[d]);
     }
-    std::size_t next = 0;
-    while (state.KeepRunningBatch(batch)) {
-        const float* wi[3] = {&of[0][next], &of[1][next], &of[2][next]};
-        const float* wo[3] = {&of[3][next], &of[4][next], &of[5][next]};
+    at_each_batch(state, of[0].size(), [&](std::size_t n) {
+        const float* wi[3] = {&of[0][n], &of[1][n], &of[2][n]};
+        const float* wo[3] = {&of[3][n], &of[4][n], &of[5][n]};
         slice.eval(batch, wi, wo, value.data());
-        benchmark::ClobberMemory();
-        next = (next + batch) % of[0].size();
-    }
+    });
 }
 
 void bind(benchmark::State& state, const Table& (*table)()) {
@@ -454,10 +431,8 @@ void bind_single(benchmark::State& state, const Table& (*table)(), Make make) {
 void plain_trilinear(benchmark::State& state) {
     const Directions at;
     const std::vector<float> table(32 * 32 * 32, 1.0f);
-    std::size_t next = 0;
-    for (auto _ : state) {
-        const float place[3] = {at.mu_in[next] * 30.9f, at.mu_out[next] * 30.9f,
-                                at.azimuth[next] * 9.8f};
+    at_each(state, at.mu_in.size(), [&](std::size_t n) {
+        const float place[3] = {at.mu_in[n] * 30.9f, at.mu_out[n] * 30.9f, at.azimuth[n] * 9.8f};
         const auto i = static_cast<int>(place[0]), j = static_cast<int>(place[1]),
                    k = static_cast<int>(place[2]);
         const float x = place[0] - static_cast<float>(i), y = place[1] - static_cast<float>(j),
@@ -468,32 +443,51 @@ void plain_trilinear(benchmark::State& state) {
         };
         const float near = along(0) + y * (along(32) - along(0));
         const float far = along(1024) + y * (along(1056) - along(1024));
-        benchmark::DoNotOptimize(near + x * (far - near));
-        next = (next + 1) & (at.mu_in.size() - 1);
-    }
+        return near + x * (far - near);
+    });
 }
 
+// ---- of every table
+
+template <class Run>
+auto add(const std::string& name, Run run) {
+    return benchmark::RegisterBenchmark(name.c_str(), run);
+}
+
+using Function = void (*)(benchmark::State&, const Table& (*)());
+
+const bool all_are_added = [] {
+    const std::pair<std::string, const Table& (*)()> tables[] = {
+        {"isotropic", isotropic}, {"rayleigh", rayleigh}, {"forward", forward}, {"rings", rings}};
+    for (const auto& [name, table] : tables) {
+        const auto add_slices = [&, table = table](const std::string& of, auto make) {
+            add("slice/" + of, [=](auto& state) { slice(state, table, make); });
+            add("slice_batch/" + of, [=](auto& state) { slice_batch(state, table, make); });
+        };
+        add_slices(name, bound);
+        add_slices("rgb_" + name, bound_rgb);
+        add_slices("single_" + name, single);
+        for (const stratus::Side side : stratus::both_sides) {
+            const std::string of = name + (side == stratus::Side::reflection ? "_R" : "_T");
+            add("packed/" + of, [=, table = table](auto& state) { packed(state, table, side); });
+            add("packed_batch/" + of,
+                [=, table = table](auto& state) { packed_batch(state, table, side); });
+        }
+        for (const auto& [made, run] :
+             std::initializer_list<std::pair<const char*, Function>>{{"bind/", bind},
+                                                                     {"packing/", packing},
+                                                                     {"packed_open/", packed_open},
+                                                                     {"packed_bind/", packed_bind}})
+            add(made + name, [run = run, table = table](auto& state) {
+                run(state, table);
+            })->Unit(benchmark::kMillisecond);
+    }
+    return true;
+}();
+
+// ---- of some
+
 BENCHMARK(plain_trilinear);
-BENCHMARK_CAPTURE(slice, isotropic, isotropic, bound);
-BENCHMARK_CAPTURE(slice, rayleigh, rayleigh, bound);
-BENCHMARK_CAPTURE(slice, forward, forward, bound);
-BENCHMARK_CAPTURE(slice, rings, rings, bound);
-BENCHMARK_CAPTURE(slice_batch, isotropic, isotropic, bound);
-BENCHMARK_CAPTURE(slice_batch, rayleigh, rayleigh, bound);
-BENCHMARK_CAPTURE(slice_batch, forward, forward, bound);
-BENCHMARK_CAPTURE(slice_batch, rings, rings, bound);
-BENCHMARK_CAPTURE(slice, rgb_isotropic, isotropic, bound_rgb);
-BENCHMARK_CAPTURE(slice, rgb_rayleigh, rayleigh, bound_rgb);
-BENCHMARK_CAPTURE(slice, rgb_forward, forward, bound_rgb);
-BENCHMARK_CAPTURE(slice, rgb_rings, rings, bound_rgb);
-BENCHMARK_CAPTURE(slice_batch, rgb_isotropic, isotropic, bound_rgb);
-BENCHMARK_CAPTURE(slice_batch, rgb_rayleigh, rayleigh, bound_rgb);
-BENCHMARK_CAPTURE(slice_batch, rgb_forward, forward, bound_rgb);
-BENCHMARK_CAPTURE(slice_batch, rgb_rings, rings, bound_rgb);
-BENCHMARK_CAPTURE(slice, single_isotropic, isotropic, single);
-BENCHMARK_CAPTURE(slice, single_rayleigh, rayleigh, single);
-BENCHMARK_CAPTURE(slice, single_forward, forward, single);
-BENCHMARK_CAPTURE(slice, single_rings, rings, single);
 BENCHMARK_CAPTURE(slice_eval, rings_reflected, rings, bound_both, 0.0);
 BENCHMARK_CAPTURE(slice_eval, rings_mixed, rings, bound_both, 0.5);
 BENCHMARK_CAPTURE(slice_eval, rings_transmitted, rings, bound_both, 1.0);
@@ -502,10 +496,6 @@ BENCHMARK_CAPTURE(slice_eval_batch, rings_mixed, rings, bound_both, 0.5);
 BENCHMARK_CAPTURE(slice_eval_batch, rings_transmitted, rings, bound_both, 1.0);
 BENCHMARK_CAPTURE(slice_eval_batch, rgb_rings_reflected, rings, bound_both_rgb, 0.0);
 BENCHMARK_CAPTURE(slice_eval_batch, rgb_rings_mixed, rings, bound_both_rgb, 0.5);
-BENCHMARK_CAPTURE(slice_batch, single_isotropic, isotropic, single);
-BENCHMARK_CAPTURE(slice_batch, single_rayleigh, rayleigh, single);
-BENCHMARK_CAPTURE(slice_batch, single_forward, forward, single);
-BENCHMARK_CAPTURE(slice_batch, single_rings, rings, single);
 BENCHMARK_CAPTURE(slice_batch, single_droplets, droplets, single);
 BENCHMARK_CAPTURE(slice, opposition_rings, rings, opposition);
 BENCHMARK_CAPTURE(slice_batch, opposition_rings, rings, opposition);
@@ -516,10 +506,6 @@ BENCHMARK_CAPTURE(slice_batch, single_opposition_rings, rings, single_opposition
 BENCHMARK_CAPTURE(bind_single, rings, rings, single)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bind_single, opposition_rings, rings, single_opposition)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bind, isotropic, isotropic)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bind, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bind, forward, forward)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bind, rings, rings)->Unit(benchmark::kMillisecond);
 BENCHMARK(plain_read_of_bsdf);
 BENCHMARK_CAPTURE(bsdf, eval_isotropic, isotropic, evaluate);
 BENCHMARK_CAPTURE(bsdf, pdf_isotropic, isotropic, pdf);
@@ -535,33 +521,5 @@ BENCHMARK_CAPTURE(bsdf_of_sharp_peak, pdf, pdf);
 BENCHMARK_CAPTURE(bsdf_of_sharp_peak, sample, sample);
 BENCHMARK_CAPTURE(bsdf_of_sharp_peak, sample_and_pdf, sample_and_pdf);
 BENCHMARK(build_bsdf_of_sharp_peak)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed, isotropic_R, isotropic, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed, isotropic_T, isotropic, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packed_batch, isotropic_R, isotropic, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed_batch, isotropic_T, isotropic, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packing, isotropic, isotropic)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_open, isotropic, isotropic)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_bind, isotropic, isotropic)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed, rayleigh_R, rayleigh, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed, rayleigh_T, rayleigh, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packed_batch, rayleigh_R, rayleigh, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed_batch, rayleigh_T, rayleigh, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packing, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_open, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_bind, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed, forward_R, forward, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed, forward_T, forward, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packed_batch, forward_R, forward, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed_batch, forward_T, forward, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packing, forward, forward)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_open, forward, forward)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_bind, forward, forward)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed, rings_R, rings, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed, rings_T, rings, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packed_batch, rings_R, rings, stratus::Side::reflection);
-BENCHMARK_CAPTURE(packed_batch, rings_T, rings, stratus::Side::transmission);
-BENCHMARK_CAPTURE(packing, rings, rings)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_open, rings, rings)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(packed_bind, rings, rings)->Unit(benchmark::kMillisecond);
 
 }  // namespace

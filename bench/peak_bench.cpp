@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <string>
 #include <vector>
 
 namespace {
@@ -30,16 +29,17 @@ struct Regions {
 
 double relative_error(double value, double reference) { return std::abs(value / reference - 1); }
 
+/// Visits pairs of the cosines `from` on, and azimuths in so many steps.
 template <class Visit>
-void for_each_geometry(Visit visit) {
-    for (int i = 0; i < static_cast<int>(cosines.size()); ++i)
-        for (int j = i; j < static_cast<int>(cosines.size()); ++j)
-            for (int k = 0; k <= 6; ++k) visit(i, j, k * pi / 6);
+void for_each_geometry(int from, int steps, Visit visit) {
+    for (int i = from; i < std::ssize(cosines); ++i)
+        for (int j = i; j < std::ssize(cosines); ++j)
+            for (int k = 0; k <= steps; ++k) visit(i, j, k * pi / steps);
 }
 
 Regions compare(const LayerSolution& found, const LayerSolution& expected) {
     Regions regions;
-    for_each_geometry([&](int i, int j, double azimuth) {
+    for_each_geometry(0, 6, [&](int i, int j, double azimuth) {
         const Geometry at{found.mu(i), found.mu(j), azimuth};
         const auto add = [&](double cosine, double value, double reference) {
             auto& region = cosine > std::cos(pi / 18) ? regions.forward : regions.elsewhere;
@@ -58,15 +58,12 @@ Regions compare(const LayerSolution& found, const LayerSolution& expected) {
 /// R and T between the cosines `from` on, at 19 azimuths; each list is sorted.
 void compare_backward(const LayerSolution& found, const LayerSolution& expected, int from,
                       std::vector<double>& R, std::vector<double>& T) {
-    for (int i = from; i < std::ssize(cosines); ++i)
-        for (int j = i; j < std::ssize(cosines); ++j)
-            for (int k = 0; k <= 18; ++k) {
-                const double azimuth = k * pi / 18;
-                R.push_back(relative_error(found.reflection(i, j, azimuth).total,
-                                           expected.reflection(i, j, azimuth).total));
-                T.push_back(relative_error(found.transmission(i, j, azimuth).total,
-                                           expected.transmission(i, j, azimuth).total));
-            }
+    for_each_geometry(from, 18, [&](int i, int j, double azimuth) {
+        R.push_back(relative_error(found.reflection(i, j, azimuth).total,
+                                   expected.reflection(i, j, azimuth).total));
+        T.push_back(relative_error(found.transmission(i, j, azimuth).total,
+                                   expected.transmission(i, j, azimuth).total));
+    });
     std::ranges::sort(R);
     std::ranges::sort(T);
 }

@@ -10,7 +10,6 @@
 #include <fstream>
 #include <string>
 #include <unistd.h>
-#include <utility>
 #include <vector>
 
 using namespace stratus;

@@ -1,4 +1,4 @@
-// Tables of families of phase functions, against tables of single ones and the solver.
+// Tables of families and mixtures of phase functions, against tables of single ones and the solver.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 #include <stratus/table/lookup.h>
@@ -9,9 +9,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <set>
 #include <string>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -34,10 +35,11 @@ Recipe family_recipe(const std::string& phase_function, const std::string& famil
                         samples + "[family]\n" + family);
 }
 
-void expect_tables_of_members(const Recipe& recipe) {
+/// The first of them, as many as this.
+void expect_tables_of_members(const Recipe& recipe, std::size_t members) {
     const Table table = solve_table(recipe);
-    ASSERT_GE(table.member_count(), 2u);
-    for (const std::size_t m : {std::size_t{0}, table.member_count() - 2}) {
+    ASSERT_GE(table.member_count(), members);
+    for (std::size_t m = 0; m < members; ++m) {
         SCOPED_TRACE(m);
         const Table alone = solve_table(at_member(recipe, member_at(table.family, m)));
         test::expect_same_bits(table_at(table, member_at(table.family, m)), alone);
@@ -67,6 +69,25 @@ Recipe lobes(int samples) {
                          "g_samples = " + std::to_string(samples) + "\n");
 }
 
+/// Two kinds of scattering in any mixture.
+Recipe mixtures() {
+    return parse_recipe(
+        "phase_function = 'henyey_greenstein:g=-0.4'\n"
+        "second_phase_function = 'henyey_greenstein:g=0.3'\n"
+        "tolerance = 1e-2\n"
+        "optical_depth = { min = 0.5, max = inf }\n"
+        "albedo = { min = 0.5, max = 1.0 }\n"
+        "[discretisation]\n"
+        "nodes = 9\n"
+        "modes = 7\n"
+        "mu_samples = 9\n"
+        "azimuth_samples = 6\n"
+        "optical_depth_samples_per_octave = 2\n"
+        "deepest_optical_depth = 8\n"
+        "albedo_samples = 5\n"
+        "mixture_samples = 3\n");
+}
+
 Recipe droplets() {
     return family_recipe(
         "mie:radius=0.3um,variance=0.1",
@@ -75,8 +96,13 @@ Recipe droplets() {
 }
 
 TEST(FamilyTable, HoldsTheTablesOfItsMembers) {
-    expect_tables_of_members(lobes(3));
-    expect_tables_of_members(droplets());
+    expect_tables_of_members(lobes(3), 2);  // the last g is rounded
+    expect_tables_of_members(droplets(), 10);
+    expect_tables_of_members(mixtures(), 3);
+    Recipe over_ground = mixtures();
+    over_ground.lower_boundary = LowerBoundary::surface(0.3);
+    over_ground.transmission = false;
+    expect_tables_of_members(over_ground, 3);
 }
 
 TEST(FamilyTable, JoinsSingleTablesBetweenItsMembers) {
@@ -110,25 +136,63 @@ TEST(FamilyTable, LeavesThePathLawToLookups) {
                 4e-3 * expected);
 }
 
+/// Nothing chosen, rings in small.
+Recipe rings_recipe(double tolerance, const std::string& depths) {
+    return parse_recipe(
+        "phase_function = 'henyey_greenstein:g=-0.5'\n"
+        "second_phase_function = 'henyey_greenstein:g=0.5'\n"
+        "tolerance = " +
+        std::to_string(tolerance) + "\noptical_depth = " + depths +
+        "\nalbedo = { min = 0.8, max = 1.0 }\n");
+}
+
 TEST(FamilyTable, MeetsItsToleranceBetweenItsMembers) {
-    const Recipe recipe = parse_recipe(
-        "phase_function = 'henyey_greenstein:g=0.5'\n"
-        "tolerance = 2e-2\n"
-        "optical_depth = { min = 1.0, max = 1.0 }\n"
-        "albedo = { min = 0.9, max = 0.9 }\n"
-        "[family]\n"
-        "g = [0.0, 0.6]\n");
-    const Table table = bake(recipe);
-    EXPECT_GE(table.member_count(), 3u);
-    VerifyOptions options{.samples = 200, .seed = 77};
-    const Verification verification = verify(table, options);
-    EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
-    std::set<double> members;
-    for (const auto& sample : verification.samples) members.insert(sample.member[0]);
-    EXPECT_GE(members.size(), 4u);
-    options.samples = 16;
-    options.bound = true;
-    EXPECT_TRUE(verify(table, options).meets(recipe.tolerance));
+    for (const Recipe& recipe : {rings_recipe(2e-2, "{ min = 0.5, max = 1 }"),
+                                 rings_recipe(2e-2, "{ min = 4, max = inf }"),
+                                 parse_recipe("phase_function = 'henyey_greenstein:g=0.5'\n"
+                                              "tolerance = 2e-2\n"
+                                              "optical_depth = { min = 1.0, max = 1.0 }\n"
+                                              "albedo = { min = 0.9, max = 0.9 }\n"
+                                              "[family]\n"
+                                              "g = [0.0, 0.6]\n")}) {
+        SCOPED_TRACE(recipe.text);
+        const Table table = bake(recipe);
+        VerifyOptions options{.samples = 400, .seed = 77};
+        const Verification verification = verify(table, options);
+        EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
+        EXPECT_LE(verification.energy_defect, 1e-6);
+        EXPECT_LE(verification.furnace_defect, recipe.tolerance);
+        const auto [first, last] = std::ranges::minmax(
+            verification.samples, {}, [](const ErrorSample& sample) { return sample.member[0]; });
+        const std::vector<double>& members = table.family.at(0).axis.values;
+        EXPECT_LT(first.member[0], members.front() + 0.1);  // the whole range was sampled
+        EXPECT_GT(last.member[0], members.back() - 0.1);
+        options.samples = 32;
+        options.bound = true;
+        EXPECT_TRUE(verify(table, options).meets(recipe.tolerance));
+    }
+}
+
+TEST(FamilyTable, FailsVerificationWhereCoarse) {
+    Recipe recipe = resolve(rings_recipe(2e-2, "{ min = 1, max = 1 }"));
+    const auto is_met = [&](int mixture_samples) {
+        recipe.discretisation.family_samples[0] = mixture_samples;
+        Table table = solve_table(recipe);
+        table.attributes["nodes"] = std::to_string(recipe.discretisation.nodes);
+        return verify(table, VerifyOptions{.samples = 500}).meets(recipe.tolerance);
+    };
+    EXPECT_TRUE(is_met(recipe.discretisation.family_samples[0]));
+    EXPECT_FALSE(is_met(2));
+}
+
+TEST(Resolve, RefinesTheMixtureWithTolerance) {
+    const auto samples = [](double tolerance) {
+        return resolve(rings_recipe(tolerance, "{ min = 1, max = 1 }"))
+            .discretisation.family_samples[0];
+    };
+    const int few = samples(5e-2), many = samples(2e-3);
+    EXPECT_GE(few, 2);
+    EXPECT_LT(few, many);
 }
 
 }  // namespace

@@ -29,6 +29,13 @@ const KeyedFile::Lines shared_lines{{"mu_in.min", "0.25"},
                                     {"discretisation.azimuth_samples", "8"},
                                     {"discretisation.azimuth_scale", "'linear'"}};
 
+/// A file over a surface, and over each other ground.
+std::vector<KeyedFile> over_grounds(const KeyedFile& file) {
+    return {file.with("below.lambert_albedo", "0.3"),
+            file.with("below.phase_function", "'rayleigh'").with("below.albedo", "0.5"),
+            file.with("below.ground", "'ocean:wind=5'")};
+}
+
 TEST(RecipeKeys, AreAllRead) {
     const KeyedFile layer =
         KeyedFile({{"title", "'Rings'"},
@@ -54,38 +61,29 @@ TEST(RecipeKeys, AreAllRead) {
                             {"optical_depth.min", "0.5"},
                             {"optical_depth.max", "inf"},
                             {"albedo.min", "0.5"},
-                            {"albedo.max", "1.0"},
-                            {"below.lambert_albedo", "0.3"}});
-    const KeyedFile deep = ground.with("below", "{}")
-                               .with("below.phase_function", "'rayleigh'")
-                               .with("below.albedo", "0.5");
-    const KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
-    const KeyedFile lobe = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
-                               .with("second_phase_function", "'isotropic'")
-                               .with("family.mixture", "[0.25, 0.5]")
+                            {"albedo.max", "1.0"}});
+    const KeyedFile two = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
+                              .with("second_phase_function", "'isotropic'");
+    const KeyedFile droplets = ground.with("phase_function", "'mie:radius=1um'");
+    const KeyedFile lobe = two.with("family.mixture", "[0.25, 0.5]")
                                .with("family.g", "[0.25, 0.5]")
                                .with("discretisation.g_samples", "4");
-    const KeyedFile lobes = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
-                                .with("second_phase_function", "'isotropic'")
-                                .with("family.mixture.values", "[0.25, 0.5]")
-                                .with("family.g.values", "[0.25, 0.5]");
-    const KeyedFile cloud = ground.with("phase_function", "'mie:radius=1um'")
-                                .with("family.radius", "['1um', '2um']")
+    const KeyedFile lobes =
+        two.with("family.mixture.values", "[0.25, 0.5]").with("family.g.values", "[0.25, 0.5]");
+    const KeyedFile cloud = droplets.with("family.radius", "['1um', '2um']")
                                 .with("family.wavelength", "['500nm', '0.6um']")
                                 .with("discretisation.radius_samples", "4")
                                 .with("discretisation.wavelength_samples", "4");
-    const KeyedFile clouds = ground.with("phase_function", "'mie:radius=1um'")
-                                 .with("family.radius.values", "['1um', '2um']")
+    const KeyedFile clouds = droplets.with("family.radius.values", "['1um', '2um']")
                                  .with("family.wavelength.values", "['500nm', '0.6um']");
-    const KeyedFile spread = ground.with("phase_function", "'mie:radius=1um'")
-                                 .with("family.variance", "[0.05, 0.1]")
+    const KeyedFile spread = droplets.with("family.variance", "[0.05, 0.1]")
                                  .with("discretisation.variance_samples", "4");
-    const KeyedFile spreads = ground.with("phase_function", "'mie:radius=1um'")
-                                  .with("family.variance.values", "[0.05, 0.1]");
+    const KeyedFile spreads = droplets.with("family.variance.values", "[0.05, 0.1]");
+    std::vector<KeyedFile> files = over_grounds(ground);
+    files.insert(files.end(), {layer, lobe, lobes, cloud, clouds, spread, spreads});
     expect_keys_are_read(
-        recipe_keys(), "recipe",
-        {layer, ground, deep, sea, lobe, lobes, cloud, clouds, spread, spreads},
-        [](const std::string& text) { parse_recipe(text); }, full_name);
+        recipe_keys(), "recipe", files, [](const std::string& text) { parse_recipe(text); },
+        full_name);
 }
 
 TEST(StackKeys, OfLayersAreAllRead) {
@@ -101,27 +99,17 @@ TEST(StackKeys, OfLayersAreAllRead) {
 
 TEST(StackKeys, AreAllRead) {
     // The tables [[layers]] have a test of their own; the first lines here end them.
+    const std::pair<std::string, std::string> layers{
+        "layers", "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth = 1.0 }]"};
     const KeyedFile stack =
-        KeyedFile({{"title", "'Haze'"},
-                   {"layers",
-                    "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth = "
-                    "1.0 }]"},
-                   {"tolerance", "1e-2"}})
-            .with(shared_lines);
-    const KeyedFile ground({{"layers",
-                             "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
-                             "= 1.0 }]"},
-                            {"below.lambert_albedo", "0.3"}});
-    const KeyedFile deep = ground.with("below", "{}")
-                               .with("below.phase_function", "'rayleigh'")
-                               .with("below.albedo", "0.5");
-    const KeyedFile sea = ground.with("below", "{}").with("below.ground", "'ocean:wind=5'");
+        KeyedFile({{"title", "'Haze'"}, layers, {"tolerance", "1e-2"}}).with(shared_lines);
+    std::vector<KeyedFile> files = over_grounds(KeyedFile({layers}));
+    files.push_back(stack);
     std::vector<Key> keys;
     for (const Key& key : stack_keys())
         if (key.section != std::string("layers")) keys.push_back(key);
     expect_keys_are_read(
-        keys, "recipe", {stack, ground, deep, sea},
-        [](const std::string& text) { parse_recipe(text); }, full_name);
+        keys, "recipe", files, [](const std::string& text) { parse_recipe(text); }, full_name);
 }
 
 TEST(Keys, StandOnceInTheirTable) {

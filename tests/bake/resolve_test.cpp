@@ -56,16 +56,22 @@ TEST(Resolve, KeepsAnExplicitDiscretisation) {
     expect_same(resolved, recipe.discretisation);
 }
 
+/// Numbers that are chosen unless given, and one that may be given.
+const struct {
+    const char* name;
+    int Discretisation::*member;
+    int given;
+} numbers[] = {
+    {"nodes", &Discretisation::nodes, 7},
+    {"modes", &Discretisation::modes, 2},
+    {"mu_samples", &Discretisation::mu_samples, 9},
+    {"azimuth_samples", &Discretisation::azimuth_samples, 7},
+    {"optical_depth_samples_per_octave", &Discretisation::optical_depth_samples_per_octave, 5},
+    {"albedo_samples", &Discretisation::albedo_samples, 3},
+};
+
 TEST(Resolve, KeepsEachExplicitValue) {
-    const std::vector<std::pair<int Discretisation::*, int>> rows{
-        {&Discretisation::nodes, 7},
-        {&Discretisation::modes, 2},
-        {&Discretisation::mu_samples, 9},
-        {&Discretisation::azimuth_samples, 7},
-        {&Discretisation::optical_depth_samples_per_octave, 5},
-        {&Discretisation::albedo_samples, 3},
-    };
-    for (const auto& [member, value] : rows) {
+    for (const auto& [name, member, value] : numbers) {
         Recipe recipe = rayleigh_recipe();
         recipe.discretisation.*member = value;
         EXPECT_EQ(resolve(recipe).discretisation.*member, value);
@@ -173,16 +179,8 @@ TEST(Resolve, NotesEveryChoice) {
     BakeOptions options;
     options.note = [&](const std::string& line) { notes += line + "\n"; };
     const Discretisation d = resolve(rayleigh_recipe(), options).discretisation;
-    const std::vector<std::pair<const char*, int>> rows{
-        {"nodes", d.nodes},
-        {"modes", d.modes},
-        {"mu_samples", d.mu_samples},
-        {"azimuth_samples", d.azimuth_samples},
-        {"optical_depth_samples_per_octave", d.optical_depth_samples_per_octave},
-        {"albedo_samples", d.albedo_samples},
-    };
-    for (const auto& [name, value] : rows) {
-        const std::string begin = std::string(name) + " " + std::to_string(value) + ": ";
+    for (const auto& [name, member, given] : numbers) {
+        const std::string begin = std::string(name) + " " + std::to_string(d.*member) + ": ";
         expect_holds(notes, {begin});
     }
 }

@@ -112,22 +112,16 @@ void expect_rule_of_many(const std::string& what, const Arguments& arguments, in
             }
 }
 
-const std::vector<InstructionSet>& instruction_sets() {
-    static const std::vector<InstructionSet> all = [] {
-        std::vector<InstructionSet> found;
-        for (const InstructionSet set :
-             {InstructionSet::generic, InstructionSet::avx2, InstructionSet::avx512})
-            if (is_available(set)) found.push_back(set);
-        return found;
-    }();
-    return all;
-}
+constexpr InstructionSet instruction_sets[] = {InstructionSet::generic, InstructionSet::avx2,
+                                               InstructionSet::avx512};
 
 Values of(float value) { return {value}; }
 Values of(const Rgb& value) { return {value.r, value.g, value.b}; }
 float in_float(double x) { return static_cast<float>(x); }
 
 const Arguments angles = {in_argument, out_argument, azimuth_argument};
+const Arguments all_five = {albedo_argument, depth_argument, in_argument, out_argument,
+                            azimuth_argument};
 
 template <int channels>
 void expect_rule_of_slice(const std::string& name, const SliceOf<channels>& slice) {
@@ -179,16 +173,9 @@ void expect_rule_of_vectors(const std::string& name, const SliceOf<channels>& sl
             }
 }
 
-Table over(Table table, const LowerBoundary& boundary) {
-    table.lower_boundary = boundary;
-    table.transmission_multiple.clear();
-    prepare(table);
-    return table;
-}
-
 TEST(OddArguments, KeepToTheRuleInSlices) {
     const Table with_azimuth = smooth_table(true), without = smooth_table(false);
-    const Table ground = over(smooth_table(true), LowerBoundary::surface(0.5));
+    const Table ground = over(LowerBoundary::surface(0.5), smooth_table(true));
     Effects multiple, single, lit, opposed;
     multiple.single = false;
     single.multiple = false;
@@ -207,7 +194,7 @@ TEST(OddArguments, KeepToTheRuleInSlices) {
                 {"one side", &with_azimuth, lit},
                 {"opposition", &with_azimuth, opposed},
                 {"ground", &ground, {}}};
-    for (const InstructionSet set : instruction_sets()) {
+    for (const InstructionSet set : instruction_sets) {
         const InstructionSetLimit limit(set);
         for (const auto& row : rows) {
             const std::string name = row.name + (" " + std::to_string(static_cast<int>(set)));
@@ -233,34 +220,27 @@ TEST(OddArguments, KeepToTheRuleInSlices) {
 }
 
 TEST(OddArguments, KeepToTheRuleInPathLaws) {
-    const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.95);
     Table table = smooth_table(true);
-    table.phase_function = peaked;
-    table.path_law = PathOrders::of_any(peaked);
+    table.phase_function = PhaseFunction::henyey_greenstein(0.95);
+    table.path_law = PathOrders::of_any(table.phase_function);
     prepare(table);
-    for (const InstructionSet set : instruction_sets()) {
+    for (const InstructionSet set : instruction_sets) {
         const InstructionSetLimit limit(set);
         const Slice slice(table.view(), {{0.7}, {0.9}});
         expect_rule_of_slice<1>("path law", slice);
         expect_rule_of_vectors<1>("path law", slice);
     }
-    expect_rule("path law in a table",
-                {albedo_argument, depth_argument, in_argument, out_argument, azimuth_argument},
-                [&](const Values& x) -> Values {
-                    const Geometry g{x[2], x[3], x[4]};
-                    return {reflection(table.view(), x[0], x[1], g).total(),
-                            transmission(table.view(), x[0], x[1], g).total()};
-                });
+    expect_rule("path law in a table", all_five, [&](const Values& x) -> Values {
+        const Geometry g{x[2], x[3], x[4]};
+        return {reflection(table.view(), x[0], x[1], g).total(),
+                transmission(table.view(), x[0], x[1], g).total()};
+    });
 }
 
-const Arguments all_five = {albedo_argument, depth_argument, in_argument, out_argument,
-                            azimuth_argument};
-
 TEST(OddArguments, KeepToTheRuleInTables) {
-    const Table tables[] = {smooth_table(true), smooth_table(false),
-                            over(smooth_table(true), LowerBoundary::surface(0.5)),
-                            over(smooth_table(true), LowerBoundary::layer({}, 0.7))};
-    for (const Table& table : tables)
+    for (const Table& table : {smooth_table(true), smooth_table(false),
+                               over(LowerBoundary::surface(0.5), smooth_table(true)),
+                               over(LowerBoundary::layer({}, 0.7), smooth_table(true))})
         expect_rule("table", all_five, [&](const Values& x) -> Values {
             const Geometry g{x[2], x[3], x[4]};
             const Scattered R = reflection(table.view(), x[0], x[1], g),
@@ -273,10 +253,10 @@ TEST(OddArguments, KeepToTheRuleInPackedTables) {
     Table first = smooth_table(true), second = smooth_table(true);
     second.phase_function = PhaseFunction::rayleigh();
     const Table tables[] = {smooth_table(true), smooth_table(false),
-                            over(smooth_table(true), LowerBoundary::surface(0.5)),
-                            over(smooth_table(true), LowerBoundary::layer({}, 0.7)),
+                            over(LowerBoundary::surface(0.5), smooth_table(true)),
+                            over(LowerBoundary::layer({}, 0.7), smooth_table(true)),
                             mixed(first, second)};
-    for (const InstructionSet set : instruction_sets()) {
+    for (const InstructionSet set : instruction_sets) {
         const InstructionSetLimit limit(set);
         int number = 0;
         for (const Table& table : tables) {

@@ -11,9 +11,6 @@ import sys
 library = c.CDLL(sys.argv[1])
 library.stratus_last_error.restype = c.c_char_p
 library.stratus_table_text.restype = c.c_char_p
-library.stratus_slice_bytes.restype = c.c_size_t
-
-INVALID_ARGUMENT, FAILED = 1, 2
 
 
 class Point(c.Structure):
@@ -37,22 +34,9 @@ def call(name, *arguments):
     assert status == 0, (name, status, library.stratus_last_error())
 
 
-def refused(status, text, name, *arguments):
-    assert getattr(library, name)(*arguments) == status, name
-    assert text in library.stratus_last_error(), library.stratus_last_error()
-
-
-def floats(*values):
-    return (c.c_float * len(values))(*values)
-
-
-def doubles(*values):
-    return (c.c_double * len(values))(*values)
-
-
 table = c.c_void_p()
 call("stratus_table_open", sys.argv[2].encode(), c.byref(table))
-assert library.stratus_table_text(table, b"title") == b"Called from elsewhere"
+assert library.stratus_table_text(table, b"title") == b"Golden, plain"
 assert library.stratus_table_text(table, b"no such text") is None
 
 with open(sys.argv[3], newline="") as file:
@@ -73,24 +57,14 @@ call("stratus_effects_default", c.byref(effects))
 assert (effects.single, effects.multiple, effects.density) == (1, 1, 0)
 effects.density = 0.5
 row = rows[1]
-piece = c.c_void_p()
-call("stratus_slice_bind", table, 1, doubles(row["optical_depth"] / 2), doubles(row["albedo"]),
+piece, value = c.c_void_p(), c.c_float()
+call("stratus_slice_bind", table, 1, c.byref(c.c_double(row["optical_depth"] / 2)), c.byref(c.c_double(row["albedo"])),
      c.byref(effects), c.byref(piece))
 library.stratus_table_close(table)
-assert library.stratus_slice_channels(piece) == 1 and library.stratus_slice_bytes(piece) > 1000
-count = 20
-value = (c.c_float * count)()
-call("stratus_slice_reflection_many", piece, c.c_size_t(count), floats(*count * [row["mu_in"]]),
-     floats(*count * [row["mu_out"]]), floats(*count * [math.radians(row["azimuth_deg"])]), value)
-for met in value:  # 1e-2: the table's tolerance
-    assert math.isclose(met, row["reflection"], rel_tol=1e-2), (met, row)
+call("stratus_slice_reflection", piece, c.c_float(row["mu_in"]), c.c_float(row["mu_out"]),
+     c.c_float(math.radians(row["azimuth_deg"])), c.byref(value))
+assert math.isclose(value.value, row["reflection"], rel_tol=1e-2), (value, row)  # the table's tolerance
 
-refused(FAILED, b"absent.h5", "stratus_table_open", b"absent.h5", c.byref(table))
-refused(INVALID_ARGUMENT, b".h5", "stratus_table_open", b"table.txt", c.byref(table))
-refused(INVALID_ARGUMENT, b"null", "stratus_slice_eval", None, None, None, None)
-refused(INVALID_ARGUMENT, b"albedo must be in [0, 1], got 1.5", "stratus_slice_bind_single",
-        b"rayleigh", 1, doubles(1), doubles(1.5), None, c.byref(table))
-effects.size -= 8
-refused(INVALID_ARGUMENT, b"effects.size", "stratus_slice_bind_single", b"rayleigh", 1,
-        doubles(1), doubles(1), c.byref(effects), c.byref(table))
+assert library.stratus_table_open(b"absent.h5", c.byref(table)) != 0
+assert b"absent.h5" in library.stratus_last_error(), library.stratus_last_error()
 library.stratus_slice_free(piece)

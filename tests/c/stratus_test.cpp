@@ -195,14 +195,13 @@ TEST_F(C, BindsToTheBitsOfCpp) {
     const std::vector<float> mu(count, 0.3f), azimuth(count, 2.0f);
     met.assign(count, 0);
     expected.assign(count, 0);
-    check_ok(stratus_slice_reflection_many(one.get(), count, mu.data(), mu.data(), azimuth.data(),
-                                           met.data()));
-    cpp_one.reflection(count, mu.data(), mu.data(), azimuth.data(), expected.data());
-    EXPECT_EQ(met, expected);
-    check_ok(stratus_slice_transmission_many(one.get(), count, mu.data(), mu.data(), azimuth.data(),
-                                             met.data()));
-    cpp_one.transmission(count, mu.data(), mu.data(), azimuth.data(), expected.data());
-    EXPECT_EQ(met, expected);
+    for (const Side side : both_sides) {
+        const auto scatter_many = side == Side::reflection ? stratus_slice_reflection_many
+                                                           : stratus_slice_transmission_many;
+        check_ok(scatter_many(one.get(), count, mu.data(), mu.data(), azimuth.data(), met.data()));
+        cpp_one.scattering(side, count, mu.data(), mu.data(), azimuth.data(), expected.data());
+        EXPECT_EQ(met, expected);
+    }
 }
 
 TEST_F(C, RefusesLayersThatTheTableDoesNotKnowOrClampsThem) {

@@ -55,6 +55,8 @@ struct Points {
     }
 };
 
+constexpr stratus_point usual_point{0.8, 1, 0.5, 0.7, 1};
+
 class PackedInC : public testing::Test {
   protected:
     PackedInC() : bytes_(pack(make_synthetic_table())), same_(bytes_) {
@@ -74,11 +76,9 @@ TEST_F(PackedInC, AreMappedAndBound) {
     const stratus_table_info info = described(packed.get());
     EXPECT_EQ(info.is_packed, 1);
     EXPECT_EQ(info.has_transmission, 1);
-    const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered value{};
-    check_ok(stratus_table_reflection(packed.get(), 1, &point, &value));
-    const Scattered expected = reflection(same_.view(), point.albedo, point.optical_depth,
-                                          {point.mu_in, point.mu_out, point.azimuth});
+    check_ok(stratus_table_reflection(packed.get(), 1, &usual_point, &value));
+    const Scattered expected = reflection(same_.view(), 1, 0.8, {0.5, 0.7, 1});
     EXPECT_EQ(value.single, expected.single);
     EXPECT_EQ(value.multiple, expected.multiple);
     const double depth = 1, albedo = 0.8;
@@ -93,25 +93,26 @@ TEST_F(PackedInC, AreMappedAndBound) {
 TEST_F(PackedInC, AreLookedUpManyAtOnce) {
     const Handle packed = opened(path_);
     const Points points;
-    std::vector<float> r(points.count), t(points.count), expected(points.count);
+    std::vector<float> met(points.count), expected(points.count);
     const PackedPoints in_cpp{points.albedo.data(),  points.optical_depth.data(),
                               points.mu_in.data(),   points.mu_out.data(),
                               points.azimuth.data(), points.count};
-    check_ok(stratus_table_reflection_many(packed.get(), points.count, points.optical_depth.data(),
-                                           points.albedo.data(), points.mu_in.data(),
-                                           points.mu_out.data(), points.azimuth.data(), r.data()));
-    same_.reflection(in_cpp, expected.data());
-    EXPECT_EQ(r, expected);
-    check_ok(stratus_table_transmission_many(
-        packed.get(), points.count, points.optical_depth.data(), points.albedo.data(),
-        points.mu_in.data(), points.mu_out.data(), points.azimuth.data(), t.data()));
-    same_.transmission(in_cpp, expected.data());
-    EXPECT_EQ(t, expected);
-    for (std::size_t i = 0; i < points.count; ++i) {
-        const stratus_point at = points.at(i);
-        stratus_scattered one{};
-        check_ok(stratus_table_reflection(packed.get(), 1, &at, &one));
-        EXPECT_NEAR(static_cast<double>(r[i]) / (one.single + one.multiple), 1, 1e-5) << i;
+    for (const Side side : both_sides) {
+        const bool lit = side == Side::reflection;
+        const auto look_up = lit ? stratus_table_reflection : stratus_table_transmission;
+        const auto look_up_many =
+            lit ? stratus_table_reflection_many : stratus_table_transmission_many;
+        check_ok(look_up_many(packed.get(), points.count, points.optical_depth.data(),
+                              points.albedo.data(), points.mu_in.data(), points.mu_out.data(),
+                              points.azimuth.data(), met.data()));
+        same_.scattering(side, in_cpp, expected.data());
+        EXPECT_EQ(met, expected);
+        for (std::size_t i = 0; i < points.count; ++i) {
+            const stratus_point at = points.at(i);
+            stratus_scattered one{};
+            check_ok(look_up(packed.get(), 1, &at, &one));
+            EXPECT_NEAR(static_cast<double>(met[i]) / (one.single + one.multiple), 1, 1e-5) << i;
+        }
     }
 }
 
@@ -125,9 +126,8 @@ TEST_F(PackedInC, AreReadWhereTheyLieInMemory) {
     stratus_table* table = nullptr;
     check_ok(stratus_table_open_memory(place, bytes_.size(), &table));
     const Handle handle(table, &stratus_table_close);
-    const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered value{};
-    check_ok(stratus_table_transmission(table, 1, &point, &value));
+    check_ok(stratus_table_transmission(table, 1, &usual_point, &value));
     EXPECT_EQ(value.multiple, same_.transmission(1, 0.8, {0.5, 0.7, 1}).multiple);
 
     stratus_table* none = table;
@@ -213,10 +213,9 @@ TEST_P(MixedInC, AreLookedUpAtOneMixture) {
     check_ok(stratus_table_at(all_.get(), 1, &share, &one));
     const Handle mixed(one, &stratus_table_close);
     all_.reset();  // samples are shared
-    const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered r{}, t{};
-    check_ok(stratus_table_reflection(one, 1, &point, &r));
-    check_ok(stratus_table_transmission(one, 1, &point, &t));
+    check_ok(stratus_table_reflection(one, 1, &usual_point, &r));
+    check_ok(stratus_table_transmission(one, 1, &usual_point, &t));
     const TableView same = view().at({0.3});
     EXPECT_EQ(r.single, reflection(same, 1, 0.8, {0.5, 0.7, 1}).single);
     EXPECT_EQ(r.multiple, reflection(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
@@ -252,9 +251,8 @@ TEST_P(MixedInC, TellTheirFamily) {
 }
 
 TEST_P(MixedInC, AreRefusedAtNone) {
-    const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered value{};
-    expect_refused(stratus_table_reflection(all_.get(), 1, &point, &value),
+    expect_refused(stratus_table_reflection(all_.get(), 1, &usual_point, &value),
                    "table must be of one point of its family, by stratus_table_at()");
     const double one = 1;
     stratus_slice* slice = nullptr;

@@ -14,13 +14,8 @@ cmake --build "$work/build" >>"$work/log"
 "$prefix/bin/stratus" bake "$recipe" -o "$work/table.h5" --accept --quiet
 "$prefix/bin/stratus" pack "$work/table.h5" -o "$work/table.stratus" --quiet
 "$work/build/look_up" "$work/table.stratus" >"$work/printed"
-cat >"$work/query.csv" <<'CSV'
-mu_in,mu_out,azimuth_deg,optical_depth,albedo
-0.8,0.5,60,1.2,0.95
-0.8,0.5,60,0.6,0.9
-0.8,0.5,60,1.2,0.95
-0.8,0.5,60,2,1
-CSV
-"$prefix/bin/stratus" eval "$work/table.stratus" --query "$work/query.csv" |
+printf '%s\n' 'mu_in,mu_out,azimuth_deg,optical_depth,albedo' '0.8,0.5,60,1.2,0.95' '0.8,0.5,60,0.6,0.9' \
+    '0.8,0.5,60,1.2,0.95' '0.8,0.5,60,2,1' |
+    "$prefix/bin/stratus" eval "$work/table.stratus" |
     awk -F, 'NR == 2 { printf "R = %.5f, T = %.5f\n", $6, $7 } NR > 2 { printf "%.4f\n", $6 }' |
     diff "$work/printed" -

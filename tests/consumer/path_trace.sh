@@ -2,9 +2,9 @@
 # Builds programs in C++ and C, the README's example among them, against an installed copy with a compiler and pkg-config
 # alone, and checks what they print.
 #
-#     path_trace.sh PREFIX RECIPE CHECK_PICTURES C_PROGRAM CXX CC
+#     path_trace.sh PREFIX RECIPE PYTHON C_PROGRAM CXX CC
 set -eu
-prefix=$1 recipe=$2 check_pictures=$3 c_program=$4 cxx=$5 cc=$6
+prefix=$1 recipe=$2 python=$3 c_program=$4 cxx=$5 cc=$6
 here=$(dirname "$0")
 work=$prefix/../without_cmake
 rm -rf "$work"
@@ -27,17 +27,13 @@ awk '/^...cpp$/ { inside = 1; next } /^...$/ { inside = 0 } inside' "$here/../..
 "$work/renderer" >/dev/null
 (cd "$work" && ./bake >/dev/null 2>&1)
 
-cat >"$work/haze.toml" <<'RECIPE'
-phase_function = "isotropic"
-tolerance = 0.1
-optical_depth = { min = 1.0, max = 2.0 }
-albedo = { min = 0.9, max = 1.0 }
-RECIPE
+printf '%s\n' 'phase_function = "isotropic"' 'tolerance = 0.1' 'optical_depth = { min = 1.0, max = 2.0 }' \
+    'albedo = { min = 0.9, max = 1.0 }' >"$work/haze.toml"
 mkdir "$work/baked"
 "$prefix/bin/stratus" bake "$work/haze.toml" -o "$work/baked/saturn_rings.stratus" --quiet
 "$prefix/bin/stratus" bake "$recipe" -o "$work/dust.h5" 2>"$work/log" || { cat "$work/log"; exit 1; }
 (cd "$work" && ./readme) | grep -qE '^0\.[0-9]+, sampled with density [0-9.]+, beam 0\.15' # exp(-1.5 / 0.8)
 "$work/path_tracer" "$work/dust.h5" "$work/sunlit.ppm" 2.5 0 1
 "$work/path_tracer" "$work/dust.h5" "$work/furnace.ppm" 0 0.5
-"$check_pictures" "$work/dust.h5" "$work/sunlit.ppm" 2.5 "$work/furnace.ppm" 0.5
+"$python" -B "$here/check_pictures.py" "$prefix/bin/stratus" "$work/dust.h5" "$work/sunlit.ppm" 2.5 "$work/furnace.ppm" 0.5
 bash "$here/../c/with_table.sh" "$prefix/bin/stratus" "$work/look_up"

@@ -1,7 +1,6 @@
 // Standard deviations are what they say: in 80 fits to noisy light of known layers, errors are as large as they say, whatever
 // is fitted by whichever model.
 #include "observed_clouds.h"
-#include "observed_rings.h"
 #include "row_name.h"
 
 #include <gtest/gtest.h>
@@ -57,12 +56,6 @@ struct Mode {
     bool g2_free = false;
 };
 
-std::vector<Observation> joined_views(std::vector<Observation> first,
-                                      const std::vector<Observation>& second) {
-    first.insert(first.end(), second.begin(), second.end());
-    return first;
-}
-
 std::unique_ptr<LayerModel> ring_table_model() { return table_model(ring_table().view()); }
 
 std::unique_ptr<LayerModel> one_kind_table_model() {
@@ -82,7 +75,7 @@ std::unique_ptr<LayerModel> solver_of_few_nodes() { return solver_model(spheres,
 
 std::vector<Mode> modes() {
     const std::vector<Observation> both = views(true), lit = views(false);
-    const std::vector<Observation> occulted = joined_views(lit, occultations());
+    const std::vector<Observation> occulted = lit_views_and_occultations();
     std::vector<Observation> few;
     for (const double mu_out : {0.35, 0.8})
         for (const double azimuth : {0.2, 1.4, 3.0})

@@ -73,7 +73,7 @@ TEST(FitFamily, TwoWavelengthsGiveDepthAndRadius) {
 TEST(FitFamily, HoldsRadiusAndWavelength) {
     const Cloud cloud{1, 0.95, 0.3};
     std::vector<Observation> one = cloud_views(false);
-    solve_cloud_views(droplets(cloud.radius, 0.65), cloud, 0.65, one);
+    solve_views(droplets(cloud.radius, 0.65), cloud.w, cloud.optical_depth, one);
     FitOptions options;
     options.radius = 0.3;
     options.wavelength = 0.65;
@@ -91,7 +91,7 @@ TEST(FitFamily, FindsAsymmetriesOfATable) {
     const Cloud cloud{1.4, 0.94, 0};
     constexpr double g = 0.47;  // between samples
     std::vector<Observation> observed = cloud_views(false);
-    solve_cloud_views(PhaseFunction::henyey_greenstein(g), cloud, 0, observed);
+    solve_views(PhaseFunction::henyey_greenstein(g), cloud.w, cloud.optical_depth, observed);
     FitOptions options;
     EXPECT_EQ(free_parameter_count(*model, observed, options), 3u);
     options.free_g1 = true;  // as of other models

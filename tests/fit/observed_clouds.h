@@ -1,9 +1,7 @@
 // Synthetic observations of clouds, from the solver rather than a table: small droplets in two colours.
 #pragma once
 
-#include <stratus/bake/bake.h>
-#include <stratus/fit/fit.h>
-#include <stratus/transfer/solve.h>
+#include "observed_rings.h"
 
 #include <cmath>
 #include <vector>
@@ -60,28 +58,16 @@ inline std::vector<Observation> cloud_views(bool is_spectrum) {
     return all;
 }
 
-/// Sets the exact brightness, and a standard deviation of 1 % of it.
-inline void solve_cloud_views(const PhaseFunction& phase_function, const Cloud& cloud,
-                              double wavelength, std::vector<Observation>& all) {
-    std::vector<double> mu;
-    for (const Observation& at : all) mu.insert(mu.end(), {at.geometry.mu_in, at.geometry.mu_out});
-    const LayerSolution solution =
-        solve_layer(phase_function, cloud.w, cloud.optical_depth, mu, SolverOptions{.nodes = 24});
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        Observation& at = all[i];
-        if (at.known.size() > 1 && at.known[1] != wavelength) continue;
-        const int in = static_cast<int>(2 * i), out = in + 1;
-        const double azimuth = at.geometry.azimuth;
-        at.brightness = at.geometry.mu_in * (at.light == Light::reflected
-                                                 ? solution.reflection(in, out, azimuth).total
-                                                 : solution.transmission(in, out, azimuth).total);
-        at.sigma = 0.01 * at.brightness;
+/// Views whose wavelengths are known, as bright as a cloud is in their colours.
+inline std::vector<Observation> seen(const Cloud& cloud, const std::vector<Observation>& spectrum) {
+    std::vector<Observation> all;
+    for (const double wavelength : wavelengths) {
+        std::vector<Observation> of_colour;
+        for (const Observation& at : spectrum)
+            if (at.known[1] == wavelength) of_colour.push_back(at);
+        solve_views(droplets(cloud.radius, wavelength), cloud.w, cloud.optical_depth, of_colour);
+        all.insert(all.end(), of_colour.begin(), of_colour.end());
     }
-}
-
-inline std::vector<Observation> seen(const Cloud& cloud, std::vector<Observation> all) {
-    for (const double wavelength : wavelengths)
-        solve_cloud_views(droplets(cloud.radius, wavelength), cloud, wavelength, all);
     return all;
 }
 

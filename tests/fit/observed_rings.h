@@ -62,26 +62,38 @@ inline std::vector<Observation> occultations() {
     return {{{1, 0.5, 0}, Light::beam, 0, 0}, {{1, 0.25, 0}, Light::beam, 0, 0}};
 }
 
-/// Sets the exact brightness of a ring, and a standard deviation of 1 % of it.
-inline void solve_views(const Ring& ring, std::vector<Observation>& views,
-                        const Circumstances& circumstances = {}) {
-    const double albedo = ring.w1 + ring.w2;
-    const double depth = ring.optical_depth / (1 - circumstances.density);
-    std::vector<double> mu;
+inline std::vector<Observation> lit_views_and_occultations() {
+    std::vector<Observation> all = views(false);
+    for (const Observation& star : occultations()) all.push_back(star);
+    return all;
+}
+
+/// Sets the brightness of views, and their standard deviations to a share of it.
+inline void set_brightness(std::vector<Observation>& views, const std::vector<double>& brightness,
+                           double noise = 0.01) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        views[i].brightness = brightness[i];
+        views[i].sigma = noise * brightness[i];
+    }
+}
+
+/// Sets the exact brightness of a layer, and a standard deviation of 1 % of it.
+inline void solve_views(const PhaseFunction& phase_function, double albedo, double optical_depth,
+                        std::vector<Observation>& views, const Circumstances& circumstances = {}) {
+    const double depth = optical_depth / (1 - circumstances.density);
+    std::vector<double> mu, brightness;
     for (const Observation& view : views) {
         mu.push_back(view.geometry.mu_in);
         mu.push_back(view.geometry.mu_out);
     }
     const LayerSolution solution =
-        solve_layer(PhaseFunction::mixture(ring.w1 / albedo, PhaseFunction::lambert_sphere(),
-                                           PhaseFunction::henyey_greenstein(ring.g2)),
-                    albedo, depth, mu, SolverOptions{.nodes = 24});
+        solve_layer(phase_function, albedo, depth, mu, SolverOptions{.nodes = 24});
     for (std::size_t i = 0; i < views.size(); ++i) {
-        Observation& view = views[i];
+        const Observation& view = views[i];
         const auto& [mu_in, mu_out, azimuth] = view.geometry;
         const int in = static_cast<int>(2 * i), out = in + 1;
         if (view.light == Light::beam) {
-            view.brightness = std::exp(-depth / mu_out);
+            brightness.push_back(std::exp(-depth / mu_out));
         } else {
             const bool lit = view.light == Light::reflected;
             const SolvedValue value = lit ? solution.reflection(in, out, azimuth)
@@ -91,11 +103,19 @@ inline void solve_views(const Ring& ring, std::vector<Observation>& views,
                                         cos_scattering_angle_reflected(view.geometry), depth, mu_in,
                                         mu_out)
                     : 1;
-            view.brightness =
-                mu_in * (factor * value.single + (circumstances.single_alone ? 0 : value.multiple));
+            brightness.push_back(mu_in * (factor * value.single +
+                                          (circumstances.single_alone ? 0 : value.multiple)));
         }
-        view.sigma = 0.01 * view.brightness;
     }
+    set_brightness(views, brightness);
+}
+
+inline void solve_views(const Ring& ring, std::vector<Observation>& views,
+                        const Circumstances& circumstances = {}) {
+    const double albedo = ring.w1 + ring.w2;
+    solve_views(PhaseFunction::mixture(ring.w1 / albedo, PhaseFunction::lambert_sphere(),
+                                       PhaseFunction::henyey_greenstein(ring.g2)),
+                albedo, ring.optical_depth, views, circumstances);
 }
 
 inline std::vector<Observation> with_noise(std::vector<Observation> views, std::mt19937& random) {

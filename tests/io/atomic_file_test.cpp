@@ -4,7 +4,6 @@
 
 #include "refusal.h"
 #include "sample_table.h"
-#include "table_content.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +11,6 @@
 #include <csignal>
 #include <fstream>
 #include <stdexcept>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <system_error>
@@ -59,14 +57,6 @@ TEST(AtomicFile, IsWrittenInTheSameFolderWithTheSameExtension) {
         write_new(temporary);
     });
     EXPECT_EQ(content(folder / "a.h5"), "new");
-    EXPECT_EQ(folder.size(), 1U);
-}
-
-TEST(AtomicFile, ReplacesAnOlderFile) {
-    const TemporaryFolder folder;
-    set_content(folder / "a.txt", "old");
-    write_atomically(folder / "a.txt", write_new);
-    EXPECT_EQ(content(folder / "a.txt"), "new");
     EXPECT_EQ(folder.size(), 1U);
 }
 
@@ -221,26 +211,6 @@ TEST(AtomicFile, AcceptsAPathWithoutAFolder) {
     EXPECT_EQ(content(folder / "a.txt"), "new");
 }
 
-/// Limits the size of files that this process writes, to act as a full disk.
-class FileSizeLimit {
-  public:
-    explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-        ::getrlimit(RLIMIT_FSIZE, &before_);
-        const rlimit limit{bytes, before_.rlim_max};
-        ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    ~FileSizeLimit() {
-        ::setrlimit(RLIMIT_FSIZE, &before_);
-        std::signal(SIGXFSZ, handler_);
-    }
-    FileSizeLimit(const FileSizeLimit&) = delete;
-    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
-  private:
-    rlimit before_{};
-    void (*handler_)(int);
-};
-
 class FullDisk : public testing::TestWithParam<const char*> {};
 
 TEST_P(FullDisk, LeavesOnlyTheOlderTable) {
@@ -265,17 +235,6 @@ INSTANTIATE_TEST_SUITE_P(Formats, FullDisk, testing::Values("table.h5", "table.e
                          [](const auto& row) {
                              return fs::path(row.param).extension().string().substr(1);
                          });
-
-TEST(FullDevice, IsReportedWithTheSystemError) {
-    if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "no /dev/full here";
-    const fs::path path = "/dev/full";
-    const Table table = sample_table();
-    EXPECT_EQ(refusal<std::runtime_error>([&] {
-                  io::naming(path,
-                             [&] { io::write_hdf5(table, io::make_metadata(table), path, {}); });
-              }),
-              "/dev/full: No space left on device");
-}
 
 }  // namespace
 }  // namespace stratus::test

@@ -6,11 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <csignal>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <sys/resource.h>
 #include <thread>
 #include <vector>
 
@@ -204,15 +202,10 @@ TEST_F(CheckpointFile, IsEmptiedWhenTheDiskIsFull) {
     keep_three_pieces();
     {
         Checkpoint checkpoint(path, owner);
-        const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-        rlimit before{};
-        ::getrlimit(RLIMIT_FSIZE, &before);
-        const rlimit limit{4096, before.rlim_max};
-        ::setrlimit(RLIMIT_FSIZE, &limit);
-        checkpoint.keep("large", bytes(std::string(10000, 'x')));
-        ::setrlimit(RLIMIT_FSIZE, &before);
-        std::signal(SIGXFSZ, handler);
-
+        {
+            const FileSizeLimit limit(4096);
+            checkpoint.keep("large", bytes(std::string(10000, 'x')));
+        }
         EXPECT_EQ(checkpoint.trouble(), path.string() + ": File too large");
         EXPECT_EQ(fs::file_size(path), 0U);
         EXPECT_EQ(checkpoint.pieces(), 0U);

@@ -73,27 +73,21 @@ TEST_F(PhaseFile, HoldsValuesAtEitherAngle) {
 }
 
 TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {
-    const auto refused = [&](const char* file, const char* text, Fragments fragments) {
+    const auto refused = [&](const char* file, const std::string& text, const Fragments& parts) {
         write("bad.csv", text);
-        expect_refusal([&] { read(std::string(file) + ":file=bad.csv"); }, fragments);
+        expect_refusal([&] { read(std::string(file) + ":file=bad.csv"); }, parts);
     };
-    const std::string head = "phase_angle_deg,value\n";
-    refused("tabulated", (head + "0,1\n180,1\n").c_str(), {"at least 3 rows, got 2"});
-    refused("tabulated", (head + "0,1\n90,-1\n180,1\n").c_str(),
-            {"value", "bad.csv, line 3", "at least 0", "got -1"});
-    refused("tabulated", (head + "0,1\n90,1\n80,1\n180,1\n").c_str(),
-            {"phase_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
-    refused("tabulated", (head + "0,1\n90,1\n190,1\n").c_str(),
-            {"line 4) must be in [0, 180], got 190"});
-    refused("tabulated", (head + "0,inf\n90,1\n180,1\n").c_str(),
-            {"line 2) must be finite and at least 0, got inf"});
-    const std::string other_head = "scattering_angle_deg,value\n";
-    refused("tabulated", (other_head + "0,1\n90,1\n80,1\n180,1\n").c_str(),
-            {"scattering_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
-    refused("tabulated", (other_head + "0,1\n90,1\n190,1\n").c_str(),
-            {"line 4) must be in [0, 180], got 190"});
-    refused("tabulated", (other_head + "0,1\n90,-1\n180,1\n").c_str(),
-            {"value", "bad.csv, line 3", "at least 0", "got -1"});
+    for (const std::string angle : {"phase_angle_deg", "scattering_angle_deg"}) {
+        const std::string head = angle + ",value\n";
+        refused("tabulated", head + "0,1\n180,1\n", {"at least 3 rows, got 2"});
+        refused("tabulated", head + "0,1\n90,-1\n180,1\n",
+                {"value", "bad.csv, line 3", "at least 0", "got -1"});
+        refused("tabulated", head + "0,1\n90,1\n80,1\n180,1\n",
+                {angle, "bad.csv, line 4", "above the one before", "got 80"});
+        refused("tabulated", head + "0,1\n90,1\n190,1\n", {"line 4) must be in [0, 180], got 190"});
+        refused("tabulated", head + "0,inf\n90,1\n180,1\n",
+                {"line 2) must be finite and at least 0, got inf"});
+    }
     refused("tabulated", "phase_angle_deg,scattering_angle_deg,value\n0,180,1\n",
             {"bad.csv: columns must be phase_angle_deg or scattering_angle_deg, got both"});
     refused("tabulated", "angle,value\n0,1\n",

@@ -4,7 +4,6 @@
 #include <stratus/io/table_file.h>
 
 #include "refusal.h"
-#include "temporary_folder.h"
 
 #include <filesystem>
 #include <stdexcept>

@@ -30,36 +30,32 @@ constexpr std::uintmax_t max_memory = 64 << 20;
 
 int mutations() { return std::getenv("STRATUS_ALL_DAMAGE") ? 5000 : 1000; }
 
-/// A range of bytes in a file.
-struct Range {
-    std::size_t start, size;
-};
-
 /// Changes a bit, a byte, a run of bytes, or a field of 4 or 8 bytes, which is set to an extreme
-/// size or address, at a random position in `range`. Keeps the size of the file.
-void damage(io::Bytes& bytes, const Range& range, std::mt19937& random) {
+/// size or address, at a random position in the first `size` bytes; or takes bytes out there, or
+/// puts some in.
+void damage(io::Bytes& bytes, std::size_t size, std::mt19937& random) {
     constexpr std::array<std::uint64_t, 12> extremes{
         0,          1,           0x7f,        0xff,       0x7fff,     0xffff,
         0x7fffffff, 0x80000000U, 0xffffffffU, UINT64_MAX, 1ULL << 63, UINT64_MAX >> 1};
     const auto below = [&](std::size_t count) {
         return std::uniform_int_distribution<std::size_t>(0, count - 1)(random);
     };
-    const std::size_t at = range.start + below(range.size);
-    const std::size_t room = range.start + range.size - at;
-    switch (below(5)) {
+    const std::size_t at = below(size), room = size - at;
+    const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
+    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+    switch (below(7)) {
         case 0: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); return;
         case 1: bytes[at] = static_cast<char>(below(256)); return;
-        case 2: {
-            const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
+        case 2:
             for (std::size_t i = 0; i < length; ++i) bytes[at + i] = static_cast<char>(below(256));
             return;
-        }
         case 3: {
-            const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
-            const std::size_t from = range.start + below(range.size - length + 1);
+            const std::size_t from = below(size - length + 1);
             std::memmove(bytes.data() + at, bytes.data() + from, length);
             return;
         }
+        case 4: bytes.erase(begin, begin + static_cast<std::ptrdiff_t>(length)); return;
+        case 5: bytes.insert(begin, length, static_cast<char>(below(256))); return;
         default: {
             const std::uint64_t value = extremes[below(extremes.size())];
             std::memcpy(bytes.data() + at, &value, std::min<std::size_t>(room, below(2) ? 8 : 4));
@@ -71,6 +67,7 @@ Table small_table() {
     Shape shape;
     shape.finite_depths = 2;
     shape.azimuths = 3;
+    shape.mixtures = 2;
     return sample_table(shape);
 }
 
@@ -87,7 +84,6 @@ class Damaged : public testing::TestWithParam<Format> {
         try {
             const Table read = GetParam().decode(bytes, {max_memory});
             ::alarm(0);
-            ++accepted;
             expect_same(read, table);
         } catch (const std::exception& error) {
             ::alarm(0);
@@ -107,7 +103,6 @@ class Damaged : public testing::TestWithParam<Format> {
     const Table table = small_table();
     const io::Bytes whole = written(table);
     const bool hdf5 = std::string_view(GetParam().name) == "h5";
-    int accepted = 0;
 };
 
 INSTANTIATE_TEST_SUITE_P(Formats, Damaged,
@@ -115,20 +110,15 @@ INSTANTIATE_TEST_SUITE_P(Formats, Damaged,
                                          Format{"exr", io::decode_exr}),
                          row_name);
 
-TEST_P(Damaged, IsRefusedWhenTruncated) {
-    for (std::size_t length = 0; length < whole.size(); length += 512)
-        expect_refused_or_same(
-            {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)});
-    EXPECT_EQ(accepted, 0);
-}
-
 TEST_P(Damaged, IsRefusedOrSame) {
+    io::Bytes longer = whole;
+    longer.push_back('x');
+    expect_refused_or_same(longer);
     std::mt19937 random(6);
     for (int i = 0; i < mutations() && !HasFailure(); ++i) {
         SCOPED_TRACE(i);
         io::Bytes bytes = whole;
-        const Range all{0, bytes.size()};
-        for (int n = i % 3; n >= 0; --n) damage(bytes, all, random);
+        for (int n = i % 3; n >= 0; --n) damage(bytes, bytes.size(), random);
         expect_refused_or_same(bytes);
     }
 }
@@ -140,7 +130,7 @@ TEST_P(Damaged, IsRefusedOrSameWithDamagedHeaders) {
         SCOPED_TRACE(i);
         io::Bytes bytes = whole;
         for (int n = i % 3; n >= 0; --n)
-            damage(bytes, {0, std::min<std::size_t>(bytes.size(), hdf5 ? 512 : 8192)}, random);
+            damage(bytes, std::min<std::size_t>(bytes.size(), hdf5 ? 512 : 8192), random);
         expect_refused_or_same(bytes);
     }
 }

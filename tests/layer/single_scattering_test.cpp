@@ -5,10 +5,10 @@
 #include "../reference/discrete_ordinates.h"
 #include "csv_rows.h"
 
+#include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
 namespace stratus {
 namespace {
@@ -45,30 +45,23 @@ TEST(SingleScattering, IsReciprocal) {
             }
 }
 
-/// Integral over [0, end] by Simpson's rule with 4000 panels.
-double simpson(double end, const std::function<double(double)>& function) {
-    const int panels = 4000;
-    const double step = end / panels;
-    double sum = 0;
-    for (int i = 0; i < panels; ++i)
-        sum += function(i * step) + 4 * function((i + 0.5) * step) + function((i + 1) * step);
-    return sum * step / 6;
-}
-
 TEST(SingleScattering, EqualsTheIntegralOfTheSourceOverDepth) {
+    const auto integral = [](double end, const auto& function) {
+        return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(function, 0, end, 15,
+                                                                             1e-12);
+    };
     for (const double tau : {0.01, 0.3, 1.0, 7.0})
         for (const double mu0 : {0.1, 0.5, 1.0})
             for (const double mu : {0.1, 0.3, 0.5, 0.9}) {
                 const double source = 0.9 * 1.7 / (4 * mu * mu0);
-                const double up = source * simpson(tau, [&](double t) {
+                const double up = source * integral(tau, [&](double t) {
                                       return std::exp(-t / mu0) * std::exp(-t / mu);
                                   });
-                const double down = source * simpson(tau, [&](double t) {
+                const double down = source * integral(tau, [&](double t) {
                                         return std::exp(-t / mu0) * std::exp(-(tau - t) / mu);
                                     });
-                // Simpson: (step / mu)^4 / 2880 with step / mu <= 0.0175 (and twice that upwards)
-                EXPECT_NEAR(single_reflection(1.7, 0.9, tau, mu0, mu) / up, 1, 2e-9);
-                EXPECT_NEAR(single_transmission(1.7, 0.9, tau, mu0, mu) / down, 1, 2e-9);
+                EXPECT_NEAR(single_reflection(1.7, 0.9, tau, mu0, mu) / up, 1, 1e-11);
+                EXPECT_NEAR(single_transmission(1.7, 0.9, tau, mu0, mu) / down, 1, 1e-11);
             }
 }
 
@@ -130,6 +123,7 @@ TEST(SingleScattering, IsZeroAtDepthZero) {
     EXPECT_EQ(direct_transmittance(0, 0.5), 1);
 }
 
+// The full moon is a flat disk: where both cosines are alike, 4 mu0 R is w phi / 2. [Blinn82] 2.7
 TEST(SingleScattering, OfASemiInfiniteLayerIsHapkeIrvine) {
     for (const double mu0 : scattering_cosines)
         for (const double mu : scattering_cosines) {
@@ -138,12 +132,6 @@ TEST(SingleScattering, OfASemiInfiniteLayerIsHapkeIrvine) {
             EXPECT_EQ(single_transmission(1.7, 0.9, infinity, mu0, mu), 0);
             EXPECT_EQ(direct_transmittance(infinity, mu), 0);
         }
-}
-
-TEST(SingleScattering, MakesTheFullMoonAFlatDisk) {
-    // [Blinn82] 2.7: with E = L the brightness, 4 mu0 R, is w phi / 2 wherever one looks
-    for (const double mu : scattering_cosines)
-        EXPECT_NEAR(4 * mu * single_reflection(1.7, 0.9, infinity, mu, mu), 0.9 * 1.7 / 2, 1e-15);
 }
 
 TEST(SingleScattering, NeitherOverflowsNorUnderflows) {
@@ -169,28 +157,13 @@ TEST(InterceptedShare, IsWhatTheBeamLoses) {
     EXPECT_EQ(intercepted_share(infinity, 0.5), 1);
 }
 
-TEST(SingleScattering, IsBlinnsFormula) {
-    const double phi = 1.7, w = 0.9, tau = 2, mu0 = 0.3, mu = 0.8;
-    const double top = w * phi * mu0 / (mu0 + mu) * (1 - std::exp(-tau * (1 / mu0 + 1 / mu)));
-    // [Blinn82] 2.4 bottom lit, with its signed mu0 = N.L < 0
-    const double n_l = -mu0;
-    const double bottom = w * phi * n_l / (n_l + mu) * (std::exp(tau / n_l) - std::exp(-tau / mu));
-    EXPECT_NEAR(4 * mu0 * single_reflection(phi, w, tau, mu0, mu) / top, 1, 1e-14);
-    EXPECT_NEAR(4 * mu0 * single_transmission(phi, w, tau, mu0, mu) / bottom, 1, 1e-14);
-}
-
 TEST(Transparency, IsTheBeamAndBottomLitLightFromTheSameDirection) {
-    for (const double tau : scattering_depths)
+    for (const double tau : {0.0, 1e-6, 0.3, 7.0, infinity})
         for (const double mu : scattering_cosines) {
             const double beam = std::exp(-tau / mu);
             const double expected = beam + 4 * mu * single_transmission(4.2, 0.9, tau, mu, mu);
             EXPECT_NEAR(source_seen_through(4.2, 0.9, tau, mu), expected, 1e-14 * expected);
         }
-}
-
-TEST(Transparency, IsOneAtDepthZeroAndZeroAtInfinity) {
-    EXPECT_EQ(source_seen_through(4.2, 0.9, 0, 0.5), 1);
-    EXPECT_EQ(source_seen_through(4.2, 0.9, infinity, 0.5), 0);
 }
 
 TEST(ScatteringAngle, IsBackwardForLightThatReturns) {

@@ -10,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 
 namespace stratus::test {
 namespace {
@@ -124,17 +123,11 @@ TEST(FourierTable, LosesNoLightInAWhiteFurnace) {
 // The integrals in the file are those of what a renderer evaluates.
 TEST(FourierTable, IntegralsInTheFileAreThoseOfItsValues) {
     const FourierReader table = table_of({{layer("henyey_greenstein:g=0.5", 1, 1)}, ""});
-    constexpr int cosines = 400, azimuths = 64;
-    for (const double mu_o : {0.1, 0.5, 0.93}) {
-        double sum = 0;
-        for (int i = 0; i < cosines; ++i) {
-            const double x = (i + 0.5) / cosines, mu_i = x * x;  // as many near the horizon
-            for (int a = 0; a < azimuths; ++a)
-                for (const double side : {-1, 1})
-                    sum += table(mu_o, side * mu_i, (a + 0.5) * pi / azimuths)[0] * mu_i * 2 * x;
-        }
-        EXPECT_NEAR(2 * pi * sum / (cosines * azimuths), table.albedo(mu_o), 1e-4);
-    }
+    for (const double mu_o : {0.1, 0.5, 0.93})
+        EXPECT_NEAR(sent_out([&](double mu, double azimuth) {
+                        return pi * (table(mu_o, mu, azimuth)[0] + table(mu_o, -mu, azimuth)[0]);
+                    }),
+                    table.albedo(mu_o), 1e-4);
 }
 
 // The renderer's sampler does not end where a mean is above some 16.

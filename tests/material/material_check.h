@@ -85,6 +85,19 @@ inline std::vector<Expected> random_geometries(const Stack& stack, int count, do
     return all;
 }
 
+/// The share of light that R, of mu_out and azimuth, sends out; as many cosines near the horizon.
+template <class Reflection>
+double sent_out(const Reflection& R) {
+    constexpr int cosines = 300, azimuths = 100;
+    double sum = 0;
+    for (int i = 0; i < cosines; ++i)
+        for (int a = 0; a < azimuths; ++a) {
+            const double x = (i + 0.5) / cosines, mu = x * x;
+            sum += R(mu, (a + 0.5) * pi / azimuths) * mu * 2 * x;
+        }
+    return 2 * sum / (cosines * azimuths);
+}
+
 /// Relative errors, sorted.
 class Errors {
   public:

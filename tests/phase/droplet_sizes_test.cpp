@@ -55,6 +55,27 @@ TEST(ModifiedGamma, HasTheEffectiveSizeOfItsGammaIntegrals) {
     EXPECT_NEAR(haze.variance, 46.0 / 110, 1e-12);
 }
 
+void expect_sampled_with_its_effective_size(const Droplets& droplets) {
+    const EffectiveSize exact = effective_size(droplets), met = summed_size(droplets);
+    // 1e-7 of each end is left out
+    EXPECT_NEAR(met.radius / exact.radius, 1, 1e-5) << droplets.effective_variance;
+    EXPECT_NEAR(met.variance / exact.variance, 1, 1e-3) << droplets.effective_variance;
+}
+
+TEST(SizesOf, HaveTheEffectiveRadiusAndVarianceAskedFor) {
+    for (const auto distribution :
+         {Droplets::Distribution::gamma, Droplets::Distribution::lognormal})
+        for (const double variance : {1e-6, 0.01, 0.1, 0.25, 0.5}) {
+            Droplets droplets;
+            droplets.effective_radius = 2 * 0.55 / (2 * pi);  // size parameter 2
+            droplets.effective_variance = variance;
+            droplets.distribution = distribution;
+            EXPECT_EQ(effective_size(droplets).radius, droplets.effective_radius);
+            EXPECT_EQ(effective_size(droplets).variance, variance);
+            expect_sampled_with_its_effective_size(droplets);
+        }
+}
+
 TEST(ModifiedGamma, IsSampledWithItsEffectiveSize) {
     for (const double alpha : {0.1, 1.0, 2.0, 6.0, 100.0})
         for (const double gamma : {0.25, 0.5, 1.0, 3.0, 10.0}) {
@@ -62,15 +83,12 @@ TEST(ModifiedGamma, IsSampledWithItsEffectiveSize) {
             droplets.distribution = Droplets::Distribution::modified_gamma;
             droplets.alpha = alpha;
             droplets.gamma = gamma;
-            const EffectiveSize exact = effective_size(droplets), met = summed_size(droplets);
-            // 1e-7 of each end is left out
-            EXPECT_NEAR(met.radius / exact.radius, 1, 1e-5) << alpha << ' ' << gamma;
-            EXPECT_NEAR(met.variance / exact.variance, 1, 1e-3) << alpha << ' ' << gamma;
-            const EffectiveSize library = {
+            SCOPED_TRACE(testing::Message() << alpha << ' ' << gamma);
+            expect_sampled_with_its_effective_size(droplets);
+            const double by_library =
                 4 * std::exp(std::lgamma((alpha + 4) / gamma) - std::lgamma((alpha + 3) / gamma) -
-                             std::log(alpha / gamma) / gamma),
-                0};
-            EXPECT_NEAR(exact.radius / library.radius, 1, 1e-11) << alpha << ' ' << gamma;
+                             std::log(alpha / gamma) / gamma);
+            EXPECT_NEAR(effective_size(droplets).radius / by_library, 1, 1e-11);
         }
 }
 
@@ -91,15 +109,6 @@ TEST(ModifiedGamma, OfHazeLHasThePublishedMoments) {
     const std::vector<CsvRow> rows = csv_rows("haze_l_moments.csv");
     ASSERT_EQ(rows.size(), 83u);
     for (std::size_t l = 0; l < 83; ++l) EXPECT_NEAR(chi[l], rows[l].numbers.at(1), 2e-6) << l;
-}
-
-TEST(ModifiedGamma, ComesBackFromItsText) {
-    for (const char* text : {cloud_c1, haze_l}) {
-        const PhaseFunction phi = parse_phase_function(text);
-        EXPECT_EQ(phi.text(), text);
-        EXPECT_EQ(parse_phase_function(phi.text()).moments(100), phi.moments(100));
-    }
-    EXPECT_EQ(parse_phase_function(cloud_c1).caption(), "Mie index 1.33 6 um at 0.7 um");
 }
 
 // ---- Rows
@@ -139,11 +148,15 @@ TEST(SizeRows, OfADistributionScatterAsItDoes) {
     EXPECT_NEAR(efficiency(listed) / efficiency(haze), 1, 1e-3);
 }
 
-TEST(SizeRows, ComeBackFromTheirText) {
-    const char* const text = "mie:distribution=0.1 3/0.25 5e-07/1 0,wavelength=0.55um,material=ice";
-    const PhaseFunction phi = parse_phase_function(text);
-    EXPECT_EQ(phi.text(), text);
-    EXPECT_EQ(parse_phase_function(phi.text()).moments(50), phi.moments(50));
+TEST(DropletSizes, ComeBackFromTheirText) {
+    for (const char* text :
+         {cloud_c1, haze_l,
+          "mie:distribution=0.1 3/0.25 5e-07/1 0,wavelength=0.55um,material=ice"}) {
+        const PhaseFunction phi = parse_phase_function(text);
+        EXPECT_EQ(phi.text(), text);
+        EXPECT_EQ(parse_phase_function(phi.text()).moments(100), phi.moments(100));
+    }
+    EXPECT_EQ(parse_phase_function(cloud_c1).caption(), "Mie index 1.33 6 um at 0.7 um");
 }
 
 TEST(SizeRows, ScatterAlikeAtTwiceTheSizeAndWavelength) {

@@ -180,33 +180,6 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- Distributions
 
-/// Effective radius and variance of spheres [HT74] 2.53, 2.54.
-std::pair<double, double> effective_size(const std::vector<SphereSize>& sizes) {
-    double area = 0, volume = 0, spread = 0;
-    for (const SphereSize& size : sizes) {
-        area += size.number * size.x * size.x;
-        volume += size.number * size.x * size.x * size.x;
-    }
-    const double radius = volume / area;
-    for (const SphereSize& size : sizes)
-        spread += size.number * std::pow((size.x - radius) * size.x, 2);
-    return {radius, spread / (area * radius * radius)};
-}
-
-TEST(SizesOf, HaveTheEffectiveRadiusAndVarianceAskedFor) {
-    for (const auto distribution :
-         {Droplets::Distribution::gamma, Droplets::Distribution::lognormal})
-        for (const double variance : {1e-6, 0.01, 0.1, 0.25, 0.5}) {
-            Droplets droplets;
-            droplets.effective_radius = 2 * 0.55 / (2 * pi);  // size parameter 2
-            droplets.effective_variance = variance;
-            droplets.distribution = distribution;
-            const auto [radius, met] = effective_size(sphere_sizes(droplets));
-            EXPECT_NEAR(radius / 2, 1, 1e-5) << variance;  // 1e-7 of each end is left out
-            EXPECT_NEAR(met / variance, 1, 1e-3) << variance;
-        }
-}
-
 TEST(SizesOf, AreDenseEnough) {
     // phi of all sizes there are, as far as four times as many tell; the bounds are those that
     // mie.h states.

@@ -3,6 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
 
+#include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <gtest/gtest.h>
 
@@ -13,14 +14,10 @@
 namespace stratus {
 namespace {
 
-/// Simpson's rule.
 template <class Function>
 double integral(double low, double high, const Function& function) {
-    constexpr int steps = 4000;
-    const double h = (high - low) / steps;
-    double sum = function(low) + function(high);
-    for (int i = 1; i < steps; ++i) sum += (i % 2 ? 4 : 2) * function(low + i * h);
-    return sum * h / 3;
+    return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(function, low, high, 15,
+                                                                         1e-12);
 }
 
 /// Probability of n - 1 scatterings along a path.

@@ -7,6 +7,8 @@
 #include <stratus/phase/phase_function.h>
 #include <stratus/table/table.h>
 
+#include "../table/small_table.h"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -69,21 +71,20 @@ inline Table make_synthetic_table(const SyntheticOptions& options = {}) {
                 if (options.transmission)
                     table.diffuse_transmittance.push_back(
                         static_cast<float>(rough_multiple_transmission(albedo, depth, 0.5, mu_in)));
-                for (const double mu_out : table.mu_out.values)
-                    for (const double azimuth : table.azimuth.values) {
-                        const double turn = 1 + 0.3 * std::sqrt((1 - mu_in) * (1 - mu_out)) *
-                                                    std::cos(azimuth) *
-                                                    (options.azimuths > 1 ? 1 : 0);
-                        if (options.reflection)
-                            table.reflection_multiple.push_back(static_cast<float>(
-                                turn * rough_multiple_reflection(albedo, depth, mu_out, mu_in)));
-                        if (options.transmission)
-                            table.transmission_multiple.push_back(static_cast<float>(
-                                turn * rough_multiple_transmission(albedo, depth, mu_out, mu_in)));
-                    }
             }
         }
     }
+    const auto turned = [&](const auto& rough) {
+        return tabulate(table, [&](const Point& p) {
+            const double turn =
+                options.azimuths > 1
+                    ? 1 + 0.3 * std::sqrt((1 - p.mu_in) * (1 - p.mu_out)) * std::cos(p.azimuth)
+                    : 1;
+            return turn * rough(p.albedo, p.optical_depth, p.mu_out, p.mu_in);
+        });
+    };
+    if (options.reflection) table.reflection_multiple = turned(rough_multiple_reflection);
+    if (options.transmission) table.transmission_multiple = turned(rough_multiple_transmission);
     table.tolerance = 1e-3;
     table.measured_error = 8.1e-4;
     table.attributes["title"] = "Saturn's rings, double Henyey-Greenstein";

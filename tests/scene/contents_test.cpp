@@ -16,20 +16,6 @@
 namespace stratus {
 namespace {
 
-TEST(SeenLight, IsOfTheSideOnWhichTheCameraStands) {
-    Scene slab = small_slab(1, 0.9);
-    EXPECT_TRUE(seen_light(slab).reflection);
-    EXPECT_FALSE(seen_light(slab).transmission);
-    EXPECT_TRUE(seen_light(slab).fluxes) << "the background shines through";
-    slab.to_sun = direction_at(radians(-50), 1);
-    slab.background.colour = {0, 0, 0};
-    EXPECT_FALSE(seen_light(slab).reflection);
-    EXPECT_TRUE(seen_light(slab).transmission);
-    EXPECT_FALSE(seen_light(slab).fluxes);
-    slab.effects.transmission = false;
-    EXPECT_FALSE(seen_light(slab).any());
-}
-
 TEST(SeenLight, IsOfBothSidesWhereTheSunLiesOnTheHorizon) {
     Scene slab = small_slab(1, 0.9);
     slab.to_sun = direction_at(radians(0.1), 1);

@@ -52,12 +52,16 @@ TEST(NeededRecipe, HasTheSidesThatTheSceneUses) {
     slab.effects.reflection = true;
     slab.background.colour = {0, 0, 0};
     EXPECT_FALSE(needed_recipe(slab)->transmission) << "of the far side";
+    EXPECT_FALSE(needed_recipe(slab, LightPath::fluxes)) << "nothing shines through";
     slab.to_sun = direction_at(radians(-50), 1);
     EXPECT_TRUE(needed_recipe(slab)->transmission);
     EXPECT_FALSE(needed_recipe(slab)->reflection);
     slab.background.colour = {1, 1, 1};
     EXPECT_EQ(needed_recipe(slab)->mu_in.min, 0) << "with T, it holds the fluxes, too";
     EXPECT_FALSE(needed_recipe(slab, LightPath::fluxes));
+    slab.background.colour = {0, 0, 0};
+    slab.effects.transmission = false;
+    EXPECT_TRUE(needed_recipes(slab).empty()) << "seen from its unlit side";
 }
 
 TEST(NeededRecipe, CoversAllDepthsAndAlbedos) {

@@ -42,12 +42,6 @@ TEST(Plan, NeedsNoTableForDarkDust) {
     EXPECT_LE(plan.left_out[0].change.found, plan.left_out[0].change.change);
 }
 
-TEST(Plan, NeedsATableForBrightDust) {
-    const Plan plan = plan_scene(wide_slab(0.5, 0.9));
-    EXPECT_TRUE(plan.effects.multiple);
-    EXPECT_FALSE(leaves_out(plan, "multiple"));
-}
-
 TEST(Plan, LeavesOutOfFilmsWhatAllFramesDo) {
     Scene dark = wide_slab(0.5, 0.02), darker = wide_slab(0.5, 0.01);
     dark.tolerance = darker.tolerance = 0.05;

@@ -182,40 +182,6 @@ TEST(Planetshine, OfAllOrdersIsTheMeanOfRaysToThePlanet) {
     expect_planetshine(scene, all.get());
 }
 
-// The rings neither absorb nor keep what falls on them.
-TEST(Planetshine, LeavesWhiteRingsAsItFellOnThem) {
-    Scene scene = shining();
-    Rings& rings = std::get<Rings>(scene.subject);
-    rings.profile = {{1.5, 2.5}, {1, 1}, {0.6, 0.6}, {0.4, 0.4}};
-    scene.layer.albedo = {1, 1, 1};
-    scene.effects.ringshine = false;
-    const Scene dark = without_shine(scene);
-    const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
-    const LayerLight shine(scene, tables.get()), light(dark, tables.get());
-    const Vector3 point = 1.7 * direction_at(0, radians(60));
-    const Matter matter = rings.profile.at(1.7, {1, 1, 1});
-    double fallen = 0, passed = 0, scattered = 0;
-    for (const double side : {1.0, -1.0}) {
-        const Vector3 normal{0, 0, side};
-        fallen += cosine_mean(normal, 300, [&](const Vector3& direction) {
-            return radiance_along(dark, light, {point, direction}, dark.to_sun);
-        })[0];
-        passed += cosine_mean(normal, 300, [&](const Vector3& direction) {
-            return light.beam(matter, std::abs(direction.z)) *
-                   radiance_along(dark, light, {point, direction}, dark.to_sun);
-        })[0];
-        scattered += cosine_mean(normal, 16, [&](const Vector3& direction) {
-            const Ray ray{point + 0.1 * direction, -direction};
-            Rgb3 added = radiance_along(scene, shine, ray, scene.to_sun);
-            const Rgb3 direct = radiance_along(dark, light, ray, scene.to_sun);
-            added[0] -= direct[0];
-            return added;
-        })[0];
-    }
-    EXPECT_GT(fallen, 0.01);
-    EXPECT_NEAR((scattered + passed) / fallen, 1, 0.01);
-}
-
 /// The planet under clouds over its surface.
 Scene cloudy(Scene scene, double optical_depth) {
     SceneLayer clouds;

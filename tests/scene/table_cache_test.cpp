@@ -4,7 +4,6 @@
 #include <stratus/io/table_file.h>
 #include <stratus/scene/layer_tables.h>
 
-#include "table_equality.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>

@@ -9,9 +9,8 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <cstring>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -20,38 +19,6 @@
 #include <vector>
 
 namespace stratus::test {
-
-constexpr const char* base64_letters =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-inline std::string base64(const void* data, std::size_t bytes) {
-    const auto* const from = static_cast<const unsigned char*>(data);
-    std::string text;
-    for (std::size_t n = 0; n < bytes; n += 3) {
-        std::uint32_t word = 0;
-        for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (n + k < bytes ? from[n + k] : 0u);
-        for (std::size_t k = 0; k < 4; ++k)
-            text += n + k <= bytes ? base64_letters[word >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
-
-inline std::vector<float> floats_of_base64(const std::string& text) {
-    std::vector<unsigned char> bytes;
-    std::uint32_t word = 0;
-    int bits = 0;
-    for (const char letter : text) {
-        const char* const at = std::strchr(base64_letters, letter);
-        if (at == nullptr || letter == '\0') break;
-        word = word << 6 | static_cast<std::uint32_t>(at - base64_letters);
-        if ((bits += 6) < 8) continue;
-        bits -= 8;
-        bytes.push_back(static_cast<unsigned char>(word >> bits & 255));
-    }
-    std::vector<float> numbers(bytes.size() / sizeof(float));
-    std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(float));
-    return numbers;
-}
 
 /// A row of the picture is `points_in_row` lookups; two float textures hold their arguments.
 constexpr std::size_t points_in_row = 100;
@@ -76,7 +43,7 @@ gl.linkProgram(program);
 if (!gl.getProgramParameter(program, gl.LINK_STATUS)) tell(gl.getProgramInfoLog(program));
 gl.useProgram(program);
 textures.forEach(({name, width, height, depth, halves, texels}, unit) => {
-  const bytes = Uint8Array.from(atob(texels), (letter) => letter.charCodeAt(0)).buffer;
+  const bytes = new Uint8Array(texels).buffer;
   gl.activeTexture(gl.TEXTURE0 + unit);
   gl.uniform1i(gl.getUniformLocation(program, name), unit);
   if (depth) {
@@ -107,9 +74,7 @@ gl.drawArrays(gl.TRIANGLES, 0, 3);
 const light = new Float32Array(4 * width * height);
 gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, light);
 if (gl.getError()) tell("WebGL error");
-let letters = "";
-for (const byte of new Uint8Array(light.buffer)) letters += String.fromCharCode(byte);
-out.textContent = "light:" + btoa(letters);
+out.textContent = "light:" + light.join(" ");
 </script>
 )page";
 
@@ -145,8 +110,11 @@ inline void write_page(const std::vector<ShaderTexture>& textures,
     const auto put = [&](const std::string& name, int width, int height, bool halves,
                          const void* data, std::size_t bytes, int depth = 0) {
         page << "{name: '" << name << "', width: " << width << ", height: " << height
-             << ", depth: " << depth << ", halves: " << (halves ? "true" : "false") << ", texels: '"
-             << base64(data, bytes) << "'},\n";
+             << ", depth: " << depth << ", halves: " << (halves ? "true" : "false")
+             << ", texels: [";
+        const auto* const first = static_cast<const unsigned char*>(data);
+        for (std::size_t n = 0; n < bytes; ++n) page << int{first[n]} << ',';
+        page << "]},\n";
     };
     for (const ShaderTexture& of : textures)
         put(of.name, of.width, of.height, of.halves, of.bytes.data(), of.bytes.size(), of.depth);
@@ -191,10 +159,15 @@ inline std::vector<Light> by_browser(const std::vector<ShaderTexture>& textures,
             "the shader did not run in headless Chromium (Debian's package chromium): " +
             (said + log.str()).substr(0, 2000));
     }
-    const std::vector<float> numbers = floats_of_base64(said.substr(at + begin.size()));
-    if (numbers.size() != 4 * lookups.size()) throw std::runtime_error("light is missing");
     std::vector<Light> light(lookups.size());
-    std::memcpy(light.data(), numbers.data(), numbers.size() * sizeof(float));
+    const char* next = said.c_str() + at + begin.size();
+    for (Light& each : light)
+        for (float& number : each) {
+            char* end = nullptr;
+            number = std::strtof(next, &end);
+            if (end == next) throw std::runtime_error("light is missing");
+            next = end;
+        }
     return light;
 }
 

@@ -12,14 +12,6 @@
 
 namespace stratus::test {
 
-/// Between 1 and 3, symmetric in the cosines.
-inline double shape(const Point& p) {
-    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
-    const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
-    return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
-           0.4 * sines * std::cos(p.azimuth) * (1 + p.albedo * depth) / 2;
-}
-
 /// A kind of table: what lookups do differs from one to another.
 struct Kind {
     const char* name;
@@ -38,7 +30,7 @@ inline Table table_of(const Kind& kind) {
     Table table = empty_table(
         kind.ridges ? samples_of_ridges : Counts{6, 9, 12, kind.narrowed ? 7 : 12, kind.azimuths},
         depths);
-    const FunctionOfPoint function = kind.ridges ? ridge : shape;
+    const FunctionOfPoint function = kind.ridges ? ridge : smooth_shape;
     if (kind.layers.empty()) table.phase_function = parse_phase_function(kind.phase);
     table.lower_boundary = kind.below;
     table.tolerance = 1e-3;
@@ -55,8 +47,7 @@ inline Table table_of(const Kind& kind) {
         table.azimuth = make_axis(AxisScale::square_root, 0.3, 2, kind.azimuths);
     }
     table.reflection_multiple = tabulate(table, [&](const Point& p) {
-        return over ? 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p)
-                    : small_table_scale(Side::reflection, p) * function(p);
+        return over ? shape_over_boundary(p) : small_table_scale(Side::reflection, p) * function(p);
     });
     if (!over && !kind.one_side)
         table.transmission_multiple = tabulate(table, [&](const Point& p) {

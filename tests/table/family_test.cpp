@@ -177,13 +177,6 @@ TEST(Family, PackedIsThatOfItsTable) {
     EXPECT_TRUE(std::isnan(packed.reflection(0.9, 1, three_geometries[0]).total()));
 }
 
-TEST(Family, NotChosenGivesNotANumberAndCannotBeBound) {
-    const Table table = lobes();
-    EXPECT_TRUE(std::isnan(reflection(table.view(), 0.9, 1, three_geometries[0]).total()));
-    expect_refusal([&] { bind(table.view(), 1, 0.9); },
-                   {"at: g must be chosen for this table, got nan"});
-}
-
 TEST(Family, RefusesWhatItDoesNotHold) {
     const Table table = lobes();
     expect_refusal([&] { bind(table.view(), 1, 0.9, {0.95}); },

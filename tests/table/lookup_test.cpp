@@ -78,14 +78,6 @@ TEST(Lookup, ReproducesSamplesAtTheNodes) {
                     }
 }
 
-/// The same table over a lower boundary, so without transmission.
-Table over(const LowerBoundary& boundary, Table table) {
-    table.lower_boundary = boundary;
-    table.transmission_multiple.clear();
-    prepare(table);
-    return table;
-}
-
 TEST(Lookup, OverALowerBoundaryIsExactForCubicsThemselves) {
     const Table table = over(LowerBoundary::surface(0.3), filled(five_each, shallow, cubic, cubic));
     for (const Point& p : random_points(2000, 0.5, 8)) {

@@ -19,14 +19,6 @@
 namespace stratus {
 namespace {
 
-/// Smooth, even in azimuth about 0 and pi, symmetric in the cosines.
-double narrow_shape(const Point& p) {
-    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
-    const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
-    return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
-           0.4 * sines * std::cos(p.azimuth) + 0.2 * sines * sines * std::cos(2 * p.azimuth);
-}
-
 struct Directions {
     const char* name;
     Axis mu_in, mu_out, azimuth;
@@ -46,7 +38,7 @@ Table table_of(const Directions& directions, bool to_infinity = true) {
     table.mu_in = directions.mu_in;
     table.mu_out = directions.mu_out;
     table.azimuth = directions.azimuth;
-    fill(table, narrow_shape);
+    fill(table, smooth_shape);
     return table;
 }
 

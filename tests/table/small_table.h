@@ -155,6 +155,20 @@ inline void fill(Table& table, const FunctionOfPoint& shape) {
     prepare(table);
 }
 
+/// Between 1 and 3, smooth, even in azimuth, symmetric in the cosines.
+inline double smooth_shape(const Point& p) {
+    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
+    const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
+    return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
+           0.4 * sines * std::cos(p.azimuth) * (1 + p.albedo * depth) / 2;
+}
+
+/// R of the like over a lower boundary, where nothing is divided out.
+inline double shape_over_boundary(const Point& p) {
+    return 0.1 * smooth_shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo +
+           0.05 * smooth_shape(p);
+}
+
 /// A ridge over the cosines that moves with the layer: layers have so many functions that packing takes
 /// rows of the most (table/kernels/packed.h).
 inline double ridge(const Point& p) {
@@ -170,6 +184,14 @@ constexpr Counts samples_of_ridges{13, 20, 20, 20, 9};
 inline Table plain_table(const Counts& counts, const Depths& depths) {
     Table table = empty_table(counts, depths);
     fill(table, [](const Point&) { return 1; });
+    return table;
+}
+
+/// A table over a lower boundary instead, so without transmission.
+inline Table over(const LowerBoundary& boundary, Table table) {
+    table.lower_boundary = boundary;
+    table.transmission_multiple.clear();
+    prepare(table);
     return table;
 }
 

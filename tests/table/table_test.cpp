@@ -22,11 +22,6 @@ Table good_table() {
     return table;
 }
 
-TEST(Table, CountsTheSamplesOfOneSide) {
-    EXPECT_EQ(good_table().sample_count(), 3u * 5u * 2u * 5u * 6u);
-    EXPECT_EQ(good_table().sample_count(), good_table().reflection_multiple.size());
-}
-
 TEST(Prepare, ComputesTheWeightsOfEveryLayer) {
     Table table = good_table();
     prepare(table);

@@ -22,12 +22,12 @@ constexpr int nodes = 24;
 
 const std::vector<double> cloud_cosines{0.7, 0.72, 0.66, 0.76};  // the first is mu_in
 
-struct Direction {
+struct Exit {
     int out;  // index into cloud_cosines
     double azimuth_deg;
 };
-const std::vector<Direction> aureole{{0, 0.5}, {1, 0}, {2, 1}, {0, 4}, {0, 8}};
-const std::vector<Direction> glory{{0, 180}, {0, 178}, {3, 180}};
+const std::vector<Exit> aureole{{0, 0.5}, {1, 0}, {2, 1}, {0, 4}, {0, 8}};
+const std::vector<Exit> glory{{0, 180}, {0, 178}, {3, 180}};
 
 struct Cloud {
     const char* name;

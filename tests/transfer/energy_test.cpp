@@ -44,7 +44,7 @@ TEST_P(ConservativeLayer, ConservesEnergy) {
 
 std::vector<Medium> media() {
     std::vector<Medium> all;
-    for (const int nodes : {8, 16, 24, 32, 48, 64}) {
+    for (const int nodes : {1, 2, 3, 8, 16, 24, 32, 48, 64}) {
         all.push_back({"isotropic", "isotropic", nodes});
         all.push_back({"rayleigh", "rayleigh", nodes});
         all.push_back({"forward", "henyey_greenstein:g=0.75", nodes});
@@ -57,20 +57,6 @@ INSTANTIATE_TEST_SUITE_P(Medium, ConservativeLayer, testing::ValuesIn(media()),
                          [](const auto& row) {
                              return std::string(row.param.name) + std::to_string(row.param.nodes);
                          });
-
-TEST(AbsorbingLayer, AbsorbsLight) {
-    for (const double w : {0.2, 0.9, 1 - 1e-6})
-        for (const double tau : {0.1, 2.0, 50.0}) {
-            const LayerSolution layer = solve_layer(forward, w, tau, energy_cosines);
-            EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
-            for (int i = 0; i < layer.mu.size(); ++i) {
-                EXPECT_GT(layer.plane_albedo(i), 0);
-                EXPECT_LT(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
-                              direct_transmittance(tau, layer.mu(i)),
-                          1);
-            }
-        }
-}
 
 TEST(AbsorbingLayer, AbsorbsInProportionToDepthWhenThin) {
     // A thin layer absorbs 1 - w of the light it intercepts; the rest leaves, except the

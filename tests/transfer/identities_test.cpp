@@ -265,18 +265,5 @@ TEST(SolveLayer, FlushesSubnormalNumbersForItselfAlone) {
 }
 #endif
 
-TEST(SolveLayer, IsDeterministic) {
-    const auto solve = [] { return solve_layer(forward, 0.9, 3, cosines, with_nodes(16)); };
-    const LayerSolution once = solve(), again = solve();
-    for (const Side side : both_sides)
-        EXPECT_TRUE(std::ranges::equal(once.modes(side), again.modes(side), {},
-                                       &AzimuthalMode::values, &AzimuthalMode::values));
-}
-
-TEST(SolveLayer, ConservesEnergyWithTheFewestNodes) {
-    for (const int nodes : {1, 2, 3})
-        expect_conserved(solve_layer(isotropic, 1, 1, {0.3}, with_nodes(nodes)), 1, 1e-14);
-}
-
 }  // namespace
 }  // namespace stratus

@@ -1,5 +1,5 @@
 // The light inside: against what leaves the layers, energy, closed forms deep down, and the equation of
-// transfer integrated order by order.
+// transfer.
 
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/transfer/reference/solvers.h>
@@ -8,10 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
-
 #include <cmath>
-#include <functional>
 #include <vector>
 
 #include "light_inside.h"
@@ -20,9 +17,6 @@
 
 namespace stratus {
 namespace {
-
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 const PhaseFunction haze = parse_phase_function("henyey_greenstein:g=0.6");
 const PhaseFunction& air = rayleigh;
@@ -153,7 +147,7 @@ TEST(LightInside, IsUniformDeepInAConservativeLayer) {
     EXPECT_NEAR(deep.actinic_flux(2), std::sqrt(3.0) * 2.9078, 1e-4);  // H(1) as printed
 }
 
-// ---- The equation of transfer integrated order by order, in space and without Fourier series.
+// ---- The equation of transfer, in space and without Fourier series.
 
 /// Directions on a grid of cosines, downward ones first, and azimuths.
 struct Sphere {
@@ -179,144 +173,71 @@ struct Sphere {
     }
 };
 
-/// Radiance for a beam of unit flux through a level, mu0 F0 = 1, at even steps of depth: [step](direction).
-/// Paths are integrated exactly for sources that are linear over a step.
-class OrdersOfScattering {
-  public:
-    OrdersOfScattering(const std::vector<StackLayer>& layers, double ground, double mu0,
-                       const Sphere& sphere, double step)
-        : sphere_(sphere), ground_(ground), step_(step) {
-        for (const StackLayer& layer : layers) {
-            const auto steps = std::lround(layer.optical_depth / step);
-            kernels_.push_back(kernel_of(layer));
-            for (int k = 0; k < steps; ++k) layer_of_step_.push_back(kernels_.size() - 1);
-        }
-        beam_ = [mu0](double depth) { return std::exp(-depth / mu0) / mu0; };
-        const auto n = static_cast<Eigen::Index>(sphere.size());
-        for (const StackLayer& layer : layers) {
-            VectorXd& of = of_beam_.emplace_back(n);
-            for (std::size_t i = 0; i < sphere.size(); ++i)
-                of(static_cast<Eigen::Index>(i)) =
-                    layer.albedo / (4 * pi) * layer.phase_function(sphere.cos_angle(i, mu0, 0));
-        }
-        run(mu0);
-    }
-
-    const std::vector<VectorXd>& radiance() const { return radiance_; }
-
-  private:
-    MatrixXd kernel_of(const StackLayer& layer) const {
-        const auto n = static_cast<Eigen::Index>(sphere_.size());
-        MatrixXd kernel(n, n);
-        for (std::size_t i = 0; i < sphere_.size(); ++i)
-            for (std::size_t j = 0; j < sphere_.size(); ++j)
-                kernel(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-                    layer.albedo / (4 * pi) * sphere_.weight[j] *
-                    layer.phase_function(sphere_.cos_angle(i, sphere_.mu[j], sphere_.azimuth[j]));
-        return kernel;
-    }
-
-    /// The light that sources at the ends of steps send through all levels.
-    std::vector<VectorXd> sent(const std::vector<VectorXd>& top,
-                               const std::vector<VectorXd>& bottom, double from_ground) const {
-        const std::size_t steps = layer_of_step_.size();
-        std::vector<VectorXd> light(steps + 1, VectorXd::Zero(top[0].size()));
-        for (std::size_t i = 0; i < sphere_.size(); ++i) {
-            const auto at = static_cast<Eigen::Index>(i);
-            const double x = step_ / std::abs(sphere_.mu[i]), through = std::exp(-x);
-            const double near = 1 - (1 - through) / x, far = (1 - through) / x - through;
-            if (sphere_.mu[i] > 0) {
-                for (std::size_t k = 0; k < steps; ++k)
-                    light[k + 1](at) =
-                        light[k](at) * through + near * bottom[k](at) + far * top[k](at);
-            } else {
-                light[steps](at) = from_ground;
-                for (std::size_t k = steps; k-- > 0;)
-                    light[k](at) =
-                        light[k + 1](at) * through + near * top[k](at) + far * bottom[k](at);
-            }
-        }
-        return light;
-    }
-
-    void run(double mu0) {
-        const std::size_t steps = layer_of_step_.size();
-        std::vector<VectorXd> top(steps), bottom(steps);
-        for (std::size_t k = 0; k < steps; ++k) {
-            const double depth = step_ * static_cast<double>(k);
-            top[k] = of_beam_[layer_of_step_[k]] * beam_(depth);
-            bottom[k] = of_beam_[layer_of_step_[k]] * beam_(depth + step_);
-        }
-        double from_ground = ground_ / pi * mu0 * beam_(step_ * static_cast<double>(steps));
-        radiance_.assign(steps + 1, VectorXd::Zero(top[0].size()));
-        for (int order = 1; order <= 60; ++order) {
-            const std::vector<VectorXd> light = sent(top, bottom, from_ground);
-            double falls = 0;
-            for (std::size_t k = 0; k <= steps; ++k) radiance_[k] += light[k];
-            for (std::size_t i = 0; i < sphere_.size(); ++i)
-                if (sphere_.mu[i] > 0)
-                    falls += sphere_.weight[i] * sphere_.mu[i] *
-                             light[steps](static_cast<Eigen::Index>(i));
-            from_ground = ground_ / pi * falls;
-            for (std::size_t k = 0; k < steps; ++k) {
-                const MatrixXd& kernel = kernels_[layer_of_step_[k]];
-                const bool goes_on = k > 0 && layer_of_step_[k] == layer_of_step_[k - 1];
-                top[k] = goes_on ? bottom[k - 1] : VectorXd(kernel * light[k]);
-                bottom[k] = kernel * light[k + 1];
-            }
-        }
-    }
-
-    const Sphere& sphere_;
-    const double ground_, step_;
-    std::vector<MatrixXd> kernels_;
-    std::vector<VectorXd> of_beam_;
-    std::vector<std::size_t> layer_of_step_;
-    std::function<double(double)> beam_;
-    std::vector<VectorXd> radiance_;
-};
-
+// Along a ray from the top of a layer to its bottom, or up, pi I is what enters, attenuated, and the
+// light that the layer scatters into the ray: that of all directions, and of the beam, mu0 F0 = 1.
 TEST(LightInside, SolvesTheEquationOfTransfer) {
     const std::vector<StackLayer> layers{
         {air, 0.9, 0.3}, {parse_phase_function("henyey_greenstein:g=0.4"), 0.7, 0.5}};
     const double mu0 = 0.6, ground = 0.4;
     const Sphere sphere(14, 16);
-    constexpr int steps_to_0_01 = 4;
-    const OrdersOfScattering orders(layers, ground, mu0, sphere, 0.01 / steps_to_0_01);
     std::vector<double> mu{mu0};
     for (int i = 0; i < sphere.cosines; ++i)
         mu.push_back(sphere.mu[static_cast<std::size_t>(i * sphere.azimuths)]);
     const std::vector<double> azimuths(sphere.azimuth.begin(), sphere.azimuth.begin() + 16);
-    const std::vector<int> steps{0, 10, 30, 50, 80};
-    std::vector<double> levels;
-    for (const int step : steps) levels.push_back(0.01 * step);
-    levels.back() = 0.8;
-    const InsideSolution solution =
-        solve_inside(layers, LowerBoundary::surface(ground), levels, mu);
-    for (std::size_t l = 0; l < levels.size(); ++l) {
-        const VectorXd& expected =
-            orders.radiance()[static_cast<std::size_t>(steps_to_0_01 * steps[l])];
-        double up = 0, down = 0, actinic = std::exp(-levels[l] / mu0) / mu0;
-        for (std::size_t i = 0; i < sphere.size(); ++i) {
-            const double light = expected(static_cast<Eigen::Index>(i)) * sphere.weight[i];
-            (sphere.mu[i] > 0 ? down : up) += light * std::abs(sphere.mu[i]);
-            actinic += light;
+    const GaussLegendre gauss(12);
+    double top = 0;
+    for (const StackLayer& layer : layers) {
+        const double bottom = top + layer.optical_depth;
+        std::vector<double> levels{top, bottom};
+        for (const double x : gauss.x)
+            levels.push_back((top + bottom) / 2 + x * (bottom - top) / 2);
+        const InsideSolution solution =
+            solve_inside(layers, LowerBoundary::surface(ground), levels, mu);
+        std::vector<std::vector<double>> light(levels.size());  // [level][direction]: pi I
+        for (std::size_t l = 0; l < levels.size(); ++l) {
+            double up = 0, down = 0, actinic = std::exp(-levels[l] / mu0) / mu0;
+            for (const Side side : {Side::transmission, Side::reflection})
+                for (int c = 0; c < sphere.cosines; ++c)
+                    for (const SolvedValue& value : solution.values(l, side, 0, 1 + c, azimuths)) {
+                        const std::size_t i = light[l].size();
+                        light[l].push_back(value.total);
+                        const double share = value.total / pi * sphere.weight[i];
+                        (side == Side::transmission ? down : up) += share * std::abs(sphere.mu[i]);
+                        actinic += share;
+                    }
+            EXPECT_NEAR(solution.levels[l].plane_albedo(0), up, 2e-5);
+            EXPECT_NEAR(solution.levels[l].diffuse_transmittance(0), down, 2e-5);
+            EXPECT_NEAR(solution.levels[l].actinic_flux(0), actinic, 2e-4 * actinic);
         }
-        const LightAtLevel& at = solution.levels[l];
-        EXPECT_NEAR(at.plane_albedo(0), up, 2e-5);
-        EXPECT_NEAR(at.diffuse_transmittance(0), down, 2e-5);
-        EXPECT_NEAR(at.actinic_flux(0), actinic, 2e-4 * actinic);
-        for (int c = 0; c < sphere.cosines - 2; c += 3)  // steps are not fine for grazing ones
-            for (const bool is_down : {true, false}) {
-                const auto values = solution.values(
-                    l, is_down ? Side::transmission : Side::reflection, 0, 1 + c, azimuths);
-                for (int a = 0; a < sphere.azimuths; a += 3) {
-                    const int i = ((is_down ? 0 : sphere.cosines) + c) * sphere.azimuths + a;
-                    const double pi_I = pi * expected(i);
-                    EXPECT_NEAR(values[static_cast<std::size_t>(a)].total, pi_I, 1e-4 * pi_I)
-                        << levels[l] << ' ' << sphere.mu[static_cast<std::size_t>(i)] << ' ' << a;
-                }
+        const auto scattered = [&](std::size_t l, std::size_t into) {
+            double sum = layer.phase_function(sphere.cos_angle(into, mu0, 0)) *
+                         std::exp(-levels[l] / mu0) / mu0 / 4;
+            for (std::size_t i = 0; i < sphere.size(); ++i)
+                sum +=
+                    sphere.weight[i] / (4 * pi) * light[l][i] *
+                    layer.phase_function(sphere.cos_angle(into, sphere.mu[i], sphere.azimuth[i]));
+            return layer.albedo * sum;
+        };
+        for (std::size_t i = 0; i < sphere.size(); i += 3) {
+            const double cosine = std::abs(sphere.mu[i]);
+            if (cosine < 0.05) continue;  // attenuated too steeply for twelve levels
+            const bool is_down = sphere.mu[i] > 0;
+            double expected = light[is_down ? 0 : 1][i] * std::exp((top - bottom) / cosine);
+            for (std::size_t k = 0; k < gauss.x.size(); ++k) {
+                const double level = levels[k + 2];
+                expected += gauss.weight[k] * (bottom - top) / 2 / cosine *
+                            std::exp((is_down ? level - bottom : top - level) / cosine) *
+                            scattered(k + 2, i);
             }
+            EXPECT_NEAR(light[is_down ? 1 : 0][i], expected, 1e-4 * expected)
+                << top << ' ' << sphere.mu[i] << ' ' << sphere.azimuth[i];
+        }
+        top = bottom;
+        if (&layer == &layers.back()) {
+            const LightAtLevel& at = solution.levels[1];
+            EXPECT_NEAR(light[1].back(), ground * (at.direct_flux(0) + at.diffuse_transmittance(0)),
+                        1e-12);
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-// Limits of the solver: no depth, infinite depth, no scattering, weak scattering.
+// Limits of the solver: no depth, infinite depth, no scattering.
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
@@ -25,8 +25,6 @@ TEST(SolveLayer, ScattersOnceBelowTheThinnestDepth) {
     const LayerSolution layer = solve_layer(rayleigh, 0.8, 1e-300, cosines);
     for (int in = 0; in < layer.mu.size(); ++in) {
         EXPECT_EQ(layer.reflection(in, 1, 1).total, layer.reflection(in, 1, 1).single);
-        EXPECT_EQ(layer.transmission(in, 1, 1).total, layer.transmission(in, 1, 1).single);
-        EXPECT_GT(layer.reflection(in, 1, 1).total, 0);
         // half of 0.8 tau/mu each: Rayleigh scattering is even
         EXPECT_NEAR(layer.plane_albedo(in) / (0.4e-300 / layer.mu(in)), 1, 1e-12);
         EXPECT_NEAR(layer.diffuse_transmittance(in) / (0.4e-300 / layer.mu(in)), 1, 1e-12);
@@ -41,18 +39,6 @@ TEST(SolveLayer, TransmitsOnlyTheBeamAtAlbedoZero) {
         const double beam = std::isinf(tau) ? 0 : 2 * boost::math::expint(3, tau);
         // error of 32 nodes of the forward map in the integral of the beam, mu exp(-tau/mu)
         EXPECT_NEAR(layer.total_transmittance, beam, 1e-12) << tau;
-    }
-}
-
-TEST(SolveLayer, ScattersInProportionToASmallAlbedo) {
-    const double w = 1e-8;
-    for (const double tau : {0.1, 3.0, infinity}) {
-        const LayerSolution layer = solve_layer(saturn, w, tau, cosines);
-        for (int in = 0; in < layer.mu.size(); ++in)
-            for (const double azimuth : azimuths) {
-                const SolvedValue R = layer.reflection(in, 2, azimuth);
-                EXPECT_NEAR(R.total / R.single, 1, 10 * w);  // O(w)
-            }
     }
 }
 

@@ -150,18 +150,6 @@ TEST(SolveLayer, StopsAtTheRequestedOrder) {
     }
 }
 
-TEST(SolveLayer, OmitsHigherOrders) {
-    // At w = 1 nothing is absorbed: the missing light is that of higher orders.
-    double missing = 1;
-    for (int n = 1; n <= 5; ++n) {
-        const LayerSolution layer = solve_layer(isotropic, 1, 0.5, {}, up_to_order(16, n));
-        const double now = 1 - layer.spherical_albedo - layer.total_transmittance;
-        EXPECT_GT(now, 0);
-        EXPECT_LT(now, 0.6 * missing) << n;
-        missing = now;
-    }
-}
-
 struct OrderedStack {
     std::vector<StackLayer> layers;
     LowerBoundary boundary;

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+#include <map>
 #include <string>
 
 namespace stratus {
@@ -56,62 +56,43 @@ TEST(PhaseValues, OfClosedFormsAreExact) {
         EXPECT_EQ(largest_error(read_beside_reference(closed)), 0) << closed;
 }
 
-double legendre(int l, double x) {
-    double before = 1, here = l == 0 ? 1 : x;
-    for (int k = 2; k <= l; ++k) {
-        const double next = ((2 * k - 1) * x * here - (k - 1) * before) / k;
-        before = here;
-        here = next;
-    }
-    return here;
-}
-
 class AngleSamplerOf : public testing::TestWithParam<const char*> {
   protected:
     const PhaseFunction phase_function = read_beside_reference(GetParam());
     const PhaseValues phase{phase_function};
     const AngleSampler sampler{phase};
-    std::mt19937_64 engine{7};
-    double uniform() { return static_cast<double>(engine() >> 11) * 0x1p-53; }
+    Random random{7, 0, 0};
 };
 
 TEST_P(AngleSamplerOf, KeepsTheMoments) {
     constexpr int count = 400'000;
-    const int orders[] = {1, 2, 20, 100};
-    double sum[4] = {}, squares[4] = {};
+    std::map<unsigned, Tally> tallies{{1, {}}, {2, {}}, {20, {}}, {100, {}}};
     for (int i = 0; i < count; ++i) {
-        const double bin_number = uniform();
-        const auto [v, density] = sampler.sample(bin_number, uniform());
+        const double bin_number = random();
+        const auto [v, density] = sampler.sample(bin_number, random());
         const double cosine = 1 - 2 * v;
-        for (int k = 0; k < 4; ++k) {
-            const double value = phase(cosine) / density * legendre(orders[k], cosine);
-            sum[k] += value;
-            squares[k] += value * value;
-        }
+        for (auto& [order, tally] : tallies)
+            tally.add(phase(cosine) / density * std::legendre(order, cosine));
     }
     const std::vector<double> chi = phase_function.moments(101);
-    for (int k = 0; k < 4; ++k) {
-        const double mean = sum[k] / count;
-        const double error = std::sqrt((squares[k] / count - mean * mean) / count);
-        EXPECT_NEAR(mean, chi[static_cast<std::size_t>(orders[k])], 4 * error) << orders[k];
-        EXPECT_LT(error, 2e-3) << orders[k];
+    for (const auto& [order, tally] : tallies) {
+        const Estimate met = tally.estimate(count);
+        EXPECT_NEAR(met.value, chi[order], 4 * met.standard_error) << order;
+        EXPECT_LT(met.standard_error, 2e-3) << order;
     }
 }
 
 TEST_P(AngleSamplerOf, DrawsNearlyFromThePhaseFunction) {
     // Weights near 1: photons differ by where they go, not by what they weigh.
-    double sum = 0, squares = 0;
+    Tally weights;
     constexpr int count = 100'000;
     for (int i = 0; i < count; ++i) {
-        const double bin_number = uniform();
-        const auto [v, density] = sampler.sample(bin_number, uniform());
+        const double bin_number = random();
+        const auto [v, density] = sampler.sample(bin_number, random());
         EXPECT_NEAR(density, sampler.density(v), 1e-9 * density);
-        const double weight = phase(1 - 2 * v) / density;
-        sum += weight;
-        squares += weight * weight;
+        weights.add(phase(1 - 2 * v) / density);
     }
-    const double mean = sum / count;
-    EXPECT_LT(std::sqrt(squares / count - mean * mean), 0.02);
+    EXPECT_LT(weights.estimate(count).standard_error * std::sqrt(count), 0.02);
 }
 
 INSTANTIATE_TEST_SUITE_P(Phase, AngleSamplerOf,

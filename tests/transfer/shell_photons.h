@@ -5,7 +5,6 @@
 // scatters towards the eye, attenuated on the way through the shell, or none in the globe's shadow.
 #pragma once
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/reference/solvers.h>
 
@@ -39,20 +38,11 @@ inline double distance_to(double to, double r, double c, bool above) {
 /// Light that a shell sends to the eye along one ray.
 ///
 /// Range    albedo [0, 1]; optical_depth (0, inf), vertical; height > 0, in radii of the globe; photons >= 2.
-/// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy unbiased; standard errors as of solve_photons without backward collisions.
 /// Cost     photons x collisions.
 inline ShellLight shell_photons(const PhaseFunction& phase_function, double albedo,
                                 double optical_depth, double height, const ShellView& view,
                                 std::uint64_t photons, std::uint64_t seed = 1) {
-    const char* const caller = "shell_photons";
-    require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
-    require(optical_depth > 0 && std::isfinite(optical_depth), caller, "optical_depth",
-            "in (0, inf)", optical_depth);
-    require(height > 0 && std::isfinite(height), caller, "height", "in (0, inf)", height);
-    require(view.impact >= 0 && view.impact < 1 + height, caller, "impact", "in [0, 1 + height)",
-            view.impact);
-    require(photons >= 2, caller, "photons", ">= 2", photons);
     constexpr double roulette = 0.3;
     const double top = 1 + height, extinction = optical_depth / height;
     const PhaseValues phase(phase_function);

@@ -5,6 +5,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/truncation.h>
 
 #include <algorithm>
 #include <string>
@@ -37,17 +38,12 @@ inline const std::vector<double> stability_cosines{1e-6, 0.01, 0.3, 1};
 
 /// Smallest value of the phase series that the solver used, as a share of its largest one.
 inline double lowest_of_series(const std::vector<double>& moments) {
+    std::vector<double> coefficients = moments;
+    for (std::size_t l = 0; l < moments.size(); ++l)
+        coefficients[l] *= 2 * static_cast<double>(l) + 1;
     double lowest = 0, highest = 0;
     for (int k = -1000; k <= 1000; ++k) {
-        const double x = k / 1000.0;
-        double before = 1, P = x, sum = moments[0];
-        for (std::size_t l = 1; l < moments.size(); ++l) {
-            const double m = static_cast<double>(l);
-            sum += (2 * m + 1) * moments[l] * P;
-            const double next = ((2 * m + 1) * x * P - m * before) / (m + 1);
-            before = P;
-            P = next;
-        }
+        const double sum = sum_legendre(coefficients, k / 1000.0);
         lowest = std::min(lowest, sum);
         highest = std::max(highest, sum);
     }

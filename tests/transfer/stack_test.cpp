@@ -322,19 +322,6 @@ TEST(SolveLayer, SolvesTheLowerBoundaryWithClassicDoubling) {
     }
 }
 
-TEST(Stack, ReflectsAllLightOverAWhiteSurface) {
-    for (const int nodes : {1, 2, 8, 32})
-        for (const double tau : {0.0, 1e-9, 0.5, 40.0, 1e6, 1e12}) {
-            const StackSolution stack =
-                solve_stack({{rayleigh, 1, 0.2}, {isotropic, 1, tau}, {dust, 1, 1e-3}},
-                            LowerBoundary::surface(1), cosines, stack_options(nodes));
-            EXPECT_NEAR(stack.spherical_albedo, 1, 1e-13) << nodes << ' ' << tau;
-            EXPECT_EQ(stack.spherical_ground_absorptance, 0);
-            for (int i = 0; i < stack.mu.size(); ++i) EXPECT_NEAR(stack.plane_albedo(i), 1, 1e-13);
-        }
-}
-
-// All that falls on it leaves again: as much has to come down, however deep the layer.
 TEST(Stack, ReflectsNothingOfBlackLayersFromEitherSide) {
     const std::vector<StackLayer> black = {{PhaseFunction::anisotropic(-0.42), 0, 0.1817},
                                            {PhaseFunction::anisotropic(0.67), 0, 0.02211}};
@@ -346,32 +333,26 @@ TEST(Stack, ReflectsNothingOfBlackLayersFromEitherSide) {
     }
 }
 
-TEST(Stack, LightsAWhiteSurfaceThroughAnyDepth) {
-    for (const double depth : {0.0, 1e-12, 1.0, 1e3, 1e6, 1e12, 1e100}) {
-        const StackSolution stack =
-            solve_stack({{haze, 1, depth}}, LowerBoundary::surface(1), {0.3, 1}, stack_options(16));
-        EXPECT_NEAR(stack.total_transmittance, 1, 1e-12) << depth;
-        EXPECT_NEAR(stack.spherical_ground_absorptance, 0, 1e-15);
-        EXPECT_NEAR(solve_layer(haze, 1, depth, {0.3}, stack_options(16), LowerBoundary::surface(1))
-                        .total_transmittance,
-                    1, 1e-12);
-    }
-}
-
 TEST(Stack, BalancesEnergyOverEveryGround) {
-    for (const double tau : {0.0, 0.01, 3.0, 1e3, 1e6})
-        for (const LowerBoundary& boundary :
-             {LowerBoundary::surface(0), LowerBoundary::surface(0.5),
-              LowerBoundary::surface(1 - 1e-9), LowerBoundary::layer(haze, 0.9),
-              LowerBoundary::layer(rayleigh, 0), LowerBoundary::layer(dust, 1)}) {
-            const StackSolution stack = solve_stack({{haze, 1, tau}, {rayleigh, 1, 0.4}}, boundary,
-                                                    cosines, stack_options(16));
-            EXPECT_NEAR(stack.spherical_albedo + stack.spherical_ground_absorptance, 1, 1e-13)
-                << tau << ' ' << boundary.albedo;
-            for (int i = 0; i < stack.mu.size(); ++i)
-                EXPECT_NEAR(stack.plane_albedo(i) + stack.ground_absorptance(i), 1, 1e-13)
-                    << tau << ' ' << boundary.albedo;
-        }
+    for (const int nodes : {1, 2, 16})
+        for (const double tau : {0.0, 1e-12, 0.01, 3.0, 1e3, 1e6, 1e12})
+            for (const LowerBoundary& boundary :
+                 {LowerBoundary::surface(0), LowerBoundary::surface(0.5),
+                  LowerBoundary::surface(1 - 1e-9), LowerBoundary::surface(1),
+                  LowerBoundary::layer(haze, 0.9), LowerBoundary::layer(rayleigh, 0),
+                  LowerBoundary::layer(dust, 1)}) {
+                SCOPED_TRACE(testing::Message() << nodes << ' ' << tau << ' ' << boundary.albedo);
+                const StackSolution stack = solve_stack({{haze, 1, tau}, {rayleigh, 1, 0.4}},
+                                                        boundary, cosines, stack_options(nodes));
+                EXPECT_NEAR(stack.spherical_albedo + stack.spherical_ground_absorptance, 1, 1e-13);
+                for (int i = 0; i < stack.mu.size(); ++i)
+                    EXPECT_NEAR(stack.plane_albedo(i) + stack.ground_absorptance(i), 1, 1e-13);
+                // All that falls on a white surface leaves again: as much has to come down, however
+                // deep the layer.
+                if (boundary.kind != LowerBoundary::Kind::surface || boundary.albedo < 1) continue;
+                EXPECT_EQ(stack.spherical_ground_absorptance, 0);
+                EXPECT_NEAR(stack.total_transmittance, 1, 1e-12);
+            }
 }
 
 TEST(Stack, ConservesEnergyThroughDifferentLayers) {

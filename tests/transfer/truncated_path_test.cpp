@@ -81,14 +81,14 @@ TEST(TruncatedPath, VanishesWithoutScatteringAndEndsWithTheTruncatedSeries) {
 }
 
 TEST(SumLegendre, IsTheSumOfThePolynomials) {
-    std::vector<double> coefficients(40);
+    std::vector<double> coefficients(1000);
     for (std::size_t l = 0; l < coefficients.size(); ++l)
         coefficients[l] = std::cos(static_cast<double>(l));
     for (const double x : {-1.0, -0.3, 0.0, 0.7, 1.0}) {
         double sum = 0;
         for (std::size_t l = 0; l < coefficients.size(); ++l)
             sum += coefficients[l] * std::legendre(static_cast<unsigned>(l), x);
-        EXPECT_NEAR(sum_legendre(coefficients, x), sum, 1e-13);
+        EXPECT_NEAR(sum_legendre(coefficients, x), sum, 1e-11);
     }
     EXPECT_EQ(sum_legendre({}, 0.5), 0);
 }
@@ -155,14 +155,11 @@ TEST(PeakedPhaseFunctions, MatchTheReference) {
 /// T near the normal by small-angle theory: light keeps its slant depth s while its Legendre moments
 /// fall to exp(-s (1 - w chi_l)).
 double small_angle_transmission(const std::vector<double>& chi, double tau, double cosine) {
-    double before = 0, here = 1, sum = 0;
-    for (std::size_t l = 0; l < chi.size(); ++l) {
-        const double order = static_cast<double>(l);
-        sum += (2 * order + 1) * (std::exp(-tau * (1 - chi[l])) - std::exp(-tau)) * here;
-        before =
-            std::exchange(here, ((2 * order + 1) * cosine * here - order * before) / (order + 1));
-    }
-    return sum / 4;
+    std::vector<double> light(chi.size());
+    for (std::size_t l = 0; l < chi.size(); ++l)
+        light[l] =
+            (2 * static_cast<double>(l) + 1) * (std::exp(-tau * (1 - chi[l])) - std::exp(-tau));
+    return sum_legendre(light, cosine) / 4;
 }
 
 void expect_small_angle_theory(const PhaseFunction& phase, const std::vector<double>& degrees,

@@ -102,7 +102,7 @@ class SliceOf {
     Value eval(const Vector& wi, const Vector& wo) const noexcept;
 
     // Many at once, structure of arrays: channel c of lookup i lands in value[c * count + i]. The
-    // same numbers to 1e-6.
+    // same numbers to 1e-6, and faint ones, exp(-x), to the rounding of x.
     void scattering(Side side, std::size_t count, const float* mu_in, const float* mu_out,
                     const float* azimuth, float* value) const noexcept;
     void reflection(std::size_t count, const float* mu_in, const float* mu_out,

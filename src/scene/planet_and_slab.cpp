@@ -275,9 +275,7 @@ Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) {
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -direction);
     Rgb3 light{};
     if (!slab.surface || view.to_sun.z > 0)
-        light = layer_light(
-            view, matter, geometry,
-            (view.to_sun.z > 0) == (direction.z < 0) ? Side::reflection : Side::transmission);
+        light = layer_light(view, matter, geometry, side_of_plane(view.to_sun, -direction));
     if (!view.scene.effects.background) return light;
     if (slab.surface && matter.optical_depth > 0)
         light = light + view.light.plane_albedo(matter, geometry.mu_out) *

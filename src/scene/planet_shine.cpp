@@ -122,11 +122,9 @@ std::vector<Lamp> lamps_towards(const SomeSources& sources, const LayerLight& li
     for (const LightSource& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
         const Vector3 direction = normalised(source.direction);
-        const Side side =
-            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
-        lamps.push_back(
-            {source.irradiance,
-             light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye))});
+        lamps.push_back({source.irradiance,
+                         light.scattering(side_of_plane(direction, to_eye),
+                                          scattering_geometry({0, 0, 1}, direction, to_eye))});
     }
     return lamps;
 }

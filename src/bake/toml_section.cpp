@@ -304,19 +304,17 @@ std::string Section::told(const char* key, const char* what) const {
     return std::string(file_.caller) + ": " + at(key) + ": " + what;
 }
 
-PhaseFunction Section::phase_function(const char* key, const std::string& directory,
-                                      std::vector<std::string>* notes) const {
+PhaseFunction Section::phase_function(const char* key, const PhaseSource& source) const {
     const std::string met = text(key);
-    return placed(key, [&] { return read_phase_function(met, directory, notes); });
+    return placed(key, [&] { return read_phase_function(met, source.directory, source.notes); });
 }
 
 std::vector<PhaseFunction> Section::phase_functions(const char* key, std::size_t count,
-                                                    const std::string& directory,
-                                                    std::vector<std::string>* notes) const {
+                                                    const PhaseSource& source) const {
     std::vector<PhaseFunction> functions;
     for (const std::string& text : texts(key, count, count))
         functions.push_back(
-            placed(key, [&] { return read_phase_function(text, directory, notes); }));
+            placed(key, [&] { return read_phase_function(text, source.directory, source.notes); }));
     return functions;
 }
 
@@ -356,9 +354,8 @@ LowerBoundary read_lower_boundary(const Section& file, const char* caller,
             has_phase    ? "phase_function alone"
             : has_albedo ? "albedo alone"
                          : "nothing");
-    return LowerBoundary::layer(
-        section.phase_function("phase_function", source.directory, source.notes),
-        section.number("albedo"));
+    return LowerBoundary::layer(section.phase_function("phase_function", source),
+                                section.number("albedo"));
 }
 
 }  // namespace stratus

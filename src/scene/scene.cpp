@@ -196,7 +196,7 @@ std::vector<SceneFile> parse_film(const std::string& text, const std::string& di
     std::vector<std::string> all_notes;  // panels and frames repeat one another's
     std::map<std::string, std::shared_ptr<const Image>> images;
     std::map<std::string, Texture> oceans;
-    const Source source{directory, &all_notes, &images, &oceans};
+    const Source source{{directory, &all_notes}, &images, &oceans};
     const TomlFile origin{caller, name};
     toml::table parsed = parse_toml(text, origin);
     const Animation animation = animate(parsed, origin, 0);

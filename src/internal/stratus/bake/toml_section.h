@@ -15,6 +15,7 @@
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -49,6 +50,12 @@ std::string key_columns(Keys keys);
 
 // Shared reading of the TOML files that users write: keys, ranges and defaults by the rows of
 // toml_section.h; refusals that name the line.
+
+/// Where phase functions find the files that they name, and where notes on them go.
+struct PhaseSource {
+    std::filesystem::path directory;
+    std::vector<std::string>* notes;
+};
 
 /// A file as refusals name it.
 struct TomlFile {
@@ -115,12 +122,10 @@ class Section {
             throw std::runtime_error(told(key, error.what()));
         }
     }
-    PhaseFunction phase_function(const char* key, const std::string& directory,
-                                 std::vector<std::string>* notes) const;
+    PhaseFunction phase_function(const char* key, const PhaseSource& source) const;
     /// A list of `count`.
     std::vector<PhaseFunction> phase_functions(const char* key, std::size_t count,
-                                               const std::string& directory,
-                                               std::vector<std::string>* notes) const;
+                                               const PhaseSource& source) const;
 
   private:
     const Key& row(const char* key) const;
@@ -140,12 +145,6 @@ class Section {
 
 /// A value as TOML writes it.
 std::string toml_text(const toml::node& node);
-
-/// Where phase functions find the files that they name, and where notes on them go.
-struct PhaseSource {
-    std::string directory;
-    std::vector<std::string>* notes;
-};
 
 /// Most parts of a dotted key, and most brackets within each other: the library calls itself for
 /// each, and its stack ends.

@@ -94,32 +94,23 @@ PictureDirections picture_directions(const Scene& scene) {
         const double azimuth = std::atan2(forward.y, forward.x);
         return {{forward.z, forward.z}, {azimuth, azimuth}};
     }
-    // The corners at distance 1 along the axis, in order around the picture.
-    std::array<Vector3, 4> corners{};
-    const std::array<std::array<double, 2>, 4> places{{{0, 0}, {w, 0}, {w, h}, {0, h}}};
-    for (std::size_t k = 0; k < 4; ++k) {
-        const Vector3 along = rays.through(places[k][0], places[k][1]).direction;
-        corners[k] = (1 / dot(along, forward)) * along;
-    }
+    const auto at_unit_depth = [&](double x, double y) {
+        const Vector3 along = rays.through(x, y).direction;
+        return (1 / dot(along, forward)) * along;
+    };
+    // In order around the picture.
+    const std::array corners{at_unit_depth(0, 0), at_unit_depth(w, 0), at_unit_depth(w, h),
+                             at_unit_depth(0, h)};
     for (std::size_t k = 0; k < 4; ++k)
         widen_along(all.z, corners[k], corners[(k + 1) % 4] - corners[k]);
     // Straight up or down within the picture: every azimuth, and the pole itself.
-    auto shows = [&](double z) {
-        const Vector3 right = scene.camera.right(), up = scene.camera.up();
-        const double depth = z * forward.z;
-        if (depth <= 0) return false;
-        const double across = z * right.z / depth, along = z * up.z / depth;
-        const Vector3 corner = corners[1];  // upper right
-        return std::abs(across) <= std::abs(dot(corner, right)) &&
-               std::abs(along) <= std::abs(dot(corner, up));
+    const auto reaches_pole = [&](const Vector3& axis) {
+        return std::abs(axis.z / forward.z) <= std::abs(dot(corners[1], axis));
     };
-    bool pole = false;
-    for (const double z : {1.0, -1.0})
-        if (shows(z)) {
-            widen(all.z, z);
-            pole = true;
-        }
-    if (pole) return all;
+    if (reaches_pole(scene.camera.right()) && reaches_pole(scene.camera.up())) {
+        widen(all.z, forward.z > 0 ? 1 : -1);
+        return all;
+    }
     const double middle = std::atan2(forward.y, forward.x);
     all.azimuth = {middle, middle};
     for (const Vector3& corner : corners)

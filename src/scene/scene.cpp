@@ -216,7 +216,7 @@ std::vector<SceneFile> parse_film(const std::string& text, const std::string& di
                                 each.panels[0].height == film[0].panels[0].height),
                 caller, "picture", "of one size in all frames", "several sizes");
     for (const std::string& note : all_notes)
-        if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
+        if (notes && !is_listed(note, *notes)) notes->push_back(note);
     return film;
 }
 
@@ -282,11 +282,11 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
 }
 
 EffectFlag scene_effect(const std::string& name) {
-    const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
-                                    [&](const auto& effect) { return effect.first == name; });
-    if (found != scene_effects().end()) return found->second;
     std::vector<std::string> known{"all"};
-    for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
+    for (const auto& [own_name, effect] : scene_effects()) {
+        if (name == own_name) return effect;
+        known.emplace_back(own_name);
+    }
     throw std::invalid_argument("unknown effect '" + name + "'; did you mean '" +
                                 nearest_name(name, known) + "'?");
 }
@@ -332,7 +332,7 @@ std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes) {
 }
 
 bool are_alike(const SceneLayer& one, const SceneLayer& other) {
-    const auto text = [](const SceneLayer& layer) {
+    const auto key = [](const SceneLayer& layer) {
         std::string all;
         const auto add = [&](const PhaseFunction& function, std::initializer_list<double> numbers) {
             all += function.text() + ";";
@@ -343,13 +343,11 @@ bool are_alike(const SceneLayer& one, const SceneLayer& other) {
         for (const std::vector<StackLayer>& stack : layer.stacks)
             for (const StackLayer& each : stack)
                 add(each.phase_function, {each.albedo, each.optical_depth});
-        return all;
+        const auto& [law, width, amplitude] = layer.opposition;
+        return std::tuple(layer.albedo, layer.extinction, layer.optical_depth.max, layer.density,
+                          law, width, amplitude, all);
     };
-    const Opposition &a = one.opposition, &b = other.opposition;
-    return one.albedo == other.albedo && one.extinction == other.extinction &&
-           one.optical_depth.max == other.optical_depth.max && one.density == other.density &&
-           a.law == b.law && a.amplitude == b.amplitude && a.width == b.width &&
-           text(one) == text(other);
+    return key(one) == key(other);
 }
 
 double seen_shell(const Scene& scene) {

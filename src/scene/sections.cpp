@@ -21,15 +21,14 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
     const bool is_png = ending == ".png";
     require(is_png || !section.has("encoding"), caller, section.at("encoding"),
             "absent beside an .exr file, whose numbers are linear", "given");
-    const PngEncoding encoding = section.choice("encoding", {"srgb", "data"}) == "srgb"
-                                     ? PngEncoding::srgb
-                                     : PngEncoding::data;
-    std::shared_ptr<const Image>& image =
-        (*images)[path.string() + (encoding == PngEncoding::srgb ? " srgb" : " data")];
+    const std::string encoding = section.choice("encoding", {"srgb", "data"});
+    std::shared_ptr<const Image>& image = (*images)[path.string() + encoding];
     if (!image)
         image = section.placed(key, [&] {
-            return std::make_shared<const Image>(is_png ? read_png(path, 0, encoding)
-                                                        : read_exr_image(path));
+            return std::make_shared<const Image>(
+                is_png
+                    ? read_png(path, 0, encoding == "srgb" ? PngEncoding::srgb : PngEncoding::data)
+                    : read_exr_image(path));
         });
     const auto outside = std::ranges::find_if_not(
         image->rgb, [&](float value) { return value >= 0 && double{value} <= most; });

@@ -283,8 +283,13 @@ Range seen_scattering_angles(const Scene& scene, Side side) {
     return scattering_angles_over(seen_directions(scene), side);
 }
 
+void MatterSpan::add(const Matter& matter, double depth) {
+    widen(optical_depth, depth);
+    for (const double each : matter.albedo) widen(albedo, each);
+    widen(mixture, matter.mixture);
+}
+
 std::vector<MatterSpan> matter_spans(const Scene& scene) {
-    const auto [least, most] = std::ranges::minmax(scene.layer.albedo);
     std::vector<MatterSpan> spans;
     // Depths of red, green and blue.
     const auto& extinction = scene.layer.extinction;
@@ -293,19 +298,19 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
     if (!rings) {
         const double deepest = seen_depth(scene, scene.layer.optical_depth.max);
         const double thinnest = scene.layer.optical_depth.is_plain() ? deepest : 0;
-        if (deepest * channels.max > 0)
-            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {least, most}});
+        MatterSpan span;
+        for (const double depth : {thinnest * channels.min, deepest * channels.max})
+            span.add({0, scene.layer.albedo}, depth);
+        if (span.optical_depth.max > 0) spans.push_back(span);
         return spans;
     }
     const RingProfile& profile = rings->profile;
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
-        MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}};
+        MatterSpan span;
         for (const std::size_t knot : {k - 1, k}) {
             const Matter matter = profile.at(profile.radius[knot], scene.layer.albedo);
             for (const double factor : {channels.min, channels.max})
-                widen(span.optical_depth, factor * seen_depth(scene, matter.optical_depth));
-            for (const double albedo : matter.albedo) widen(span.albedo, albedo);
-            widen(span.mixture, matter.mixture);
+                span.add(matter, factor * seen_depth(scene, matter.optical_depth));
         }
         if (span.optical_depth.max > 0) spans.push_back(span);
     }

@@ -30,9 +30,7 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
     widen(mu_in, geometry.mu_in);
     widen(mu_out, geometry.mu_out);
     widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
-    widen(optical_depth, matter.optical_depth);
-    widen(mixture, matter.mixture);
-    for (const double each : matter.albedo) widen(albedo, each);
+    MatterSpan::add(matter, matter.optical_depth);
     (side == Side::reflection ? reflection : transmission) = true;
 }
 
@@ -361,8 +359,7 @@ double LayerLight::diffuse_transmittance(const Channel& channel) const {
     for (int k = 0; k < stencil_size; ++k)
         if (mixture.weight[k] != 0)
             all += double{mixture.weight[k]} *
-                   fluxes_->at(place, LayerFluxes::diffuse_transmittance,
-                               static_cast<std::size_t>(mixture.first + k));
+                   fluxes_->at(place, LayerFluxes::diffuse_transmittance, size(mixture.first + k));
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 

@@ -24,20 +24,14 @@ Range merged(const Range& range) {
 
 constexpr double min_mixture_range = 1e-6;  // below, one mixture is enough
 
-/// Ranges of the layer's matter, with the effect of density.
-struct MatterRange {
-    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
-};
-
-MatterRange matter_range(const Scene& scene) {
-    MatterRange range;
+/// All of the layer's matter, with the effect of density.
+MatterSpan matter_range(const Scene& scene) {
+    MatterSpan range;
     auto add = [&](const Matter& matter) {
         if (matter.optical_depth == 0) return;
         for (const double extinction : scene.layer.extinction)
             if (extinction > 0)
-                widen(range.optical_depth, extinction * seen_depth(scene, matter.optical_depth));
-        for (const double albedo : matter.albedo) widen(range.albedo, albedo);
-        widen(range.mixture, matter.mixture);
+                range.add(matter, extinction * seen_depth(scene, matter.optical_depth));
     };
     if (const Rings* const rings = std::get_if<Rings>(&scene.subject)) {
         for (const double radius : rings->profile.radius)
@@ -238,7 +232,7 @@ const char* light_path_name(LightPath path) {
 }
 
 std::vector<LightPath> needed_paths(const Scene& scene) {
-    const MatterRange range = matter_range(scene);
+    const MatterSpan range = matter_range(scene);
     if (!scene.effects.multiple || range.optical_depth.max == 0 || range.albedo.max == 0) return {};
     const SeenLight seen = seen_light(scene), sunlight = seen_light(without_shine(scene));
     std::vector<LightPath> paths;
@@ -254,7 +248,7 @@ std::vector<LightPath> needed_paths(const Scene& scene) {
 namespace {
 
 /// The recipe for the matter of a scene's layer.
-Recipe matter_recipe(const Scene& scene, const MatterRange& range) {
+Recipe matter_recipe(const Scene& scene, const MatterSpan& range) {
     Recipe recipe;
     if (!scene.layer.stacks.empty()) {
         recipe = recipe_of_stack(scene.layer.stacks[0], {});
@@ -289,7 +283,7 @@ Recipe matter_recipe(const Scene& scene, const MatterRange& range) {
 
 std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
     std::vector<NeededRecipe> needed;
-    const MatterRange range = matter_range(scene);
+    const MatterSpan range = matter_range(scene);
     for (const LightPath path : needed_paths(scene)) {
         Recipe recipe = matter_recipe(scene, range);
         const Asked asked = asked_by(path, scene);

@@ -10,9 +10,8 @@
 namespace stratus {
 
 /// The lookups of a picture in its layer: directions, matter and sides.
-struct LookupRange {
+struct LookupRange : MatterSpan {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
-    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
     bool reflection = false, transmission = false;
 
     void add(const Matter& matter, const Geometry& geometry, Side side);

@@ -59,7 +59,7 @@ void check_columns(const CsvTable& query, const std::vector<std::string>& of_dir
     allowed.insert(allowed.end(), required.begin(), required.end());
     allowed.insert(allowed.end(), optional.begin(), optional.end());
     for (const std::string& column : query.columns)
-        require(std::ranges::find(allowed, column) != allowed.end(), query.name.c_str(), "column",
+        require(is_listed(column, allowed), query.name.c_str(), "column",
                 "one of " + joined(allowed), column);
 }
 
@@ -220,7 +220,7 @@ void require_writable(const std::string& command, const std::string& option, con
     const auto refuse = [&](const std::string& allowed, const std::string& met) {
         throw std::invalid_argument(command + ": " + option + " must " + allowed + ", got " + met);
     };
-    if (!endings.empty() && std::ranges::find(endings, path.extension().string()) == endings.end())
+    if (!endings.empty() && !is_listed(path.extension().string(), endings))
         refuse("end in " + joined(endings, " or "), path.empty() ? "nothing" : path.string());
     if (fs::is_directory(path)) refuse("be a file", "the folder " + path.string());
     if (fs::exists(path) && !fs::is_regular_file(path))

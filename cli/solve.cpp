@@ -243,8 +243,8 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
                                         {"--seed", {"photons"}},
                                         {"--backward-collisions", {"photons"}},
                                         {"--threads", {"photons"}}})
-        require(!given(name) || std::ranges::find(schemes, scheme) != schemes.end(), "solve",
-                "--scheme", joined(schemes, " or ") + " with " + name, scheme);
+        require(!given(name) || is_listed(scheme, schemes), "solve", "--scheme",
+                joined(schemes, " or ") + " with " + name, scheme);
 }
 
 void run_solve(SolveCommand command) {

@@ -153,20 +153,6 @@ Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const {
     return all;
 }
 
-template <class Function>
-Rgb3 LayerLight::own_channels(const Function& value) const {
-    Rgb3 all;
-    for (std::size_t c = 0; c < all.size(); ++c) all[c] = value(*channels_[c], c)[c];
-    return all;
-}
-
-Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const {
-    Matter own = matter;
-    own.albedo.fill(matter.albedo[c]);
-    own.optical_depth *= scene_.layer.extinction[c];
-    return own;
-}
-
 Scattering LayerLight::scattering(Side side, const Geometry& geometry) const {
     const double cosine = cos_scattering_angle(side, geometry);
     Scattering made{side, geometry, cosine, {}};
@@ -218,10 +204,16 @@ Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const
 Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const {
     if (!is_wanted(side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
-    if (!channels_.empty())
-        return own_channels([&](const LayerLight& light, std::size_t c) {
-            return light.light(channel_matter(matter, c), geometry, side);
-        });
+    if (!channels_.empty()) {
+        Rgb3 all;
+        for (std::size_t c = 0; c < all.size(); ++c) {
+            Matter own = matter;  // grey in the channel's albedo, of its depth
+            own.albedo.fill(matter.albedo[c]);
+            own.optical_depth *= scene_.layer.extinction[c];
+            all[c] = channels_[c]->light(own, geometry, side)[c];
+        }
+        return all;
+    }
     const auto mu_in = static_cast<float>(geometry.mu_in),
                mu_out = static_cast<float>(geometry.mu_out),
                azimuth = static_cast<float>(geometry.azimuth);
@@ -370,21 +362,13 @@ double LayerLight::reflected_share(const Channel& channel) const {
 
 double LayerLight::passing_share(const Channel& channel) const {
     const double depth = channel.optical_depth, direct = direct_transmittance(depth, channel.mu);
-    return background_scatters_ && depth > 0 && depth < infinity
-               ? std::min(1.0, direct + diffuse_transmittance(channel))
-               : direct;
+    if (!background_scatters_ || depth == 0) return direct;
+    const Slice* const slice = std::get_if<Slice>(&slice_);
+    if (is_stack() && slice) return double{slice->background(static_cast<float>(channel.mu))};
+    return depth < infinity ? std::min(1.0, direct + diffuse_transmittance(channel)) : direct;
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const {
-    if (is_stack() && !channels_.empty())
-        return own_channels([&](const LayerLight& light, std::size_t c) {
-            return light.background(channel_matter(matter, c), mu);
-        });
-    if (is_stack() && background_scatters_ && matter.optical_depth > 0)
-        if (const Slice* const stack = std::get_if<Slice>(&slice_)) {
-            const double share = double{stack->background(static_cast<float>(mu))};
-            return {share, share, share};
-        }
     return each_channel(matter, mu, &LayerLight::passing_share);
 }
 

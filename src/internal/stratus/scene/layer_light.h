@@ -155,11 +155,6 @@ class LayerLight {
     /// `value(depth)` of each channel, evaluated once where neighbours are as deep.
     template <class Function>
     Rgb3 each_depth(const Matter& matter, const Function& value) const;
-    /// `value(light, c)` of each channel's own light.
-    template <class Function>
-    Rgb3 own_channels(const Function& value) const;
-    /// `matter` in one channel: grey in its albedo, of its depth.
-    Matter channel_matter(const Matter& matter, std::size_t c) const;
     bool is_stack() const { return !scene_.layer.stacks.empty(); }
     const LayerTable* table(LightPath path) const { return tables_ ? tables_->at(path) : nullptr; }
     void shine(int threads, LightDetail detail);

@@ -21,6 +21,11 @@ cairo_status_t read_from_file(void* file, unsigned char* bytes, unsigned int cou
     return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_READ_ERROR;
 }
 
+void require_success(const std::filesystem::path& path, const Surface& surface) {
+    const cairo_status_t status = cairo_surface_status(surface.get());
+    if (status != CAIRO_STATUS_SUCCESS) fail(path, status);
+}
+
 /// Checks the size in the header before Cairo allocates memory for it. Files that are not PNG are
 /// left to Cairo.
 void check_size(std::ifstream& file, io::MemoryLimit limit) {
@@ -75,11 +80,8 @@ Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory, Png
     if (!file) fail(path, CAIRO_STATUS_READ_ERROR);
     io::naming(path, [&] { check_size(file, io::MemoryLimit(max_memory)); });
     const Surface read(cairo_image_surface_create_from_png_stream(read_from_file, &file));
-    if (const cairo_status_t status = cairo_surface_status(read.get());
-        status != CAIRO_STATUS_SUCCESS) {
-        errno = 0;  // the reason is Cairo's
-        fail(path, status);
-    }
+    errno = 0;  // the reason is Cairo's
+    require_success(path, read);
     // Whatever the format: 32 bits a pixel, over black.
     Image image(cairo_image_surface_get_width(read.get()),
                 cairo_image_surface_get_height(read.get()));
@@ -90,9 +92,7 @@ Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory, Png
         cairo_paint(context.get());
     }
     cairo_surface_flush(plain.get());
-    if (const cairo_status_t status = cairo_surface_status(plain.get());
-        status != CAIRO_STATUS_SUCCESS)
-        fail(path, status);
+    require_success(path, plain);
     double light[256];
     for (int n = 0; n < 256; ++n)
         light[n] = encoding == PngEncoding::srgb ? srgb_decoded(n / 255.0) : n / 255.0;
@@ -382,9 +382,7 @@ void draw_png(const std::filesystem::path& path, int width, int height, const Co
     const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
     draw_on(surface.get(), background, draw);
     errno = 0;
-    if (const cairo_status_t status = cairo_surface_status(surface.get());
-        status != CAIRO_STATUS_SUCCESS)
-        fail(path, status);
+    require_success(path, surface);
     std::ofstream file(path, std::ios::binary);
     if (!file) fail(path, CAIRO_STATUS_WRITE_ERROR);
     const cairo_status_t status =

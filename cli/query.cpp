@@ -70,13 +70,12 @@ void check_values(const CsvTable& query, bool signed_mu_out) {
             const Row row(query, r);
             if (!row.has(column)) continue;
             const double value = row[column];
-            if (signed_mu_out && column == "mu_out" ? value != 0 && std::abs(value) <= 1
-                                                    : interval.holds(value))
-                continue;
+            const bool is_signed = signed_mu_out && column == "mu_out";
+            if (is_signed ? value != 0 && std::abs(value) <= 1 : interval.holds(value)) continue;
             require(false, row.place().c_str(), column,
-                    signed_mu_out && column == "mu_out" ? "in [-1, 1] and not 0"
-                    : words.empty()                     ? "in " + interval.text
-                                                        : words,
+                    is_signed       ? "in [-1, 1] and not 0"
+                    : words.empty() ? "in " + interval.text
+                                    : words,
                     value);
         }
 }

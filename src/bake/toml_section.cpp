@@ -41,7 +41,7 @@ Interval allowed_interval(const Key& key) {
     const std::string_view range = key.range;
     const std::size_t comma = range.find(", "), end = range.find_first_of("])");
     if (!is_interval(range) || comma == range.npos || end == range.npos || end < comma)
-        throw std::logic_error(full_name(key) + ": not a range of numbers: " + key.range);
+        throw std::logic_error(std::string(key.name) + ": not a range of numbers: " + key.range);
     return {number_in(range.substr(1, comma - 1)),
             number_in(range.substr(comma + 2, end - comma - 2)), range[0] == '(', range[end] == ')',
             range.substr(end + 1) == " or inf"};
@@ -107,6 +107,11 @@ void refuse_depth(std::string_view text, const TomlFile& file) {
     }
 }
 
+/// A key's name after that of its table; "": the file's root.
+std::string full_name(const std::string& table, const std::string& key) {
+    return table.empty() ? key : table + "." + key;
+}
+
 /// Refuses a file of another kind than `wanted`, known by keys that this lacks.
 void refuse_other_kind(const toml::table& root, const std::string& wanted,
                        const std::string& name) {
@@ -151,15 +156,15 @@ Section::Section(const toml::table& table, const TomlFile& file, Keys keys, cons
     : table_(table), file_(file), keys_(keys), name_(name), kind_(kind) {
     std::vector<std::string> known;
     for (const Key& key : keys_)
-        if (key.section == kind_) known.push_back(key.name);
+        if (full_name(kind_, key.own_name()) == key.name) known.push_back(key.own_name());
     if (known.empty()) throw std::logic_error("no keys of [" + kind_ + "] have rows");
-    const std::string prefix = name_.empty() ? "" : name_ + ".";
     for (const auto& [key, node] : table) {
         const std::string met(key.str());
-        if (std::ranges::find(known, met) != known.end()) continue;
+        if (is_listed(met, known)) continue;
         throw std::invalid_argument(std::string(file_.caller) + ": " + file_.place(node) +
-                                    "unknown key '" + shown(prefix + met) + "'; did you mean '" +
-                                    prefix + nearest_name(met, known) + "'?");
+                                    "unknown key '" + shown(full_name(name_, met)) +
+                                    "'; did you mean '" +
+                                    full_name(name_, nearest_name(met, known)) + "'?");
     }
 }
 
@@ -170,17 +175,12 @@ Section Section::section(const char* key, const std::string& kind) const {
     require(has(key) || !required, file_.caller, at(key), "present", "nothing");
     require(!has(key) || is_table(key), file_.caller, at(key), allowed(its),
             "another kind of value");
-    const auto within = [&](const std::string& parent) {
-        return parent.empty() ? key : parent + "." + key;
-    };
-    return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_, within(name_),
-            kind.empty() ? within(kind_) : kind};
+    return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_,
+            full_name(name_, key), kind.empty() ? full_name(kind_, key) : kind};
 }
 
 const Key& Section::row(const char* key) const {
-    const auto found = std::ranges::find_if(keys_, [&](const Key& one) {
-        return one.section == kind_ && one.name == std::string(key);
-    });
+    const auto found = std::ranges::find(keys_, full_name(kind_, key), &Key::name);
     if (found == keys_.end())
         throw std::logic_error("key '" + std::string(key) + "' of [" + kind_ + "] has no row");
     return *found;
@@ -292,7 +292,7 @@ std::string Section::at(const char* key) const {
     row(key);
     const toml::node* const met = table_.get(key);
     if (!met && name_.empty()) return (file_.name.empty() ? "" : file_.name + ": ") + key;
-    return file_.place(met ? *met : table_) + (name_.empty() ? "" : name_ + ".") + key;
+    return file_.place(met ? *met : table_) + full_name(name_, key);
 }
 
 std::string Section::here() const {

@@ -165,7 +165,7 @@ void read_panels(const Section& root, const TomlFile& origin, const Source& sour
 
 Figure read_figure(const Section& root, const std::string& subject, const Source& source) {
     for (const Key& key : scene_keys())
-        if (*key.section == '\0' && key.name != subject && key.name != std::string("title"))
+        if (key.own_name() == key.name && key.name != subject && key.own_name() != "title")
             require_absent(root, key.name, "from a figure");
     if (subject == "lobes") return read_lobes(root, source);
     return read_lambert(root, source);

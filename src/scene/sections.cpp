@@ -193,7 +193,7 @@ std::optional<std::vector<double>> numbers_in(const toml::node& node) {
 
 bool is_whole(const Path& path) {
     return std::ranges::any_of(scene_keys(), [&](const Key& key) {
-        return key.name == path.back() && key.form == std::string("whole number");
+        return key.own_name() == path.back() && key.form == std::string("whole number");
     });
 }
 

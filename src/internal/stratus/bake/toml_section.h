@@ -24,13 +24,18 @@
 namespace stratus {
 
 struct Key {
-    const char* section;  // table that it stands in; "" at the top of the file
-    const char* name;
+    const char* name;           // after the tables that it stands in: "camera.look_at"
     const char* form;           // of the value: "number", "string", "table", ...
     const char* unit;           // "-" without one
     const char* range;          // "[0, 1)" of every number of the value; or words; "-" without one
     const char* default_value;  // as TOML text; words in parentheses where there is none
     const char* meaning;
+
+    /// The name in the table that it stands in.
+    std::string own_name() const {
+        const std::string full = name;
+        return full.substr(full.rfind('.') + 1);
+    }
 };
 
 using Keys = std::span<const Key>;
@@ -41,10 +46,7 @@ Keys recipe_keys();
 /// Returns the keys of stack files (stack_file.h): the layers, and those that bake them as one material.
 Keys stack_keys();
 
-/// "section.name", or the name of a key at the top.
-std::string full_name(const Key& key);
-
-/// A header and a line for each key: full name, form, unit, range, default and meaning, with two
+/// A header and a line for each key: name, form, unit, range, default and meaning, with two
 /// blanks or more between.
 std::string key_columns(Keys keys);
 

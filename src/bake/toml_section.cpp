@@ -13,18 +13,6 @@ namespace stratus {
 
 namespace {
 
-/// The range of a number as its row has it: "[0, 1)", "[1e-6, 1e9] or inf".
-struct Interval {
-    double min, max;
-    bool min_open, max_open, or_infinity;
-
-    bool holds(double value) const {
-        return (value >= min && value <= max && !(min_open && value == min) &&
-                !(max_open && value == max)) ||
-               (or_infinity && value == infinity);
-    }
-};
-
 double number_in(std::string_view text) {
     double value = 0;
     const auto end = std::from_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -35,16 +23,6 @@ double number_in(std::string_view text) {
 
 bool is_interval(std::string_view range) {
     return !range.empty() && (range[0] == '[' || range[0] == '(');
-}
-
-Interval allowed_interval(const Key& key) {
-    const std::string_view range = key.range;
-    const std::size_t comma = range.find(", "), end = range.find_first_of("])");
-    if (!is_interval(range) || comma == range.npos || end == range.npos || end < comma)
-        throw std::logic_error(std::string(key.name) + ": not a range of numbers: " + key.range);
-    return {number_in(range.substr(1, comma - 1)),
-            number_in(range.substr(comma + 2, end - comma - 2)), range[0] == '(', range[end] == ')',
-            range.substr(end + 1) == " or inf"};
 }
 
 /// "a number in [0, 1]".
@@ -136,6 +114,23 @@ void refuse_other_kind(const toml::table& root, const std::string& wanted,
 
 }  // namespace
 
+NumberRange::NumberRange(const char* range) : text(range) {
+    const std::size_t comma = text.find(", "), end = text.find_first_of("])");
+    if (!is_interval(text) || comma == text.npos || end == text.npos || end < comma)
+        throw std::logic_error("not a range of numbers: " + text);
+    min = number_in(text.substr(1, comma - 1));
+    max = number_in(text.substr(comma + 2, end - comma - 2));
+    min_open = text[0] == '(';
+    max_open = text[end] == ')';
+    or_infinity = text.substr(end + 1) == " or inf";
+}
+
+bool NumberRange::holds(double value) const {
+    return (value >= min && value <= max && !(min_open && value == min) &&
+            !(max_open && value == max)) ||
+           (or_infinity && value == infinity);
+}
+
 std::string toml_text(const toml::node& node) {
     std::ostringstream text;
     text << toml::node_view<const toml::node>(node);
@@ -213,7 +208,7 @@ bool Section::flag(const char* key) const { return value<bool>(key); }
 
 double Section::number(const char* key) const {
     const double met = value<double>(key);
-    require(allowed_interval(row(key)).holds(met), file_.caller, at(key), allowed(row(key)), met);
+    require(NumberRange(row(key).range).holds(met), file_.caller, at(key), allowed(row(key)), met);
     return met;
 }
 
@@ -225,7 +220,7 @@ double Section::number(const char* key, double min, double max, const char* allo
 
 int Section::count(const char* key) const {
     const auto met = value<std::int64_t>(key);
-    require(allowed_interval(row(key)).holds(static_cast<double>(met)), file_.caller, at(key),
+    require(NumberRange(row(key).range).holds(static_cast<double>(met)), file_.caller, at(key),
             allowed(row(key)), met);
     return static_cast<int>(met);
 }
@@ -242,7 +237,7 @@ const toml::array& Section::list(const char* key, std::size_t least, std::size_t
 
 std::vector<double> Section::numbers(const char* key, std::size_t least, std::size_t most) const {
     toml::table defaults;
-    const Interval range = allowed_interval(row(key));
+    const NumberRange range = row(key).range;
     std::vector<double> values;
     for (const toml::node& node : list(key, least, most, defaults)) {
         const auto one = node.value<double>();

@@ -43,8 +43,7 @@ SeenLight seen_light_of_plane(const Scene& scene) {
     SeenLight seen;
     seen.reflection = (sun_above && from_above) || (sun_below && from_below);
     seen.transmission = (sun_above && from_below) || (sun_below && from_above);
-    const bool shines_through =
-        !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
+    const bool shines_through = scene.background.is_one_colour();
     if (has_ground(scene)) {
         const bool lit_ground = sun_above && reflecting_ground(scene) != nullptr;
         seen.fluxes = lit_ground || (from_below && shines_through);

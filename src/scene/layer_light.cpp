@@ -69,9 +69,8 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
         }
         return;
     }
-    background_scatters_ = scene.effects.background && scene.effects.transmission &&
-                           scene.background.pattern == Texture::Pattern::plain &&
-                           !scene.background.is_black();
+    background_scatters_ =
+        scene.effects.background && scene.effects.transmission && scene.background.is_one_colour();
     if (background_scatters_ && (!tables_ || !scene.effects.single))
         for (const PhaseFunction& component : scene.layer.components)
             scattered_once_.emplace_back(component);

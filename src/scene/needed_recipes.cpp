@@ -307,10 +307,8 @@ std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
 }
 
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
-    const bool one_is_infinite = std::isinf(one.optical_depth.min),
-               other_is_infinite = std::isinf(other.optical_depth.min);
     if (one.phase_text != other.phase_text || !have_same_layers(one, other) ||
-        one_is_infinite != other_is_infinite ||
+        std::isinf(one.optical_depth.min) != std::isinf(other.optical_depth.min) ||
         one.discretisation.modes != other.discretisation.modes ||
         one.family.size() != other.family.size() ||
         one.second_phase_function.text() != other.second_phase_function.text())

@@ -57,11 +57,9 @@ void turn_to_sun(const Section& root, Scene& scene) {
     const double height = camera.orthographic ? -camera.forward().z : camera.position.z;
     if (from_below ? height < 0 : height > 0) return;
     const bool lit_ground = slab->surface && !slab->surface->is_black();
-    const bool shining =
-        !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
     require(!lit_ground, caller, root.section("slab").at("surface"),
             "black or absent under a stack that is seen from its unlit side", "another");
-    require(!shining, caller, root.at("background"),
+    require(!scene.background.is_one_colour(), caller, root.at("background"),
             "black or an image behind a stack that is seen from its unlit side", "a colour");
 }
 
@@ -272,11 +270,10 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
     for (const std::string& text : names) {
         const bool on = !text.starts_with('-');
         const std::string name = on ? text : text.substr(1);
-        if (name == "all") {
+        if (name == "all")
             set_all(on);
-            continue;
-        }
-        effects.*scene_effect(name) = on;
+        else
+            effects.*scene_effect(name) = on;
     }
     return effects;
 }

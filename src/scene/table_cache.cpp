@@ -44,9 +44,8 @@ std::vector<Range> recipe_ranges(const Recipe& recipe) {
 std::string table_kind(Recipe recipe) {
     recipe.title.clear();
     // The semi-infinite layer alone is another kind than depths up to infinity.
-    const bool infinite =
-        recipe.optical_depth.min == recipe.optical_depth.max && recipe.optical_depth.max > 1e300;
-    const bool to_infinity = recipe.optical_depth.max > 1e300;
+    const bool to_infinity = recipe.optical_depth.max > 1e300,
+               infinite = to_infinity && recipe.optical_depth.min == recipe.optical_depth.max;
     recipe.optical_depth = {1, 1};
     recipe.albedo = {1, 1};
     recipe.mu_in = recipe.mu_out = {0, 1};
@@ -66,10 +65,6 @@ std::string file_name(const Recipe& recipe) {
     for (const Range& range : recipe_ranges(recipe))
         for (const double end : {range.min, range.max}) fields.push_back(shortest_text(end));
     return joined(fields, "_") + packed_ending;
-}
-
-std::string cache_key(const Recipe& recipe) {
-    return file_name(recipe) + "\n" + table_kind(recipe);
 }
 
 /// The fields of a file's name; empty: of none of ours.
@@ -172,7 +167,7 @@ std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
 }
 
 std::vector<char> TableCache::keep(const Recipe& recipe, Table header, std::vector<char> packed) {
-    header.attributes[key_attribute] = cache_key(recipe);
+    header.attributes[key_attribute] = file_name(recipe) + "\n" + table_kind(recipe);
     packed = restated({packed.data(), packed.size()}, header);
     try {
         fs::create_directories(folder_);

@@ -31,9 +31,7 @@ class Progress {
     Progress& operator=(const Progress&) = delete;
 
     /// Share done [0, 1] of a stage; a new stage, or less done than before, starts its own clock.
-    void show(double done, const std::string& stage);
-
-    void operator()(double done, const std::string& stage) { show(done, stage); }
+    void operator()(double done, const std::string& stage);
 
     /// A line of its own, clear of the bar.
     void note(const std::string& line);

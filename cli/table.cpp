@@ -361,7 +361,7 @@ void run_verify(const VerifyCommand& command) {
     Progress progress(command.quiet);
     VerifyOptions options = command.options;
     options.packed = given.packed();
-    options.progress = [&](double done) { progress.show(done, "verifying"); };
+    options.progress = [&](double done) { progress(done, "verifying"); };
     Verification verification = verify(table, options);
 
     std::printf(

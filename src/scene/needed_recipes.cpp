@@ -84,10 +84,8 @@ Asked asked_by_fluxes(const Scene& scene) {
 /// towards any; the latter is looked up the other way round, R and T being the same.
 Asked asked_by_shine(const Scene& scene) {
     Range out{1, 0};
-    const SeenDirections sunlight = seen_directions(without_shine(scene));
-    const double sun = std::abs(scene.to_sun.z);
-    if (scene.effects.ringshine) widen(out, sun);
-    if (scene.effects.planetshine) widen(out, sunlight.mu_out);
+    if (scene.effects.ringshine) widen(out, std::abs(scene.to_sun.z));
+    if (scene.effects.planetshine) widen(out, seen_directions(without_shine(scene)).mu_out);
     return {{all_cosines, out, all_azimuths}, scene.effects.reflection, scene.effects.transmission};
 }
 

@@ -19,7 +19,7 @@ std::string subject_name(const Section& root) {
     std::string subject;
     for (const std::string& name : subjects) {
         if (!root.has(name.c_str()) || (subject == "rings" && name == "planet")) continue;
-        require(subject.empty(), caller, subject.empty() ? "" : root.at(name.c_str()), allowed,
+        require(subject.empty(), caller, root.at(name.c_str()), allowed,
                 "[" + subject + "] and [" + name + "]");
         subject = name;
     }

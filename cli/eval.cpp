@@ -316,10 +316,8 @@ void run_eval(const EvalOptions& options) {
     asked.density = parse_density("eval", options.density);
     asked.opposition = parse_opposition("eval", options.opposition, asked.density);
     check_effects(asked);
-    if (!options.output.empty()) {
-        require_different_files("eval", options.table, options.output);
-        require_different_files("eval", options.query, options.output);
-    }
+    for (const std::string& input : {options.table, options.query})
+        require_different_files("eval", input, options.output);
     const AnyTable table = read_any_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table.table());
     const Query query = read_query(options.query, columns.required, columns.optional);

@@ -67,15 +67,13 @@ int run(int argc, char** argv) {
 
     try {
         app.parse(argc, argv);
+        if (app.get_subcommands().empty()) throw CLI::RequiredError("COMMAND");
     } catch (const CLI::ExtrasError&) {
         refuse_unknown_command(app);
         throw;
     } catch (const CLI::Success& help_or_version) {
         app.exit(help_or_version);
-        flush_standard_output();
-        return 0;
     }
-    if (app.get_subcommands().empty()) throw CLI::RequiredError("COMMAND");
     flush_standard_output();
     return 0;
 }

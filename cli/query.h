@@ -10,7 +10,6 @@
 #include <stratus/base/direction.h>
 #include <stratus/io/csv.h>
 
-#include <filesystem>
 #include <functional>
 #include <optional>
 

@@ -282,9 +282,8 @@ void sweep_on_ranks(const BakeCommand& command, std::unique_ptr<RankTransport> t
 }
 
 void run_bake(BakeCommand command) {
-    if (!command.dry_run && command.output_option->count() == 0)
-        throw CLI::RequiredError("--output");
     if (command.dry_run) return run_dry(command);
+    if (command.output_option->count() == 0) throw CLI::RequiredError("--output");
     auto transport = started_ranks();
     if (transport && command.threads == 0) command.threads = threads_of_rank(*transport);
     if (!command.sweep.empty() || has_sweep(command.recipe)) {

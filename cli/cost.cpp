@@ -8,7 +8,6 @@
 #include "progress.h"
 
 #include <algorithm>
-#include <iterator>
 
 namespace stratus {
 namespace {
@@ -46,8 +45,8 @@ void add_points(PlotPanel& panel, const CostStudy& study, Kind kind) {
     PlotSeries frontier{"frontier", Role::frontier, {}};
     PlotSeries chosen{"chosen by this tolerance", Role::chosen, {}};
     std::vector<CostPoint> points;
-    std::ranges::copy_if(study.points, std::back_inserter(points),
-                         [&](const CostPoint& point) { return point.kind == kind; });
+    for (const CostPoint& point : study.points)
+        if (point.kind == kind) points.push_back(point);
     std::ranges::stable_sort(points, {}, &CostPoint::cost);
     for (const CostPoint& point : points) {
         if (point.on_frontier) frontier.points.push_back(plotted(point));

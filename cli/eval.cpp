@@ -97,15 +97,9 @@ struct LayerKey {
     auto operator<=>(const LayerKey&) const = default;
 };
 
-/// One row of a query in the runtime's terms.
-struct QueryPoint {
-    LayerKey layer;
-    Geometry geometry;
-};
-
-std::vector<QueryPoint> make_points(const Query& query, const Table& table) {
-    std::vector<QueryPoint> points;
-    points.reserve(query.directions.size());
+/// The layer of each row of a query.
+std::vector<LayerKey> make_layers(const Query& query, const Table& table) {
+    std::vector<LayerKey> layers;
     for (std::size_t r = 0; r < query.directions.size(); ++r) {
         const Row row = query.row(r);
         const auto value_or_only_sample = [&](const char* name, const Axis& axis) {
@@ -113,12 +107,11 @@ std::vector<QueryPoint> make_points(const Query& query, const Table& table) {
         };
         std::vector<double> member;
         for (const FamilyAxis& axis : table.family) member.push_back(row[axis.name()]);
-        points.push_back(
-            {{value_or_only_sample("albedo", table.albedo),
-              value_or_only_sample("optical_depth", table.optical_depth), std::move(member)},
-             query.directions[r].geometry});
+        layers.push_back({value_or_only_sample("albedo", table.albedo),
+                          value_or_only_sample("optical_depth", table.optical_depth),
+                          std::move(member)});
     }
-    return points;
+    return layers;
 }
 
 bool is_outside(const AxisView& axis, double value) {
@@ -231,15 +224,15 @@ class LayerLookup {
     bool clamped_ = false;
 };
 
-std::vector<Answer> look_up_points(const TableView& table, const std::vector<QueryPoint>& points,
-                                   const Query& query, const Effects& asked, OutsideTable outside) {
+std::vector<Answer> look_up_rows(const TableView& table, const std::vector<LayerKey>& layers,
+                                 const Query& query, const Effects& asked, OutsideTable outside) {
     std::map<LayerKey, std::vector<std::size_t>> rows_by_layer;
-    for (std::size_t r = 0; r < points.size(); ++r) rows_by_layer[points[r].layer].push_back(r);
-    std::vector<Answer> answers(points.size());
+    for (std::size_t r = 0; r < layers.size(); ++r) rows_by_layer[layers[r]].push_back(r);
+    std::vector<Answer> answers(layers.size());
     for (const auto& [layer, rows] : rows_by_layer) {
         try {
             const LayerLookup lookup(table, layer, asked, outside);
-            for (const std::size_t r : rows) answers[r] = lookup.at(points[r].geometry);
+            for (const std::size_t r : rows) answers[r] = lookup.at(query.directions[r].geometry);
         } catch (const std::invalid_argument& error) {
             throw std::invalid_argument(query.row(rows.front()).place() + ": " + error.what() +
                                         "; --clamp looks up the nearest layer");
@@ -249,19 +242,20 @@ std::vector<Answer> look_up_points(const TableView& table, const std::vector<Que
 }
 
 /// Says once how many rows lie outside the table, where the orders n >= 2 come from its edge.
-void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<Answer>& answers,
-                     const TableView& table, double density) {
+void warn_of_clamped(const Query& query, const std::vector<LayerKey>& layers,
+                     const std::vector<Answer>& answers, const TableView& table, double density) {
     long rows_in[6] = {};
-    for (std::size_t r = 0; r < points.size(); ++r) {
-        const QueryPoint& at = points[r];
-        rows_in[0] += is_outside(table.mu_in, at.geometry.mu_in);
-        rows_in[1] += is_outside(table.mu_out, at.geometry.mu_out);
-        rows_in[5] += is_azimuth_outside(table.azimuth, at.geometry.azimuth);
+    for (std::size_t r = 0; r < layers.size(); ++r) {
+        const auto& [mu_in, mu_out, azimuth] = query.directions[r].geometry;
+        const LayerKey& layer = layers[r];
+        rows_in[0] += is_outside(table.mu_in, mu_in);
+        rows_in[1] += is_outside(table.mu_out, mu_out);
+        rows_in[5] += is_azimuth_outside(table.azimuth, azimuth);
         if (!answers[r].clamped) continue;
-        rows_in[2] += is_outside(table.optical_depth,
-                                 effective_optical_depth(at.layer.optical_depth, density));
-        rows_in[3] += is_outside(table.albedo, at.layer.albedo);
-        rows_in[4] += is_member_outside(table, at.layer);
+        rows_in[2] +=
+            is_outside(table.optical_depth, effective_optical_depth(layer.optical_depth, density));
+        rows_in[3] += is_outside(table.albedo, layer.albedo);
+        rows_in[4] += is_member_outside(table, layer);
     }
     constexpr const char* names[] = {
         "mu_in",      "mu_out", "optical_depth", "albedo", "parameters of the phase function",
@@ -272,7 +266,7 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
             list +=
                 (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " + names[axis];
     if (list.empty()) return;
-    say("warning: of " + std::to_string(points.size()) +
+    say("warning: of " + std::to_string(layers.size()) +
         " rows some lie outside the table; multiple scattering there is that of its edge: " + list);
 }
 
@@ -316,27 +310,25 @@ void run_eval(const EvalOptions& options) {
     asked.density = parse_density("eval", options.density);
     asked.opposition = parse_opposition("eval", options.opposition, asked.density);
     check_effects(asked);
-    if (!options.output.empty()) {
-        require_different_files("eval", options.table, options.output);
-        require_different_files("eval", options.query, options.output);
-    }
+    for (const std::string& input : {options.table, options.query})
+        require_different_files("eval", input, options.output);
     const AnyTable table = read_any_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table.table());
     const Query query = read_query(options.query, columns.required, columns.optional);
-    const std::vector<QueryPoint> points = make_points(query, table.table());
+    const std::vector<LayerKey> layers = make_layers(query, table.table());
 
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
-    const std::vector<Answer> answers = look_up_points(
-        view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
-    if (effects.multiple) warn_of_clamped(points, answers, view, asked.density);
+    const std::vector<Answer> answers = look_up_rows(
+        view, layers, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+    if (effects.multiple) warn_of_clamped(query, layers, answers, view, asked.density);
 
     const std::vector<AnswerColumn> answered = answer_columns(effects);
     std::vector<std::string> names;
     for (const AnswerColumn& column : answered) names.push_back(column.name);
     write_answer(options.output, [&](std::ostream& out) {
         write_answer_header(out, query, names);
-        for (std::size_t r = 0; r < points.size(); ++r) {
+        for (std::size_t r = 0; r < answers.size(); ++r) {
             std::vector<double> values;
             for (const AnswerColumn& column : answered) values.push_back(column.value(answers[r]));
             write_answer_row(out, query, r, names, values);

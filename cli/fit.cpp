@@ -337,10 +337,8 @@ ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) 
 
 /// Refuses files to write, before any work.
 void check_files(const FitCommand& command) {
-    if (!command.output.empty()) {
-        if (!command.table.empty()) require_different_files("fit", command.table, command.output);
-        require_different_files("fit", command.observations, command.output);
-    }
+    for (const std::string& input : {command.table, command.observations})
+        require_different_files("fit", input, command.output);
     if (!command.svg.empty()) require_writable("fit", "--svg", command.svg, {".svg"});
     if (command.rows.empty()) return;
     require_output("fit", "--rows", command.rows, {command.observations});

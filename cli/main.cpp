@@ -45,7 +45,7 @@ void refuse_unknown_command(const CLI::App& app) {
     const std::vector<std::string> unread = app.remaining();
     if (!app.get_subcommands().empty() || unread.empty() || unread[0].starts_with('-')) return;
     std::vector<std::string> known;
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    for (const CLI::App* command : app.get_subcommands(nullptr))
         known.push_back(command->get_name());
     throw std::invalid_argument("COMMAND must be one of " + stratus::joined(known) + ", got '" +
                                 unread[0] + "'; did you mean '" +
@@ -67,15 +67,13 @@ int run(int argc, char** argv) {
 
     try {
         app.parse(argc, argv);
+        if (app.get_subcommands().empty()) throw CLI::RequiredError("COMMAND");
     } catch (const CLI::ExtrasError&) {
         refuse_unknown_command(app);
         throw;
     } catch (const CLI::Success& help_or_version) {
         app.exit(help_or_version);
-        flush_standard_output();
-        return 0;
     }
-    if (app.get_subcommands().empty()) throw CLI::RequiredError("COMMAND");
     flush_standard_output();
     return 0;
 }

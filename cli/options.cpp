@@ -22,6 +22,14 @@ void add_mebibytes(CLI::App& command, const std::string& name, std::uintmax_t& b
     command.add_option_function<long long>(name, set, help)->check(whole_number(min, 1LL << 40));
 }
 
+/// True when `format`, which ends in %n, reads all of `text`.
+template <class... Values>
+bool reads(const std::string& text, const char* format, Values*... values) {
+    int read = -1;
+    std::sscanf(text.c_str(), format, values..., &read);
+    return read >= 0 && size(read) == text.size();
+}
+
 /// A family's first member, as an example.
 std::string example_point(const std::vector<FamilyAxis>& family) {
     std::vector<std::string> parts;
@@ -130,18 +138,6 @@ void add_keys(CLI::App& command, const std::string& files, Keys keys) {
                                  " with its form, unit, range, default and meaning, and exit");
 }
 
-namespace {
-
-/// True when `format`, which ends in %n, reads all of `text`.
-template <class... Values>
-bool reads(const std::string& text, const char* format, Values*... values) {
-    int read = -1;
-    std::sscanf(text.c_str(), format, values..., &read);
-    return read >= 0 && size(read) == text.size();
-}
-
-}  // namespace
-
 void add_density_and_opposition(CLI::App& command, std::string& density, std::string& opposition) {
     command
         .add_option("--density", density,
@@ -205,6 +201,7 @@ FamilyPoint parse_point(const char* caller, const std::string& at,
     }
     const std::string example = "as in " + example_point(family);
     require(!at.empty(), caller, "--at", "given for " + path + ", " + example, "nothing");
+    const std::string form = "NAME=VALUE of each parameter of " + path + ", " + example;
     std::vector<double> values(family.size(), std::numeric_limits<double>::quiet_NaN());
     for (const std::string& part : split(at)) {
         const std::size_t equals = part.find('=');
@@ -212,14 +209,12 @@ FamilyPoint parse_point(const char* caller, const std::string& at,
         std::size_t axis = 0;
         while (axis < family.size() && family[axis].name() != name) ++axis;
         require(equals != std::string::npos && axis < family.size() && std::isnan(values[axis]),
-                caller, "--at", "NAME=VALUE of each parameter of " + path + ", " + example, at);
+                caller, "--at", form, at);
         values[axis] = parameter_value(part.substr(equals + 1), family[axis].parameter);
         require(holds(family[axis], values[axis]), caller, "--at " + name,
                 allowed_text(family[axis]), part.substr(equals + 1));
     }
-    for (std::size_t k = 0; k < family.size(); ++k)
-        require(!std::isnan(values[k]), caller, "--at",
-                "NAME=VALUE of each parameter of " + path + ", " + example, at);
+    for (const double value : values) require(!std::isnan(value), caller, "--at", form, at);
     return FamilyPoint(values);
 }
 

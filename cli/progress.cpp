@@ -28,7 +28,7 @@ Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) 
 
 Progress::~Progress() { clear(); }
 
-void Progress::show(double done, const std::string& stage) {
+void Progress::operator()(double done, const std::string& stage) {
     if (quiet_) return;
     const auto now = Clock::now();
     if (stage != stage_ || done < done_) {

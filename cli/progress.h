@@ -31,9 +31,7 @@ class Progress {
     Progress& operator=(const Progress&) = delete;
 
     /// Share done [0, 1] of a stage; a new stage, or less done than before, starts its own clock.
-    void show(double done, const std::string& stage);
-
-    void operator()(double done, const std::string& stage) { show(done, stage); }
+    void operator()(double done, const std::string& stage);
 
     /// A line of its own, clear of the bar.
     void note(const std::string& line);
@@ -64,9 +62,9 @@ class Progress {
 class StopOnSignal {
   public:
     StopOnSignal() {
-        received() = 0;
+        received_ = 0;
         struct sigaction stop = {};
-        stop.sa_handler = [](int signal) { received() = signal; };
+        stop.sa_handler = [](int signal) { received_ = signal; };
         stop.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
         for (int n = 0; n < count; ++n) {
             sigaction(signals[n], nullptr, &before_[n]);
@@ -80,17 +78,14 @@ class StopOnSignal {
     StopOnSignal& operator=(const StopOnSignal&) = delete;
 
     /// The signal received; 0: none.
-    static int signal() { return received(); }
+    static int signal() { return received_; }
 
   private:
     static constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};
     static constexpr int count = 3;
 
-    static std::atomic<int>& received() {
-        static std::atomic<int> signal{0};
-        static_assert(std::atomic<int>::is_always_lock_free);
-        return signal;
-    }
+    static inline std::atomic<int> received_ = 0;
+    static_assert(std::atomic<int>::is_always_lock_free);
 
     struct sigaction before_[count];
 };

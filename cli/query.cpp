@@ -59,7 +59,7 @@ void check_columns(const CsvTable& query, const std::vector<std::string>& of_dir
     allowed.insert(allowed.end(), required.begin(), required.end());
     allowed.insert(allowed.end(), optional.begin(), optional.end());
     for (const std::string& column : query.columns)
-        require(std::ranges::find(allowed, column) != allowed.end(), query.name.c_str(), "column",
+        require(is_listed(column, allowed), query.name.c_str(), "column",
                 "one of " + joined(allowed), column);
 }
 
@@ -70,13 +70,12 @@ void check_values(const CsvTable& query, bool signed_mu_out) {
             const Row row(query, r);
             if (!row.has(column)) continue;
             const double value = row[column];
-            if (signed_mu_out && column == "mu_out" ? value != 0 && std::abs(value) <= 1
-                                                    : interval.holds(value))
-                continue;
+            const bool is_signed = signed_mu_out && column == "mu_out";
+            if (is_signed ? value != 0 && std::abs(value) <= 1 : interval.holds(value)) continue;
             require(false, row.place().c_str(), column,
-                    signed_mu_out && column == "mu_out" ? "in [-1, 1] and not 0"
-                    : words.empty()                     ? "in " + interval.text
-                                                        : words,
+                    is_signed       ? "in [-1, 1] and not 0"
+                    : words.empty() ? "in " + interval.text
+                                    : words,
                     value);
         }
 }
@@ -220,7 +219,7 @@ void require_writable(const std::string& command, const std::string& option, con
     const auto refuse = [&](const std::string& allowed, const std::string& met) {
         throw std::invalid_argument(command + ": " + option + " must " + allowed + ", got " + met);
     };
-    if (!endings.empty() && std::ranges::find(endings, path.extension().string()) == endings.end())
+    if (!endings.empty() && !is_listed(path.extension().string(), endings))
         refuse("end in " + joined(endings, " or "), path.empty() ? "nothing" : path.string());
     if (fs::is_directory(path)) refuse("be a file", "the folder " + path.string());
     if (fs::exists(path) && !fs::is_regular_file(path))

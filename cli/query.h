@@ -6,34 +6,16 @@
 // stdout or, atomically, to a file.
 #pragma once
 
+#include <stratus/bake/toml_section.h>
 #include <stratus/base/direction.h>
 #include <stratus/io/csv.h>
 
-#include <cstdio>
-#include <filesystem>
 #include <functional>
 #include <optional>
 
 namespace stratus {
 
 namespace fs = std::filesystem;
-
-/// The numbers between two ends, which a square bracket includes and a round one does not: "[0, 1)".
-struct NumberRange {
-    NumberRange(const char* numbers) : text(numbers) {
-        std::sscanf(numbers, "%c%lf, %lf%c", &first, &min, &max, &last);
-    }
-
-    /// False of nan.
-    bool holds(double value) const {
-        return (first == '[' ? value >= min : value > min) &&
-               (last == ']' ? value <= max : value < max);
-    }
-
-    std::string text;
-    char first, last;  // the brackets
-    double min, max;
-};
 
 /// The direction of a row, and the only side that it asks for, where it asks for one.
 struct RowDirection {

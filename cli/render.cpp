@@ -189,7 +189,7 @@ void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
         RenderOptions options;
         options.threads = command.threads;
         options.progress = [&](double done, const std::string& stage) {
-            progress.show((k - frames.first + done) / count, stage);
+            progress((k - frames.first + done) / count, stage);
         };
         const Image image = render(film, k, tables, options);
         for (const std::string& output : command.outputs)

@@ -44,18 +44,17 @@ OutputFile texture_file(const ShaderTexture& texture, bool as_exr) {
 std::string textures_json(const PackedTable& table, const std::vector<ShaderTexture>& textures) {
     const TableView view = table.view();
     std::ostringstream json;
-    json << "{\n  \"format\": \"stratus-shader\",\n  \"version\": 1,\n  \"optical_depth\": ["
+    json << std::boolalpha
+         << "{\n  \"format\": \"stratus-shader\",\n  \"version\": 1,\n  \"optical_depth\": ["
          << shortest_text(view.optical_depth.lowest) << ", "
          << (view.optical_depth.ends_at_infinity ? "null"
                                                  : shortest_text(view.optical_depth.highest))
          << "],\n  \"albedo\": [" << shortest_text(view.albedo.lowest) << ", "
-         << shortest_text(view.albedo.highest)
-         << "],\n  \"reflection\": " << (view.has_reflection() ? "true" : "false")
-         << ",\n  \"transmission\": " << (view.has_transmission() ? "true" : "false")
+         << shortest_text(view.albedo.highest) << "],\n  \"reflection\": " << view.has_reflection()
+         << ",\n  \"transmission\": " << view.has_transmission()
          << ",\n  \"layers\": " << (view.is_stack() ? view.layers->size() : 1)
-         << ",\n  \"lit_from_below\": "
-         << (view.is_stack() || view.has_lower_boundary() ? "false" : "true")
-         << ",\n  \"path_law\": " << (view.path_law != nullptr ? "true" : "false")
+         << ",\n  \"lit_from_below\": " << !(view.is_stack() || view.has_lower_boundary())
+         << ",\n  \"path_law\": " << (view.path_law != nullptr)
          << ",\n  \"tolerance\": " << shortest_text(view.tolerance) << ",\n  \"textures\": [";
     for (const ShaderTexture& texture : textures)
         json << (&texture == &textures.front() ? "\n" : ",\n") << "    {\"name\": \""

@@ -148,12 +148,6 @@ std::vector<std::pair<std::string, double>> describe_medium(const SolveCommand& 
     return {{"optical_depth", stack.optical_depth()}};
 }
 
-std::vector<Geometry> make_geometries(const Query& query) {
-    std::vector<Geometry> geometries;
-    for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
-    return geometries;
-}
-
 /// The largest relative error of what the rows ask for.
 double worst_error(const SolvedGeometries& solved, const Query& query) {
     double worst = 0;
@@ -200,7 +194,8 @@ std::string answer_query_inside(const SolveCommand& command, const Stack& stack)
         "downward_error"};
     require_different_files("solve", command.query, command.output);
     const Query query = read_query(command.query, {});
-    const std::vector<Geometry> geometries = make_geometries(query);
+    std::vector<Geometry> geometries;
+    for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
     double worst = 0;
     write_answer(command.output, [&](std::ostream& out) {
         write_answer_header(out, query, columns);
@@ -243,8 +238,8 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
                                         {"--seed", {"photons"}},
                                         {"--backward-collisions", {"photons"}},
                                         {"--threads", {"photons"}}})
-        require(!given(name) || std::ranges::find(schemes, scheme) != schemes.end(), "solve",
-                "--scheme", joined(schemes, " or ") + " with " + name, scheme);
+        require(!given(name) || is_listed(scheme, schemes), "solve", "--scheme",
+                joined(schemes, " or ") + " with " + name, scheme);
 }
 
 void run_solve(SolveCommand command) {

@@ -201,7 +201,7 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
         ++finished;
         const Outcome& outcome = outcomes[row];
         if (outcome.failed || !outcome.met) progress.note(rows[row].name + ": " + outcome.remark);
-        progress.show(static_cast<double>(finished) / static_cast<double>(rows.size()), "tables");
+        progress(static_cast<double>(finished) / static_cast<double>(rows.size()), "tables");
     };
     const auto finish_alike = [&](int n, const auto& finish) {
         const std::vector<std::size_t>& same = alike[size(n)];

@@ -46,11 +46,6 @@ void print(const std::string& label, const std::string& text) {
     }
 }
 
-std::string attribute(const Table& table, const std::string& name) {
-    const auto found = table.attributes.find(name);
-    return found == table.attributes.end() ? "" : found->second;
-}
-
 std::string described(const Axis& axis, const std::string& scale_name, double unit = 1,
                       const char* unit_name = "") {
     const std::vector<double>& values = axis.values;
@@ -102,7 +97,8 @@ double bytes_in_memory(const Table& table, std::size_t sample_size) {
 }
 
 void print_content(const Table& table, const TableView& view) {
-    print("title", attribute(table, "title"));
+    const auto title = table.attributes.find("title");
+    if (title != table.attributes.end()) print("title", title->second);
     for (std::size_t k = 0; k < table.layers.size(); ++k) {
         const StackLayer& layer = table.layers[k];
         print("layer " + std::to_string(k + 1) + (k == 0 ? ", the top" : ""),
@@ -365,7 +361,7 @@ void run_verify(const VerifyCommand& command) {
     Progress progress(command.quiet);
     VerifyOptions options = command.options;
     options.packed = given.packed();
-    options.progress = [&](double done) { progress.show(done, "verifying"); };
+    options.progress = [&](double done) { progress(done, "verifying"); };
     Verification verification = verify(table, options);
 
     std::printf(

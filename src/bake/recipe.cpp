@@ -124,8 +124,7 @@ namespace {
 Recipe read_layer(const Section& section, const PhaseSource& source) {
     Recipe recipe;
     recipe.phase_text = section.text("phase_function");
-    recipe.phase_function =
-        section.phase_function("phase_function", source.directory, source.notes);
+    recipe.phase_function = section.phase_function("phase_function", source);
     recipe.optical_depth = read_range(section, "optical_depth");
     recipe.albedo = read_albedo(section, recipe.phase_function);
     if (section.has("below")) {
@@ -398,9 +397,7 @@ void read_family(const Section& file, const char* caller, const PhaseSource& sou
     const Section family = file.section("family");
     const Section discretisation = file.section("discretisation");
     const bool mixes = file.has("second_phase_function");
-    if (mixes)
-        recipe.second_phase_function =
-            file.phase_function("second_phase_function", source.directory, source.notes);
+    if (mixes) recipe.second_phase_function = file.phase_function("second_phase_function", source);
     require(mixes || !file.has("mixture"), caller, file.at("mixture"),
             "absent where there is no second_phase_function", "given");
     require(mixes || !family.has("mixture"), caller, family.at("mixture"),

@@ -19,9 +19,8 @@ std::vector<StackLayer> read_colours(const Section& section, const char* caller,
     const bool phases = section.is_list("phase_function"),
                depths = section.is_list("optical_depth");
     const std::vector<PhaseFunction> phase_functions =
-        phases
-            ? section.phase_functions("phase_function", 3, source.directory, source.notes)
-            : std::vector{section.phase_function("phase_function", source.directory, source.notes)};
+        phases ? section.phase_functions("phase_function", 3, source)
+               : std::vector{section.phase_function("phase_function", source)};
     const std::array<double, 3> albedo = section.three("albedo"),
                                 depth = section.three("optical_depth");
     std::vector<StackLayer> colours;

@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* caller = "sweep";
 constexpr const char* section_name = "sweep";
-constexpr Key name_key{"", "name", "string", "-", "-", "\"1\", ...", "of the table"};
+constexpr Key name_key{"name", "string", "-", "-", "\"1\", ...", "of the table"};
 
 // ---- Columns
 
@@ -46,7 +46,7 @@ const Key* find_key(const std::string& column, Keys keys) {
     std::string name;
     for (const std::string& part : split_column(column))
         if (name != "layers" || layer_number(part) == 0) name += (name.empty() ? "" : ".") + part;
-    const auto found = std::ranges::find(keys, name, full_name);
+    const auto found = std::ranges::find(keys, name, &Key::name);
     return found == keys.end() ? nullptr : &*found;
 }
 
@@ -54,7 +54,7 @@ const Key& require_key(const std::string& column, Keys keys, const std::string& 
     if (column == name_key.name) return name_key;
     if (const Key* const key = find_key(column, keys)) return *key;
     std::vector<std::string> known{name_key.name};
-    for (const Key& key : keys) known.push_back(full_name(key));
+    for (const Key& key : keys) known.push_back(key.name);
     throw std::invalid_argument(std::string(caller) + ": " + where + ": no key of the recipe is '" +
                                 column + "'; did you mean '" + nearest_name(column, known) + "'?");
 }

@@ -13,18 +13,6 @@ namespace stratus {
 
 namespace {
 
-/// The range of a number as its row has it: "[0, 1)", "[1e-6, 1e9] or inf".
-struct Interval {
-    double min, max;
-    bool min_open, max_open, or_infinity;
-
-    bool holds(double value) const {
-        return (value >= min && value <= max && !(min_open && value == min) &&
-                !(max_open && value == max)) ||
-               (or_infinity && value == infinity);
-    }
-};
-
 double number_in(std::string_view text) {
     double value = 0;
     const auto end = std::from_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -35,16 +23,6 @@ double number_in(std::string_view text) {
 
 bool is_interval(std::string_view range) {
     return !range.empty() && (range[0] == '[' || range[0] == '(');
-}
-
-Interval allowed_interval(const Key& key) {
-    const std::string_view range = key.range;
-    const std::size_t comma = range.find(", "), end = range.find_first_of("])");
-    if (!is_interval(range) || comma == range.npos || end == range.npos || end < comma)
-        throw std::logic_error(full_name(key) + ": not a range of numbers: " + key.range);
-    return {number_in(range.substr(1, comma - 1)),
-            number_in(range.substr(comma + 2, end - comma - 2)), range[0] == '(', range[end] == ')',
-            range.substr(end + 1) == " or inf"};
 }
 
 /// "a number in [0, 1]".
@@ -107,6 +85,11 @@ void refuse_depth(std::string_view text, const TomlFile& file) {
     }
 }
 
+/// A key's name after that of its table; "": the file's root.
+std::string full_name(const std::string& table, const std::string& key) {
+    return table.empty() ? key : table + "." + key;
+}
+
 /// Refuses a file of another kind than `wanted`, known by keys that this lacks.
 void refuse_other_kind(const toml::table& root, const std::string& wanted,
                        const std::string& name) {
@@ -131,6 +114,23 @@ void refuse_other_kind(const toml::table& root, const std::string& wanted,
 
 }  // namespace
 
+NumberRange::NumberRange(const char* range) : text(range) {
+    const std::size_t comma = text.find(", "), end = text.find_first_of("])");
+    if (!is_interval(text) || comma == text.npos || end == text.npos || end < comma)
+        throw std::logic_error("not a range of numbers: " + text);
+    min = number_in(text.substr(1, comma - 1));
+    max = number_in(text.substr(comma + 2, end - comma - 2));
+    min_open = text[0] == '(';
+    max_open = text[end] == ')';
+    or_infinity = text.substr(end + 1) == " or inf";
+}
+
+bool NumberRange::holds(double value) const {
+    return (value >= min && value <= max && !(min_open && value == min) &&
+            !(max_open && value == max)) ||
+           (or_infinity && value == infinity);
+}
+
 std::string toml_text(const toml::node& node) {
     std::ostringstream text;
     text << toml::node_view<const toml::node>(node);
@@ -151,15 +151,15 @@ Section::Section(const toml::table& table, const TomlFile& file, Keys keys, cons
     : table_(table), file_(file), keys_(keys), name_(name), kind_(kind) {
     std::vector<std::string> known;
     for (const Key& key : keys_)
-        if (key.section == kind_) known.push_back(key.name);
+        if (full_name(kind_, key.own_name()) == key.name) known.push_back(key.own_name());
     if (known.empty()) throw std::logic_error("no keys of [" + kind_ + "] have rows");
-    const std::string prefix = name_.empty() ? "" : name_ + ".";
     for (const auto& [key, node] : table) {
         const std::string met(key.str());
-        if (std::ranges::find(known, met) != known.end()) continue;
+        if (is_listed(met, known)) continue;
         throw std::invalid_argument(std::string(file_.caller) + ": " + file_.place(node) +
-                                    "unknown key '" + shown(prefix + met) + "'; did you mean '" +
-                                    prefix + nearest_name(met, known) + "'?");
+                                    "unknown key '" + shown(full_name(name_, met)) +
+                                    "'; did you mean '" +
+                                    full_name(name_, nearest_name(met, known)) + "'?");
     }
 }
 
@@ -170,17 +170,12 @@ Section Section::section(const char* key, const std::string& kind) const {
     require(has(key) || !required, file_.caller, at(key), "present", "nothing");
     require(!has(key) || is_table(key), file_.caller, at(key), allowed(its),
             "another kind of value");
-    const auto within = [&](const std::string& parent) {
-        return parent.empty() ? key : parent + "." + key;
-    };
-    return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_, within(name_),
-            kind.empty() ? within(kind_) : kind};
+    return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_,
+            full_name(name_, key), kind.empty() ? full_name(kind_, key) : kind};
 }
 
 const Key& Section::row(const char* key) const {
-    const auto found = std::ranges::find_if(keys_, [&](const Key& one) {
-        return one.section == kind_ && one.name == std::string(key);
-    });
+    const auto found = std::ranges::find(keys_, full_name(kind_, key), &Key::name);
     if (found == keys_.end())
         throw std::logic_error("key '" + std::string(key) + "' of [" + kind_ + "] has no row");
     return *found;
@@ -213,7 +208,7 @@ bool Section::flag(const char* key) const { return value<bool>(key); }
 
 double Section::number(const char* key) const {
     const double met = value<double>(key);
-    require(allowed_interval(row(key)).holds(met), file_.caller, at(key), allowed(row(key)), met);
+    require(NumberRange(row(key).range).holds(met), file_.caller, at(key), allowed(row(key)), met);
     return met;
 }
 
@@ -225,7 +220,7 @@ double Section::number(const char* key, double min, double max, const char* allo
 
 int Section::count(const char* key) const {
     const auto met = value<std::int64_t>(key);
-    require(allowed_interval(row(key)).holds(static_cast<double>(met)), file_.caller, at(key),
+    require(NumberRange(row(key).range).holds(static_cast<double>(met)), file_.caller, at(key),
             allowed(row(key)), met);
     return static_cast<int>(met);
 }
@@ -242,7 +237,7 @@ const toml::array& Section::list(const char* key, std::size_t least, std::size_t
 
 std::vector<double> Section::numbers(const char* key, std::size_t least, std::size_t most) const {
     toml::table defaults;
-    const Interval range = allowed_interval(row(key));
+    const NumberRange range = row(key).range;
     std::vector<double> values;
     for (const toml::node& node : list(key, least, most, defaults)) {
         const auto one = node.value<double>();
@@ -292,7 +287,7 @@ std::string Section::at(const char* key) const {
     row(key);
     const toml::node* const met = table_.get(key);
     if (!met && name_.empty()) return (file_.name.empty() ? "" : file_.name + ": ") + key;
-    return file_.place(met ? *met : table_) + (name_.empty() ? "" : name_ + ".") + key;
+    return file_.place(met ? *met : table_) + full_name(name_, key);
 }
 
 std::string Section::here() const {
@@ -304,19 +299,17 @@ std::string Section::told(const char* key, const char* what) const {
     return std::string(file_.caller) + ": " + at(key) + ": " + what;
 }
 
-PhaseFunction Section::phase_function(const char* key, const std::string& directory,
-                                      std::vector<std::string>* notes) const {
+PhaseFunction Section::phase_function(const char* key, const PhaseSource& source) const {
     const std::string met = text(key);
-    return placed(key, [&] { return read_phase_function(met, directory, notes); });
+    return placed(key, [&] { return read_phase_function(met, source.directory, source.notes); });
 }
 
 std::vector<PhaseFunction> Section::phase_functions(const char* key, std::size_t count,
-                                                    const std::string& directory,
-                                                    std::vector<std::string>* notes) const {
+                                                    const PhaseSource& source) const {
     std::vector<PhaseFunction> functions;
     for (const std::string& text : texts(key, count, count))
         functions.push_back(
-            placed(key, [&] { return read_phase_function(text, directory, notes); }));
+            placed(key, [&] { return read_phase_function(text, source.directory, source.notes); }));
     return functions;
 }
 
@@ -356,9 +349,8 @@ LowerBoundary read_lower_boundary(const Section& file, const char* caller,
             has_phase    ? "phase_function alone"
             : has_albedo ? "albedo alone"
                          : "nothing");
-    return LowerBoundary::layer(
-        section.phase_function("phase_function", source.directory, source.notes),
-        section.number("albedo"));
+    return LowerBoundary::layer(section.phase_function("phase_function", source),
+                                section.number("albedo"));
 }
 
 }  // namespace stratus

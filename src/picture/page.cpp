@@ -21,6 +21,11 @@ cairo_status_t read_from_file(void* file, unsigned char* bytes, unsigned int cou
     return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_READ_ERROR;
 }
 
+void require_success(const std::filesystem::path& path, const Surface& surface) {
+    const cairo_status_t status = cairo_surface_status(surface.get());
+    if (status != CAIRO_STATUS_SUCCESS) fail(path, status);
+}
+
 /// Checks the size in the header before Cairo allocates memory for it. Files that are not PNG are
 /// left to Cairo.
 void check_size(std::ifstream& file, io::MemoryLimit limit) {
@@ -75,11 +80,8 @@ Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory, Png
     if (!file) fail(path, CAIRO_STATUS_READ_ERROR);
     io::naming(path, [&] { check_size(file, io::MemoryLimit(max_memory)); });
     const Surface read(cairo_image_surface_create_from_png_stream(read_from_file, &file));
-    if (const cairo_status_t status = cairo_surface_status(read.get());
-        status != CAIRO_STATUS_SUCCESS) {
-        errno = 0;  // the reason is Cairo's
-        fail(path, status);
-    }
+    errno = 0;  // the reason is Cairo's
+    require_success(path, read);
     // Whatever the format: 32 bits a pixel, over black.
     Image image(cairo_image_surface_get_width(read.get()),
                 cairo_image_surface_get_height(read.get()));
@@ -90,9 +92,7 @@ Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory, Png
         cairo_paint(context.get());
     }
     cairo_surface_flush(plain.get());
-    if (const cairo_status_t status = cairo_surface_status(plain.get());
-        status != CAIRO_STATUS_SUCCESS)
-        fail(path, status);
+    require_success(path, plain);
     double light[256];
     for (int n = 0; n < 256; ++n)
         light[n] = encoding == PngEncoding::srgb ? srgb_decoded(n / 255.0) : n / 255.0;
@@ -111,11 +111,6 @@ Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory, Png
 }
 
 namespace {
-
-/// The share of a text's width that lies left of where it is aligned.
-double left_share(Align align) {
-    return align == Align::left ? 0 : align == Align::centre ? 0.5 : 1;
-}
 
 /// Handles UTF-8: the bytes of a character after its first begin with the bits 10.
 void remove_last_character(std::string& text) {
@@ -206,7 +201,8 @@ double Page::text_width(const std::string& text, double size) const {
     return extents.x_advance;
 }
 
-void Page::fit(std::string& text, double& size, double max_width) const {
+void Page::start_text(Point at, std::string& text, double& size, Align align,
+                      double max_width) const {
     std::ranges::replace_if(
         text, [](char c) { return c >= 0 && c < ' '; }, ' ');
     while (size > 12 && text_width(text, size) > max_width) size -= 0.5;
@@ -215,30 +211,29 @@ void Page::fit(std::string& text, double& size, double max_width) const {
         while (!text.empty() && text_width(text + "...", size) > max_width);
         text += "...";
     }
+    const double left_share = align == Align::left ? 0 : align == Align::centre ? 0.5 : 1;
+    cairo_move_to(cairo_, at.x - left_share * text_width(text, size), at.y);
 }
 
 void Page::text(Point at, std::string text, double size, const Colour& colour, Align align,
                 double max_width) const {
-    fit(text, size, max_width);
+    start_text(at, text, size, align, max_width);
     set_source(colour);
-    cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
     cairo_show_text(cairo_, text.c_str());
 }
 
 void Page::vertical_text(Point at, const std::string& text, double size,
                          const Colour& colour) const {
-    cairo_save(cairo_);
-    cairo_translate(cairo_, at.x, at.y);
-    cairo_rotate(cairo_, -pi / 2);
-    this->text({0, 0}, text, size, colour, Align::centre);
-    cairo_restore(cairo_);
+    translated(at, [&] {
+        cairo_rotate(cairo_, -pi / 2);
+        this->text({0, 0}, text, size, colour, Align::centre);
+    });
 }
 
 void Page::haloed_text(Point at, std::string text, double size, const Colour& colour,
                        const Pen& halo, Align align, double max_width) const {
-    fit(text, size, max_width);
     cairo_new_path(cairo_);
-    cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
+    start_text(at, text, size, align, max_width);
     cairo_text_path(cairo_, text.c_str());
     set_source(halo.colour, halo.opacity);
     cairo_set_line_width(cairo_, halo.width);
@@ -351,9 +346,8 @@ void Page::image(Point corner, const Image& image, double white) const {
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) {
             const float* const light = image.pixel(x, y);
-            const std::uint32_t pixel = eight_bits(double{light[0]} / white) << 16 |
-                                        eight_bits(double{light[1]} / white) << 8 |
-                                        eight_bits(double{light[2]} / white);
+            std::uint32_t pixel = 0;
+            for (int c = 0; c < 3; ++c) pixel = pixel << 8 | eight_bits(double{light[c]} / white);
             std::memcpy(bytes + y * stride + std::ptrdiff_t{4} * x, &pixel, sizeof pixel);
         }
     cairo_surface_mark_dirty(surface.get());
@@ -382,9 +376,7 @@ void draw_png(const std::filesystem::path& path, int width, int height, const Co
     const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
     draw_on(surface.get(), background, draw);
     errno = 0;
-    if (const cairo_status_t status = cairo_surface_status(surface.get());
-        status != CAIRO_STATUS_SUCCESS)
-        fail(path, status);
+    require_success(path, surface);
     std::ofstream file(path, std::ios::binary);
     if (!file) fail(path, CAIRO_STATUS_WRITE_ERROR);
     const cairo_status_t status =

@@ -106,7 +106,8 @@ class Page {
 
   private:
     void set_source(const Colour& colour, double opacity = 1) const;
-    void fit(std::string& text, double& size, double max_width) const;
+    /// Makes a text fit, and moves to where it begins.
+    void start_text(Point at, std::string& text, double& size, Align align, double max_width) const;
     void trace(const std::vector<Point>& points) const;
     void stroke(const Pen& pen) const;
 

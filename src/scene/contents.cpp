@@ -43,8 +43,7 @@ SeenLight seen_light_of_plane(const Scene& scene) {
     SeenLight seen;
     seen.reflection = (sun_above && from_above) || (sun_below && from_below);
     seen.transmission = (sun_above && from_below) || (sun_below && from_above);
-    const bool shines_through =
-        !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
+    const bool shines_through = scene.background.is_one_colour();
     if (has_ground(scene)) {
         const bool lit_ground = sun_above && reflecting_ground(scene) != nullptr;
         seen.fluxes = lit_ground || (from_below && shines_through);
@@ -94,32 +93,23 @@ PictureDirections picture_directions(const Scene& scene) {
         const double azimuth = std::atan2(forward.y, forward.x);
         return {{forward.z, forward.z}, {azimuth, azimuth}};
     }
-    // The corners at distance 1 along the axis, in order around the picture.
-    std::array<Vector3, 4> corners{};
-    const std::array<std::array<double, 2>, 4> places{{{0, 0}, {w, 0}, {w, h}, {0, h}}};
-    for (std::size_t k = 0; k < 4; ++k) {
-        const Vector3 along = rays.through(places[k][0], places[k][1]).direction;
-        corners[k] = (1 / dot(along, forward)) * along;
-    }
+    const auto at_unit_depth = [&](double x, double y) {
+        const Vector3 along = rays.through(x, y).direction;
+        return (1 / dot(along, forward)) * along;
+    };
+    // In order around the picture.
+    const std::array corners{at_unit_depth(0, 0), at_unit_depth(w, 0), at_unit_depth(w, h),
+                             at_unit_depth(0, h)};
     for (std::size_t k = 0; k < 4; ++k)
         widen_along(all.z, corners[k], corners[(k + 1) % 4] - corners[k]);
     // Straight up or down within the picture: every azimuth, and the pole itself.
-    auto shows = [&](double z) {
-        const Vector3 right = scene.camera.right(), up = scene.camera.up();
-        const double depth = z * forward.z;
-        if (depth <= 0) return false;
-        const double across = z * right.z / depth, along = z * up.z / depth;
-        const Vector3 corner = corners[1];  // upper right
-        return std::abs(across) <= std::abs(dot(corner, right)) &&
-               std::abs(along) <= std::abs(dot(corner, up));
+    const auto reaches_pole = [&](const Vector3& axis) {
+        return std::abs(axis.z / forward.z) <= std::abs(dot(corners[1], axis));
     };
-    bool pole = false;
-    for (const double z : {1.0, -1.0})
-        if (shows(z)) {
-            widen(all.z, z);
-            pole = true;
-        }
-    if (pole) return all;
+    if (reaches_pole(scene.camera.right()) && reaches_pole(scene.camera.up())) {
+        widen(all.z, forward.z > 0 ? 1 : -1);
+        return all;
+    }
     const double middle = std::atan2(forward.y, forward.x);
     all.azimuth = {middle, middle};
     for (const Vector3& corner : corners)
@@ -292,8 +282,13 @@ Range seen_scattering_angles(const Scene& scene, Side side) {
     return scattering_angles_over(seen_directions(scene), side);
 }
 
+void MatterSpan::add(const Matter& matter, double depth) {
+    widen(optical_depth, depth);
+    for (const double each : matter.albedo) widen(albedo, each);
+    widen(mixture, matter.mixture);
+}
+
 std::vector<MatterSpan> matter_spans(const Scene& scene) {
-    const auto [least, most] = std::ranges::minmax(scene.layer.albedo);
     std::vector<MatterSpan> spans;
     // Depths of red, green and blue.
     const auto& extinction = scene.layer.extinction;
@@ -302,19 +297,19 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
     if (!rings) {
         const double deepest = seen_depth(scene, scene.layer.optical_depth.max);
         const double thinnest = scene.layer.optical_depth.is_plain() ? deepest : 0;
-        if (deepest * channels.max > 0)
-            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {least, most}});
+        MatterSpan span;
+        for (const double depth : {thinnest * channels.min, deepest * channels.max})
+            span.add({0, scene.layer.albedo}, depth);
+        if (span.optical_depth.max > 0) spans.push_back(span);
         return spans;
     }
     const RingProfile& profile = rings->profile;
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
-        MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}};
+        MatterSpan span;
         for (const std::size_t knot : {k - 1, k}) {
             const Matter matter = profile.at(profile.radius[knot], scene.layer.albedo);
             for (const double factor : {channels.min, channels.max})
-                widen(span.optical_depth, factor * seen_depth(scene, matter.optical_depth));
-            for (const double albedo : matter.albedo) widen(span.albedo, albedo);
-            widen(span.mixture, matter.mixture);
+                span.add(matter, factor * seen_depth(scene, matter.optical_depth));
         }
         if (span.optical_depth.max > 0) spans.push_back(span);
     }

@@ -1,5 +1,6 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
 
@@ -27,14 +28,12 @@ LobeCurve lobe_curve(const LayerSolution& layer, int incident_node, bool from_ab
     for (int k = 1; k < angles - 1; ++k) {
         const int out = k - 1;
         const double azimuth = k < angles / 2 ? pi : 0;
-        const SolvedValue reflected = layer.reflection(incident_node, out, azimuth),
-                          transmitted = layer.transmission(incident_node, out, azimuth);
-        const double factor = 4 * layer.mu(incident_node) * layer.mu(out);
-        const auto at = static_cast<std::size_t>(k);
-        (from_above ? curve.above : curve.below)[at] =
-            factor * (single ? reflected.single : reflected.total);
-        (from_above ? curve.below : curve.above)[at] =
-            factor * (single ? transmitted.single : transmitted.total);
+        const PerSide<SolvedValue> light{layer.reflection(incident_node, out, azimuth),
+                                         layer.transmission(incident_node, out, azimuth)};
+        for (const Side side : both_sides)
+            (from_above == (side == Side::reflection) ? curve.above : curve.below)[size(k)] =
+                4 * layer.mu(incident_node) * layer.mu(out) *
+                (single ? light[side].single : light[side].total);
     }
     return curve;
 }
@@ -48,8 +47,7 @@ constexpr double min_compared_mu = 0.2;  // below it, no cloud is plane-parallel
 
 double mean_reflection(const LayerSolution& layer, int in, int out) {
     std::vector<double> azimuths(azimuth_count);
-    for (int k = 0; k < azimuth_count; ++k)
-        azimuths[static_cast<std::size_t>(k)] = pi * (k + 0.5) / azimuth_count;
+    for (int k = 0; k < azimuth_count; ++k) azimuths[size(k)] = pi * (k + 0.5) / azimuth_count;
     double sum = 0;
     for (const SolvedValue& value : layer.values(Side::reflection, in, out, azimuths))
         sum += value.total;

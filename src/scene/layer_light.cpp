@@ -30,9 +30,7 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
     widen(mu_in, geometry.mu_in);
     widen(mu_out, geometry.mu_out);
     widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
-    widen(optical_depth, matter.optical_depth);
-    widen(mixture, matter.mixture);
-    for (const double each : matter.albedo) widen(albedo, each);
+    MatterSpan::add(matter, matter.optical_depth);
     (side == Side::reflection ? reflection : transmission) = true;
 }
 
@@ -71,24 +69,22 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
         }
         return;
     }
-    const bool background_scatters = scene.effects.background && scene.effects.transmission &&
-                                     scene.background.pattern == Texture::Pattern::plain &&
-                                     !scene.background.is_black();
-    if (background_scatters && (!tables_ || !scene.effects.single))
+    background_scatters_ =
+        scene.effects.background && scene.effects.transmission && scene.background.is_one_colour();
+    if (background_scatters_ && (!tables_ || !scene.effects.single))
         for (const PhaseFunction& component : scene.layer.components)
             scattered_once_.emplace_back(component);
-    background_scatters_ = background_scatters;
     if (through)
         fluxes_ = std::make_shared<const LayerFluxes>(through->headers, scene.layer.albedo);
     const std::optional<TableView> view =
         sunlight ? std::optional(sunlight->packed.view()) : std::nullopt;
-    bind(view ? &*view : nullptr, view.has_value(), detail);
+    bind(view ? &*view : nullptr, detail);
     shine(threads, detail);
 }
 
 LayerLight::LayerLight(const Scene& scene, const TableView& table)
     : scene_(scene), tables_(nullptr), opposition_(scene_opposition(scene)) {
-    bind(&table, scene.effects.multiple);
+    bind(&table, LightDetail::fine);
 }
 
 void LayerLight::shine(int threads, LightDetail detail) {
@@ -112,7 +108,7 @@ Rgb3 LayerLight::ringshine(const Vector3& point) const {
     return sum;
 }
 
-void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail) {
+void LayerLight::bind(const TableView* table, LightDetail detail) {
     std::optional<Matter> matter = uniform_matter(scene_);
     // A stack's light is that of its slices alone.
     if (detail == LightDetail::sketch && !is_stack()) matter.reset();
@@ -122,7 +118,7 @@ void LayerLight::bind(const TableView* table, bool multiple, LightDetail detail)
     Effects effects;
     effects.single =
         scene_.effects.single && seen_shell(scene_) == 0;  // else by planet_and_slab.cpp
-    effects.multiple = multiple;
+    effects.multiple = table && scene_.effects.multiple;
     effects.reflection = scene_.effects.reflection;
     effects.transmission = scene_.effects.transmission;
     effects.background = is_stack() && background_scatters_;  // else LayerLight::background
@@ -156,20 +152,6 @@ Rgb3 LayerLight::each_depth(const Matter& matter, const Function& value) const {
     return all;
 }
 
-template <class Function>
-Rgb3 LayerLight::own_channels(const Function& value) const {
-    Rgb3 all;
-    for (std::size_t c = 0; c < all.size(); ++c) all[c] = value(*channels_[c], c)[c];
-    return all;
-}
-
-Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const {
-    Matter own = matter;
-    own.albedo.fill(matter.albedo[c]);
-    own.optical_depth *= scene_.layer.extinction[c];
-    return own;
-}
-
 Scattering LayerLight::scattering(Side side, const Geometry& geometry) const {
     const double cosine = cos_scattering_angle(side, geometry);
     Scattering made{side, geometry, cosine, {}};
@@ -185,11 +167,9 @@ double LayerLight::single(double mixture, double optical_depth,
     double phase = phases[0];
     if (scene_.layer.components.size() > 1) phase = mixture * phase + (1 - mixture) * phases[1];
     if (phase == 0) return 0;
-    if (side == Side::transmission)
-        return single_transmission(phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
     const double light =
-        single_reflection(phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
-    if (opposition_.law == Opposition::Law::none) return light;
+        single_scattering(side, phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
+    if (side == Side::transmission || opposition_.law == Opposition::Law::none) return light;
     return light * opposition_table_.factor(cosine, optical_depth, geometry.mu_in, geometry.mu_out);
 }
 
@@ -221,26 +201,27 @@ Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const
 }
 
 Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const {
-    const bool reflected = side == Side::reflection;
     if (!is_wanted(side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
-    if (!channels_.empty())
-        return own_channels([&](const LayerLight& light, std::size_t c) {
-            return light.light(channel_matter(matter, c), geometry, side);
-        });
+    if (!channels_.empty()) {
+        Rgb3 all;
+        for (std::size_t c = 0; c < all.size(); ++c) {
+            Matter own = matter;  // grey in the channel's albedo, of its depth
+            own.albedo.fill(matter.albedo[c]);
+            own.optical_depth *= scene_.layer.extinction[c];
+            all[c] = channels_[c]->light(own, geometry, side)[c];
+        }
+        return all;
+    }
     const auto mu_in = static_cast<float>(geometry.mu_in),
                mu_out = static_cast<float>(geometry.mu_out),
                azimuth = static_cast<float>(geometry.azimuth);
-    const auto value = [&](const auto& slice) {
-        return reflected ? slice.reflection(mu_in, mu_out, azimuth)
-                         : slice.transmission(mu_in, mu_out, azimuth);
-    };
     if (const Slice* const grey = std::get_if<Slice>(&slice_)) {
-        const double light = double{value(*grey)};
+        const double light = double{grey->scattering(side, mu_in, mu_out, azimuth)};
         return {light, light, light};
     }
     if (const RgbSlice* const coloured = std::get_if<RgbSlice>(&slice_))
-        return widened(value(*coloured));
+        return widened(coloured->scattering(side, mu_in, mu_out, azimuth));
     const Scattering ready = scattering(side, geometry);
     return once(matter, ready) + multiple(matter, ready);
 }
@@ -252,7 +233,7 @@ bool LayerLight::has_sums() const {
 }
 
 void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) {
-    Batch& all = batch(side);
+    Batch& all = batches_[side];
     const std::size_t k = all.count++;
     all.mu_in[k] = static_cast<float>(geometry.mu_in);
     all.mu_out[k] = static_cast<float>(geometry.mu_out);
@@ -263,18 +244,14 @@ void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) {
 }
 
 void LightSum::look_up(Side side) {
-    Batch& all = batch(side);
+    Batch& all = batches_[side];
     if (all.count == 0) return;
     // Values of a layer's slice, into channels [begin, end) of the sums.
     const auto add_values = [&]<int channels>(const SliceOf<channels>& slice, std::size_t begin,
                                               std::size_t end) {
         std::array<float, channels * most> value;  // channel after channel
-        if (side == Side::reflection)
-            slice.reflection(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
-                             value.data());
-        else
-            slice.transmission(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
-                               value.data());
+        slice.scattering(side, all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                         value.data());
         for (std::size_t c = begin; c < end; ++c)
             for (std::size_t k = 0; k < all.count; ++k)
                 (*all.sum[k])[c] +=
@@ -296,8 +273,7 @@ void LightSum::look_up(Side side) {
 }
 
 void LightSum::finish() {
-    look_up(Side::reflection);
-    look_up(Side::transmission);
+    for (const Side side : both_sides) look_up(side);
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const {
@@ -374,8 +350,7 @@ double LayerLight::diffuse_transmittance(const Channel& channel) const {
     for (int k = 0; k < stencil_size; ++k)
         if (mixture.weight[k] != 0)
             all += double{mixture.weight[k]} *
-                   fluxes_->at(place, LayerFluxes::diffuse_transmittance,
-                               static_cast<std::size_t>(mixture.first + k));
+                   fluxes_->at(place, LayerFluxes::diffuse_transmittance, size(mixture.first + k));
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 
@@ -386,21 +361,13 @@ double LayerLight::reflected_share(const Channel& channel) const {
 
 double LayerLight::passing_share(const Channel& channel) const {
     const double depth = channel.optical_depth, direct = direct_transmittance(depth, channel.mu);
-    return background_scatters_ && depth > 0 && depth < infinity
-               ? std::min(1.0, direct + diffuse_transmittance(channel))
-               : direct;
+    if (!background_scatters_ || depth == 0) return direct;
+    const Slice* const slice = std::get_if<Slice>(&slice_);
+    if (is_stack() && slice) return double{slice->background(static_cast<float>(channel.mu))};
+    return depth < infinity ? std::min(1.0, direct + diffuse_transmittance(channel)) : direct;
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const {
-    if (is_stack() && !channels_.empty())
-        return own_channels([&](const LayerLight& light, std::size_t c) {
-            return light.background(channel_matter(matter, c), mu);
-        });
-    if (is_stack() && background_scatters_ && matter.optical_depth > 0)
-        if (const Slice* const stack = std::get_if<Slice>(&slice_)) {
-            const double share = double{stack->background(static_cast<float>(mu))};
-            return {share, share, share};
-        }
     return each_channel(matter, mu, &LayerLight::passing_share);
 }
 

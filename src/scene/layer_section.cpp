@@ -71,8 +71,8 @@ Opposition read_opposition(const Section& layer, double density) {
 /// One phase function, or three.
 void read_phase_function(const Section& section, const Source& source, SceneLayer& layer) {
     constexpr const char* key = "phase_function";
-    if (section.is_list(key)) layer.channels = source.phase_functions(section, key, 3);
-    layer.components = {layer.channels.empty() ? source.phase_function(section, key)
+    if (section.is_list(key)) layer.channels = section.phase_functions(key, 3, source);
+    layer.components = {layer.channels.empty() ? section.phase_function(key, source)
                                                : layer.channels[1]};
 }
 
@@ -157,7 +157,7 @@ SceneLayer read_layer(const Section& section, const Source& source, bool of_ring
                        "where there are [rings]: components has those of the profile's w1 and w2");
         for (const char* key : {"extinction", "optical_depth"})
             require_absent(section, key, "where there are [rings], whose profile has the depth");
-        layer.components = source.phase_functions(section, "components", 2);
+        layer.components = section.phase_functions("components", 2, source);
     } else {
         require_absent(section, "components", "but of [rings]");
         read_phase_function(section, source, layer);

@@ -24,20 +24,14 @@ Range merged(const Range& range) {
 
 constexpr double min_mixture_range = 1e-6;  // below, one mixture is enough
 
-/// Ranges of the layer's matter, with the effect of density.
-struct MatterRange {
-    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
-};
-
-MatterRange matter_range(const Scene& scene) {
-    MatterRange range;
+/// All of the layer's matter, with the effect of density.
+MatterSpan matter_range(const Scene& scene) {
+    MatterSpan range;
     auto add = [&](const Matter& matter) {
         if (matter.optical_depth == 0) return;
         for (const double extinction : scene.layer.extinction)
             if (extinction > 0)
-                widen(range.optical_depth, extinction * seen_depth(scene, matter.optical_depth));
-        for (const double albedo : matter.albedo) widen(range.albedo, albedo);
-        widen(range.mixture, matter.mixture);
+                range.add(matter, extinction * seen_depth(scene, matter.optical_depth));
     };
     if (const Rings* const rings = std::get_if<Rings>(&scene.subject)) {
         for (const double radius : rings->profile.radius)
@@ -90,10 +84,8 @@ Asked asked_by_fluxes(const Scene& scene) {
 /// towards any; the latter is looked up the other way round, R and T being the same.
 Asked asked_by_shine(const Scene& scene) {
     Range out{1, 0};
-    const SeenDirections sunlight = seen_directions(without_shine(scene));
-    const double sun = std::abs(scene.to_sun.z);
-    if (scene.effects.ringshine) widen(out, sun);
-    if (scene.effects.planetshine) widen(out, sunlight.mu_out);
+    if (scene.effects.ringshine) widen(out, std::abs(scene.to_sun.z));
+    if (scene.effects.planetshine) widen(out, seen_directions(without_shine(scene)).mu_out);
     return {{all_cosines, out, all_azimuths}, scene.effects.reflection, scene.effects.transmission};
 }
 
@@ -238,7 +230,7 @@ const char* light_path_name(LightPath path) {
 }
 
 std::vector<LightPath> needed_paths(const Scene& scene) {
-    const MatterRange range = matter_range(scene);
+    const MatterSpan range = matter_range(scene);
     if (!scene.effects.multiple || range.optical_depth.max == 0 || range.albedo.max == 0) return {};
     const SeenLight seen = seen_light(scene), sunlight = seen_light(without_shine(scene));
     std::vector<LightPath> paths;
@@ -254,7 +246,7 @@ std::vector<LightPath> needed_paths(const Scene& scene) {
 namespace {
 
 /// The recipe for the matter of a scene's layer.
-Recipe matter_recipe(const Scene& scene, const MatterRange& range) {
+Recipe matter_recipe(const Scene& scene, const MatterSpan& range) {
     Recipe recipe;
     if (!scene.layer.stacks.empty()) {
         recipe = recipe_of_stack(scene.layer.stacks[0], {});
@@ -289,7 +281,7 @@ Recipe matter_recipe(const Scene& scene, const MatterRange& range) {
 
 std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
     std::vector<NeededRecipe> needed;
-    const MatterRange range = matter_range(scene);
+    const MatterSpan range = matter_range(scene);
     for (const LightPath path : needed_paths(scene)) {
         Recipe recipe = matter_recipe(scene, range);
         const Asked asked = asked_by(path, scene);
@@ -313,10 +305,8 @@ std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
 }
 
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
-    const bool one_is_infinite = std::isinf(one.optical_depth.min),
-               other_is_infinite = std::isinf(other.optical_depth.min);
     if (one.phase_text != other.phase_text || !have_same_layers(one, other) ||
-        one_is_infinite != other_is_infinite ||
+        std::isinf(one.optical_depth.min) != std::isinf(other.optical_depth.min) ||
         one.discretisation.modes != other.discretisation.modes ||
         one.family.size() != other.family.size() ||
         one.second_phase_function.text() != other.second_phase_function.text())

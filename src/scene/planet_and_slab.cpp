@@ -100,9 +100,6 @@ double path_out(double top, double r, double mu) {
     return std::sqrt(std::max(0.0, top * top - r * r * (1 - mu * mu))) - r * mu;
 }
 
-/// Whether the planet hides what lies along a direction.
-bool is_hidden(double r, double mu) { return mu < 0 && r * r * (1 - mu * mu) < 1; }
-
 /// The cosine at which light leaves a plane layer from a mean depth, in its optical depth: x = optical_depth
 /// / cosine solves 1 / x - 1 / (exp(x) - 1) = depth, by Newton's method from below; 1 at most.
 double cosine_of_mean_depth(double optical_depth, double depth) {
@@ -181,7 +178,7 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
             const Vector3 point = inside.at(-std::log1p(-share) / extinction);
             const double r = length(point), mu = dot(point, view.to_sun) / r;
             if (c == 1) scattered_at += gauss().weight[k] / 2 * (top - r) / planet.shell;
-            if (!is_hidden(r, mu))
+            if (mu >= 0 || r * r * (1 - mu * mu) >= 1)  // the planet does not hide the sun
                 lit += gauss().weight[k] / 2 * std::exp(-extinction * path_out(top, r, mu));
         }
         if (!scene.effects.single || !scene.effects.reflection) continue;
@@ -275,9 +272,7 @@ Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) {
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -direction);
     Rgb3 light{};
     if (!slab.surface || view.to_sun.z > 0)
-        light = layer_light(
-            view, matter, geometry,
-            (view.to_sun.z > 0) == (direction.z < 0) ? Side::reflection : Side::transmission);
+        light = layer_light(view, matter, geometry, side_of_plane(view.to_sun, -direction));
     if (!view.scene.effects.background) return light;
     if (slab.surface && matter.optical_depth > 0)
         light = light + view.light.plane_albedo(matter, geometry.mu_out) *

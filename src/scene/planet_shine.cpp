@@ -64,7 +64,8 @@ constexpr std::size_t cell_holding(std::size_t source, const Cells& whole, const
 }
 
 /// Returns the globe as a point of the rings sees it. Directions of cells are sums weighted by light.
-Sources<small_cells> sources_at(const Rings& rings, const View& view, const Vector3& point) {
+Sources<small_cells> sources_at(const Rings& rings, const Scene& scene, const LayerLight& light,
+                                const Vector3& to_sun, const Vector3& point) {
     static const GaussLegendre gauss(globe_nodes);
     const double pole = 1 - rings.flattening, radius = std::hypot(point.x, point.y);
     const Vector3 inward{-point.x / radius, -point.y / radius, 0}, along = cross({0, 0, 1}, inward);
@@ -87,12 +88,12 @@ Sources<small_cells> sources_at(const Rings& rings, const View& view, const Vect
                 const double solid_angle =
                     ring * gauss.weight[k] * pi / 2 * pole / (stretch * stretch * stretch);
                 const Ray to_globe{point, direction};
-                const Rgb3 light =
+                const Rgb3 irradiance =
                     solid_angle * std::abs(direction.z) / pi *
-                    globe_light(rings, {view.scene, view.light, to_globe, view.to_sun}, on_globe);
+                    globe_light(rings, {scene, light, to_globe, to_sun}, on_globe);
                 LightSource& cell = sources[cell_holding((half * globe_nodes + i) * globe_nodes + k,
                                                          {globe_nodes, globe_nodes}, small_cells)];
-                cell = cell + LightSource{brightness(light) * direction, light};
+                cell = cell + LightSource{brightness(irradiance) * direction, irradiance};
             }
         }
     }
@@ -122,11 +123,9 @@ std::vector<Lamp> lamps_towards(const SomeSources& sources, const LayerLight& li
     for (const LightSource& source : sources) {
         if (source.irradiance == Rgb3{}) continue;
         const Vector3 direction = normalised(source.direction);
-        const Side side =
-            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
-        lamps.push_back(
-            {source.irradiance,
-             light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye))});
+        lamps.push_back({source.irradiance,
+                         light.scattering(side_of_plane(direction, to_eye),
+                                          scattering_geometry({0, 0, 1}, direction, to_eye))});
     }
     return lamps;
 }
@@ -169,8 +168,7 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
         for (std::size_t r = 0; r < globe_radii; ++r) {
             const Vector3 point = globe_radius(r) * towards_azimuth(k),
                           to_eye = stratus::to_camera(scene.camera, point);
-            const Ray ray{point, -to_eye};
-            const auto sources = sources_at(rings, {scene, light, ray, scene.to_sun}, point);
+            const auto sources = sources_at(rings, scene, light, scene.to_sun, point);
             globe.push_back({lamps_towards(sources, light, to_eye),
                              lamps_towards(merged(sources), light, to_eye)});
         }
@@ -199,10 +197,10 @@ Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const {
 
 Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
                                double radius, const Matter& matter) {
-    const View alone{view.scene, view.light, view.ray, view.to_sun};
     const Vector3 at = radius / std::hypot(point.x, point.y) * point;
     const std::vector<Lamp> lamps =
-        lamps_towards(sources_at(rings, alone, at), view.light, -view.ray.direction);
+        lamps_towards(sources_at(rings, view.scene, view.light, view.to_sun, at), view.light,
+                      -view.ray.direction);
     return scattered(GlobeLamps{lamps, lamps}, view.scene, view.light, matter);
 }
 

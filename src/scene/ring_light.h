@@ -200,16 +200,15 @@ class RingShine {
 
   private:
     struct Light;
-    /// At the places of both hemispheres: in darkness above its rings, and not. The sun is above the x
-    /// axis, the place above the rings.
-    std::array<Sources, 2> integrals(const Light& light, double latitude, double solar_time) const;
+    /// At the places of both hemispheres: above the lit side of the rings, and in darkness above the
+    /// other. The sun is above the x axis, the place above the rings.
+    PerSide<Sources> integrals(const Light& light, double latitude, double solar_time) const;
 
     Vector3 to_sun_;
     double sun_azimuth_, flattening_;
     bool shadows_;
     Axis latitude_, solar_time_;  // parametric, from the equator on; from the sun's meridian
-    // One for the hemisphere in darkness above its rings, one for the other.
-    std::array<std::vector<LightSource>, parts> grid_[2];
+    PerSide<std::array<std::vector<LightSource>, parts>> grid_;  // of either hemisphere
 };
 
 // Planetshine: light of a planet that falls on its rings.

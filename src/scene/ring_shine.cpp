@@ -63,13 +63,13 @@ struct RingShine::Light {
           to_sun(std::max(std::abs(scene.to_sun.z), least_cosine)),
           components(scene.layer.components),
           has_more(scene.effects.multiple) {
-        for (const std::size_t side : {0u, 1u}) {
+        for (const Side side : both_sides) {
             once[side].resize(ringlets * components.size() * cosine_count);
             if (has_more) orders[side].resize(ringlets * cosine_count * azimuth_count);
         }
         parallel_for(ringlets, threads, [&](int ringlet) {
             const auto parts = ringlet_parts(scene, rings, ringlet, counts.profile_rows);
-            if (scene.effects.single) fill_once(scene, parts, ringlet);
+            if (scene.effects.single) fill_once(layer, parts, ringlet);
             if (has_more) fill_orders(layer, parts, ringlet);
         });
     }
@@ -94,24 +94,19 @@ struct RingShine::Light {
         return parts;
     }
 
-    void fill_once(const Scene& scene, const Parts& parts, int ringlet) {
+    void fill_once(const LayerLight& light, const Parts& parts, int ringlet) {
         for (std::size_t i = 0; i < cosine_count; ++i)
             for (const auto& [part, matter] : parts)
                 for (std::size_t component = 0; component < components.size(); ++component) {
-                    const double mu = cosine.values[i],
-                                 mixed = component == 0 ? matter.mixture : 1 - matter.mixture,
-                                 share = part * to_sun * mixed;
-                    const std::size_t at = once_row(ringlet, component) + i;
-                    for (std::size_t c = 0; c < 3; ++c) {
-                        const double albedo = matter.albedo[c],
-                                     depth = seen_depth(scene, matter.optical_depth) *
-                                             scene.layer.extinction[c];
-                        if (scene.effects.transmission)
-                            once[0][at][c] +=
-                                share * single_transmission(1, albedo, depth, to_sun, mu);
-                        if (scene.effects.reflection)
-                            once[1][at][c] +=
-                                share * single_reflection(1, albedo, depth, to_sun, mu);
+                    const double mixed = component == 0 ? matter.mixture : 1 - matter.mixture;
+                    for (const Side side : both_sides) {
+                        if (!light.is_wanted(side)) continue;
+                        Rgb3& sum = once[side][once_row(ringlet, component) + i];
+                        for (std::size_t c = 0; c < 3; ++c)
+                            sum[c] += part * to_sun * mixed *
+                                      single_scattering(side, 1, matter.albedo[c],
+                                                        light.channel_depth(matter, c), to_sun,
+                                                        cosine.values[i]);
                     }
                 }
     }
@@ -123,16 +118,11 @@ struct RingShine::Light {
                 // The other way round: of the table's mu_out, shine has few (needed_recipes.cpp).
                 const Geometry geometry{mu, to_sun, phi};
                 for (const auto& [part, matter] : parts)
-                    for (const std::size_t side : {0u, 1u})
+                    for (const Side side : both_sides)
                         orders[side][at] =
                             orders[side][at] +
                             part * to_sun *
-                                light.multiple(matter,
-                                               {side == 0 ? Side::transmission : Side::reflection,
-                                                geometry,
-                                                0,
-                                                {}},
-                                               LightPath::shine);
+                                light.multiple(matter, {side, geometry, 0, {}}, LightPath::shine);
                 ++at;
             }
     }
@@ -144,13 +134,14 @@ struct RingShine::Light {
         return (size(ringlet) * components.size() + component) * cosine_count;
     }
 
-    /// Towards a point that `towards` leads to, whose z counts up from the rings: on the unlit and
-    /// on the lit side, of a sun above the x axis.
-    std::array<Rgb3, 2> at(int ringlet, const Vector3& sun, const Vector3& towards) const {
+    /// Towards a point that `towards` leads to, whose z counts up from the rings, on either side, of a
+    /// sun above the x axis.
+    PerSide<Rgb3> at(int ringlet, const Vector3& sun, const Vector3& towards) const {
         const Stencil along = cosine_view.stencil(towards.z);
-        std::array<Rgb3, 2> sum{};
-        for (const std::size_t side : {0u, 1u}) {
-            const double scattering = (side == 0 ? 1 : -1) * sun.z * towards.z - sun.x * towards.x;
+        PerSide<Rgb3> sum;
+        for (const Side side : both_sides) {
+            const double sign = side == Side::transmission ? 1 : -1,
+                         scattering = sign * sun.z * towards.z - sun.x * towards.x;
             for (std::size_t k = 0; k < components.size(); ++k)
                 sum[side] = sum[side] + components[k](scattering) *
                                             interpolated(&once[side][once_row(ringlet, k)], along);
@@ -158,7 +149,7 @@ struct RingShine::Light {
         if (!has_more) return sum;
         const Stencil around =
             azimuth_view.mirrored_stencil(std::atan2(std::abs(towards.y), -towards.x));
-        for (const std::size_t side : {0u, 1u})
+        for (const Side side : both_sides)
             sum[side] = sum[side] + interpolated(&orders[side][orders_row(ringlet)],
                                                  azimuth_view.count, along, around);
         return sum;
@@ -173,8 +164,8 @@ struct RingShine::Light {
          azimuth = make_axis(AxisScale::linear, 0, pi, static_cast<int>(azimuth_count));
     AxisView cosine_view = cosine.view(), azimuth_view = azimuth.view();
     GaussLegendre gauss{azimuth_nodes(components)};
-    // The unlit and the lit side, over ringlet, component and cosine; over ringlet, cosine and azimuth.
-    std::vector<Rgb3> once[2], orders[2];
+    // Over ringlet, component and cosine; over ringlet, cosine and azimuth.
+    PerSide<std::vector<Rgb3>> once, orders;
 };
 
 RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
@@ -189,21 +180,21 @@ RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& l
     const Counts counts = sample_counts(detail);
     const Light light(scene, rings, layer, threads, counts);
     const auto solar_time_count = size(counts.solar_times);
-    for (auto& side : grid_)
-        for (auto& part : side) part.resize(size(counts.latitudes) * solar_time_count);
+    for (const Side side : both_sides)
+        for (auto& part : grid_[side]) part.resize(size(counts.latitudes) * solar_time_count);
     parallel_for(counts.latitudes, threads, [&](int i) {
         const auto row = size(i);
         for (std::size_t k = 0; k < solar_time_count; ++k) {
             const auto sides = integrals(light, latitude_.values[row], solar_time_.values[k]);
-            for (const std::size_t side : {0u, 1u})
+            for (const Side side : both_sides)
                 for (std::size_t part = 0; part < parts; ++part)
                     grid_[side][part][row * solar_time_count + k] = sides[side][part];
         }
     });
 }
 
-std::array<RingShine::Sources, 2> RingShine::integrals(const Light& light, double latitude,
-                                                       double solar_time) const {
+PerSide<RingShine::Sources> RingShine::integrals(const Light& light, double latitude,
+                                                 double solar_time) const {
     const GaussLegendre& gauss = light.gauss;
     const double pole = 1 - flattening_;
     const Vector3 sun{std::hypot(to_sun_.x, to_sun_.y), 0, std::abs(to_sun_.z)};  // z > 0 is lit
@@ -214,7 +205,7 @@ std::array<RingShine::Sources, 2> RingShine::integrals(const Light& light, doubl
     // A point is in shadow where, stretched along z until the globe is a sphere, it is within 1 of
     // the line from the globe's centre away from the sun.
     const double stretched = sun.x * sun.x + sun.z * sun.z / (pole * pole);
-    std::array<Sources, 2> sources;
+    PerSide<Sources> sources;
     for (int ringlet = 0; ringlet < ringlets; ++ringlet) {
         const double to = light.inner + (ringlet + 1) * light.width,
                      from = std::max(to - light.width, 1 / std::cos(latitude));
@@ -238,8 +229,8 @@ std::array<RingShine::Sources, 2> RingShine::integrals(const Light& light, doubl
                 const double area = radius * (to - from) * gauss.weight[k] * (end - begin) / 2;
                 const double cosines = dot(normal, v) * std::abs(v.z) * inverse * inverse;
                 const double weight = area * cosines * inverse * inverse / pi;
-                const std::array<Rgb3, 2> sides = light.at(ringlet, sun, -inverse * v);
-                for (const std::size_t side : {0u, 1u}) {
+                const PerSide<Rgb3> sides = light.at(ringlet, sun, -inverse * v);
+                for (const Side side : both_sides) {
                     const Rgb3 irradiance = weight * sides[side];
                     sources[side][part] =
                         sources[side][part] +
@@ -263,7 +254,7 @@ RingShine::Sources RingShine::sources(const Vector3& point) const {
                   aside = direction_at(0, sun_azimuth_ + pi / 2);
     Sources sources;
     for (std::size_t part = 0; part < parts; ++part) {
-        const auto& grid = grid_[(point.z > 0) == (to_sun_.z > 0)][part];
+        const auto& grid = grid_[side_of_plane(to_sun_, point)][part];
         sources[part] = interpolated(grid.data(), solar_times.count, along, around);
         for (double& channel : sources[part].irradiance)
             channel = std::max(0.0, channel);  // cubics swing below 0 beside darkness

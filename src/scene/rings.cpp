@@ -156,10 +156,9 @@ Rgb3 ray_radiance(const Rings& rings, const View& view) {
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
     const double mu = geometry.mu_out;
     Scattering scattering;  // of sunlight
-    if (!dark) {
-        const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
-        scattering = view.light.scattering(lit ? Side::reflection : Side::transmission, geometry);
-    }
+    if (!dark)
+        scattering =
+            view.light.scattering(side_of_plane(view.to_sun, -view.ray.direction), geometry);
     const bool background_behind = to_planet <= 0 && !view.scene.background.is_black(),
                beam_behind = to_planet > 0 || view.scene.sun_visible;
     const RingOrders* const orders =
@@ -240,10 +239,11 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
     const RingProfile& profile = rings.profile;
     const auto light_at = [&](double radius, double azimuth) {
         const Vector3 to_eye = to_camera(scene.camera, radius * direction_at(0, azimuth));
-        const Side side =
-            (scene.to_sun.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
         return light.multiple(profile.at(radius, scene.layer.albedo),
-                              {side, scattering_geometry({0, 0, 1}, scene.to_sun, to_eye), 0, {}});
+                              {side_of_plane(scene.to_sun, to_eye),
+                               scattering_geometry({0, 0, 1}, scene.to_sun, to_eye),
+                               0,
+                               {}});
     };
     const double accuracy = share_of_tolerance * scene.tolerance;
     // All rows of the profile at once.

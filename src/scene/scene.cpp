@@ -19,7 +19,7 @@ std::string subject_name(const Section& root) {
     std::string subject;
     for (const std::string& name : subjects) {
         if (!root.has(name.c_str()) || (subject == "rings" && name == "planet")) continue;
-        require(subject.empty(), caller, subject.empty() ? "" : root.at(name.c_str()), allowed,
+        require(subject.empty(), caller, root.at(name.c_str()), allowed,
                 "[" + subject + "] and [" + name + "]");
         subject = name;
     }
@@ -57,11 +57,9 @@ void turn_to_sun(const Section& root, Scene& scene) {
     const double height = camera.orthographic ? -camera.forward().z : camera.position.z;
     if (from_below ? height < 0 : height > 0) return;
     const bool lit_ground = slab->surface && !slab->surface->is_black();
-    const bool shining =
-        !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
     require(!lit_ground, caller, root.section("slab").at("surface"),
             "black or absent under a stack that is seen from its unlit side", "another");
-    require(!shining, caller, root.at("background"),
+    require(!scene.background.is_one_colour(), caller, root.at("background"),
             "black or an image behind a stack that is seen from its unlit side", "a colour");
 }
 
@@ -165,7 +163,7 @@ void read_panels(const Section& root, const TomlFile& origin, const Source& sour
 
 Figure read_figure(const Section& root, const std::string& subject, const Source& source) {
     for (const Key& key : scene_keys())
-        if (*key.section == '\0' && key.name != subject && key.name != std::string("title"))
+        if (key.own_name() == key.name && key.name != subject && key.own_name() != "title")
             require_absent(root, key.name, "from a figure");
     if (subject == "lobes") return read_lobes(root, source);
     return read_lambert(root, source);
@@ -196,7 +194,7 @@ std::vector<SceneFile> parse_film(const std::string& text, const std::string& di
     std::vector<std::string> all_notes;  // panels and frames repeat one another's
     std::map<std::string, std::shared_ptr<const Image>> images;
     std::map<std::string, Texture> oceans;
-    const Source source{directory, &all_notes, &images, &oceans};
+    const Source source{{directory, &all_notes}, &images, &oceans};
     const TomlFile origin{caller, name};
     toml::table parsed = parse_toml(text, origin);
     const Animation animation = animate(parsed, origin, 0);
@@ -216,7 +214,7 @@ std::vector<SceneFile> parse_film(const std::string& text, const std::string& di
                                 each.panels[0].height == film[0].panels[0].height),
                 caller, "picture", "of one size in all frames", "several sizes");
     for (const std::string& note : all_notes)
-        if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
+        if (notes && !is_listed(note, *notes)) notes->push_back(note);
     return film;
 }
 
@@ -272,21 +270,20 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
     for (const std::string& text : names) {
         const bool on = !text.starts_with('-');
         const std::string name = on ? text : text.substr(1);
-        if (name == "all") {
+        if (name == "all")
             set_all(on);
-            continue;
-        }
-        effects.*scene_effect(name) = on;
+        else
+            effects.*scene_effect(name) = on;
     }
     return effects;
 }
 
 EffectFlag scene_effect(const std::string& name) {
-    const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
-                                    [&](const auto& effect) { return effect.first == name; });
-    if (found != scene_effects().end()) return found->second;
     std::vector<std::string> known{"all"};
-    for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
+    for (const auto& [own_name, effect] : scene_effects()) {
+        if (name == own_name) return effect;
+        known.emplace_back(own_name);
+    }
     throw std::invalid_argument("unknown effect '" + name + "'; did you mean '" +
                                 nearest_name(name, known) + "'?");
 }
@@ -332,7 +329,7 @@ std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes) {
 }
 
 bool are_alike(const SceneLayer& one, const SceneLayer& other) {
-    const auto text = [](const SceneLayer& layer) {
+    const auto key = [](const SceneLayer& layer) {
         std::string all;
         const auto add = [&](const PhaseFunction& function, std::initializer_list<double> numbers) {
             all += function.text() + ";";
@@ -343,13 +340,11 @@ bool are_alike(const SceneLayer& one, const SceneLayer& other) {
         for (const std::vector<StackLayer>& stack : layer.stacks)
             for (const StackLayer& each : stack)
                 add(each.phase_function, {each.albedo, each.optical_depth});
-        return all;
+        const auto& [law, width, amplitude] = layer.opposition;
+        return std::tuple(layer.albedo, layer.extinction, layer.optical_depth.max, layer.density,
+                          law, width, amplitude, all);
     };
-    const Opposition &a = one.opposition, &b = other.opposition;
-    return one.albedo == other.albedo && one.extinction == other.extinction &&
-           one.optical_depth.max == other.optical_depth.max && one.density == other.density &&
-           a.law == b.law && a.amplitude == b.amplitude && a.width == b.width &&
-           text(one) == text(other);
+    return key(one) == key(other);
 }
 
 double seen_shell(const Scene& scene) {

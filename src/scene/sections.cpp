@@ -21,15 +21,14 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
     const bool is_png = ending == ".png";
     require(is_png || !section.has("encoding"), caller, section.at("encoding"),
             "absent beside an .exr file, whose numbers are linear", "given");
-    const PngEncoding encoding = section.choice("encoding", {"srgb", "data"}) == "srgb"
-                                     ? PngEncoding::srgb
-                                     : PngEncoding::data;
-    std::shared_ptr<const Image>& image =
-        (*images)[path.string() + (encoding == PngEncoding::srgb ? " srgb" : " data")];
+    const std::string encoding = section.choice("encoding", {"srgb", "data"});
+    std::shared_ptr<const Image>& image = (*images)[path.string() + encoding];
     if (!image)
         image = section.placed(key, [&] {
-            return std::make_shared<const Image>(is_png ? read_png(path, 0, encoding)
-                                                        : read_exr_image(path));
+            return std::make_shared<const Image>(
+                is_png
+                    ? read_png(path, 0, encoding == "srgb" ? PngEncoding::srgb : PngEncoding::data)
+                    : read_exr_image(path));
         });
     const auto outside = std::ranges::find_if_not(
         image->rgb, [&](float value) { return value >= 0 && double{value} <= most; });
@@ -37,15 +36,6 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
         require(false, caller, section.at(key), "of numbers in [0, " + shortest_text(most) + "]",
                 *outside);
     return image;
-}
-
-PhaseFunction Source::phase_function(const Section& section, const char* key) const {
-    return section.phase_function(key, directory.string(), notes);
-}
-
-std::vector<PhaseFunction> Source::phase_functions(const Section& section, const char* key,
-                                                   std::size_t count) const {
-    return section.phase_functions(key, count, directory.string(), notes);
 }
 
 void require_exactly_one(const Section& section, const char* one, const char* other) {
@@ -203,7 +193,7 @@ std::optional<std::vector<double>> numbers_in(const toml::node& node) {
 
 bool is_whole(const Path& path) {
     return std::ranges::any_of(scene_keys(), [&](const Key& key) {
-        return key.name == path.back() && key.form == std::string("whole number");
+        return key.own_name() == path.back() && key.form == std::string("whole number");
     });
 }
 

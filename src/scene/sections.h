@@ -11,20 +11,14 @@ namespace stratus::scene_file {
 
 constexpr const char* caller = "scene";
 
-/// Where the files that a scene names are found, and where notes on them go.
-struct Source {
-    std::filesystem::path directory;
-    std::vector<std::string>* notes;
+/// Where the files that a scene names are found.
+struct Source : PhaseSource {
     // Panels and frames share these, which are read once: images, and oceans by their text.
     std::map<std::string, std::shared_ptr<const Image>>* images;
     std::map<std::string, Texture>* oceans;
 
     /// Returns the image that a section names; refuses numbers that are not in [0, most].
     std::shared_ptr<const Image> image(const Section& section, double most) const;
-    PhaseFunction phase_function(const Section& section, const char* key) const;
-    /// A list of `count`.
-    std::vector<PhaseFunction> phase_functions(const Section& section, const char* key,
-                                               std::size_t count) const;
 };
 
 // ---- Values

@@ -131,7 +131,7 @@ Slab read_slab(const Section& root, const Source& source, const Camera& camera) 
 LobeFigure read_lobes(const Section& root, const Source& source) {
     const Section section = root.section("lobes");
     LobeFigure figure;
-    figure.phase_function = source.phase_function(section, "phase_function");
+    figure.phase_function = section.phase_function("phase_function", source);
     for (const double angle : section.numbers("incident_deg", 1, 8)) {
         require(std::abs(angle - 90) > 0.1, caller, section.at("incident_deg"),
                 "not along the layer, 90", angle);
@@ -147,7 +147,7 @@ LobeFigure read_lobes(const Section& root, const Source& source) {
 LambertFigure read_lambert(const Section& root, const Source& source) {
     const Section section = root.section("lambert");
     LambertFigure figure;
-    figure.phase_function = source.phase_function(section, "phase_function");
+    figure.phase_function = section.phase_function("phase_function", source);
     figure.albedo = section.number("albedo");
     figure.optical_depth = section.number("optical_depth");
     figure.mu_in = section.numbers("mu_in", 1, 8);

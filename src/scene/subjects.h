@@ -72,6 +72,11 @@ inline Vector3 to_camera(const Camera& camera, const Vector3& point) {
     return camera.orthographic ? -camera.forward() : normalised(camera.position - point);
 }
 
+/// Where light from one direction leaves a layer in z = 0 along another.
+inline Side side_of_plane(const Vector3& to_sun, const Vector3& to_eye) {
+    return (to_sun.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
+}
+
 /// Irradiance of a surface that sees the sun at cosine `mu`, over that of one that faces a white sun.
 inline Rgb3 irradiance(const View& view, double mu) { return mu * view.scene.sun_colour; }
 
@@ -84,8 +89,7 @@ inline Rgb3 layer_light(const View& view, const Matter& matter, const Geometry& 
         if (matter.optical_depth > 0) view.scattered->add(side, geometry, lit);
         return {};
     }
-    return lit * (side == Side::reflection ? view.light.reflection(matter, geometry)
-                                           : view.light.transmission(matter, geometry));
+    return lit * view.light.light(matter, geometry, side);
 }
 
 /// The light that an ocean's mirrored sun adds to Lambert's law of its colour: the mirror itself less

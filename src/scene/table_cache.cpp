@@ -17,7 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* key_attribute = "cache_key";
-constexpr const char* ending = packed_ending;
 constexpr const char* choices_ending = ".choices";
 constexpr const char* droplets_ending = ".droplets";
 constexpr const char* scattering_piece = "scattering";
@@ -45,9 +44,8 @@ std::vector<Range> recipe_ranges(const Recipe& recipe) {
 std::string table_kind(Recipe recipe) {
     recipe.title.clear();
     // The semi-infinite layer alone is another kind than depths up to infinity.
-    const bool infinite =
-        recipe.optical_depth.min == recipe.optical_depth.max && recipe.optical_depth.max > 1e300;
-    const bool to_infinity = recipe.optical_depth.max > 1e300;
+    const bool to_infinity = recipe.optical_depth.max > 1e300,
+               infinite = to_infinity && recipe.optical_depth.min == recipe.optical_depth.max;
     recipe.optical_depth = {1, 1};
     recipe.albedo = {1, 1};
     recipe.mu_in = recipe.mu_out = {0, 1};
@@ -66,17 +64,14 @@ std::string file_name(const Recipe& recipe) {
                                     recipe.reflection ? recipe.transmission ? "rt" : "r" : "t"};
     for (const Range& range : recipe_ranges(recipe))
         for (const double end : {range.min, range.max}) fields.push_back(shortest_text(end));
-    return joined(fields, "_") + ending;
-}
-
-std::string cache_key(const Recipe& recipe) {
-    return file_name(recipe) + "\n" + table_kind(recipe);
+    return joined(fields, "_") + packed_ending;
 }
 
 /// The fields of a file's name; empty: of none of ours.
 std::vector<std::string> name_fields(const fs::path& path) {
     const bool of_droplets = path.extension() == droplets_ending;
-    if (path.extension() != ending && path.extension() != choices_ending && !of_droplets) return {};
+    if (path.extension() != packed_ending && path.extension() != choices_ending && !of_droplets)
+        return {};
     std::istringstream stem(path.stem().string());
     std::vector<std::string> fields;
     for (std::string field; std::getline(stem, field, '_');) fields.push_back(field);
@@ -90,7 +85,8 @@ std::vector<std::string> name_fields(const fs::path& path) {
 bool serves(const fs::path& path, const Recipe& recipe, const std::string& kind) {
     const std::vector<std::string> fields = name_fields(path);
     const std::vector<Range> asked = recipe_ranges(recipe);
-    if (path.extension() != ending || fields.size() != 2 + 2 * asked.size() || fields[0] != kind)
+    if (path.extension() != packed_ending || fields.size() != 2 + 2 * asked.size() ||
+        fields[0] != kind)
         return false;
     const auto has = [&](char side) { return fields[1].find(side) != std::string::npos; };
     if ((recipe.reflection && !has('r')) || (recipe.transmission && !has('t'))) return false;
@@ -171,7 +167,7 @@ std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
 }
 
 std::vector<char> TableCache::keep(const Recipe& recipe, Table header, std::vector<char> packed) {
-    header.attributes[key_attribute] = cache_key(recipe);
+    header.attributes[key_attribute] = file_name(recipe) + "\n" + table_kind(recipe);
     packed = restated({packed.data(), packed.size()}, header);
     try {
         fs::create_directories(folder_);

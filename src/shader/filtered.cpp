@@ -6,12 +6,7 @@
 
 #include "filtered_as_cxx.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
 #include <random>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -3,7 +3,6 @@
 
 #include "texture_parts.h"
 
-#include <cstddef>
 #include <utility>
 
 namespace stratus::shader {

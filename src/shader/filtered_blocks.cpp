@@ -3,14 +3,9 @@
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_block.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
 #include <map>
 #include <random>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

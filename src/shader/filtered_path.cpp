@@ -2,11 +2,7 @@
 
 #include <stratus/phase/path_law.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

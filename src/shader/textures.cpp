@@ -1,17 +1,12 @@
 #include <stratus/base/argument.h>
 #include <stratus/bsdf/bsdf.h>
-#include <stratus/shader/shader.h>
 #include <stratus/table/kernels/packed.h>
 #include <stratus/table/packed_block.h>
 
 #include "texture_parts.h"
 
-#include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstring>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -83,17 +83,17 @@ TEST(RecipeKeys, AreAllRead) {
     files.insert(files.end(), {layer, lobe, lobes, cloud, clouds, spread, spreads});
     expect_keys_are_read(
         recipe_keys(), "recipe", files, [](const std::string& text) { parse_recipe(text); },
-        full_name);
+        &Key::name);
 }
 
 TEST(StackKeys, OfLayersAreAllRead) {
     const KeyedFile::Lines layer{
         {"phase_function", "'isotropic'"}, {"albedo", "0.5"}, {"optical_depth", "1"}};
     for (const Key& key : stack_keys()) {
-        if (key.section != std::string("layers")) continue;
-        const std::string dated = KeyedFile(layer).with(key.name, "1979-05-27").text();
+        if (!std::string(key.name).starts_with("layers.")) continue;
+        const std::string dated = KeyedFile(layer).with(key.own_name(), "1979-05-27").text();
         expect_refusal([&] { parse_stack("[[layers]]\n" + dated); },
-                       {"stack: line 4: layer 1." + std::string(key.name) + " must be "});
+                       {"stack: line 4: layer 1." + key.own_name() + " must be "});
     }
 }
 
@@ -107,21 +107,21 @@ TEST(StackKeys, AreAllRead) {
     files.push_back(stack);
     std::vector<Key> keys;
     for (const Key& key : stack_keys())
-        if (key.section != std::string("layers")) keys.push_back(key);
+        if (!std::string(key.name).starts_with("layers.")) keys.push_back(key);
     expect_keys_are_read(
-        keys, "recipe", files, [](const std::string& text) { parse_recipe(text); }, full_name);
+        keys, "recipe", files, [](const std::string& text) { parse_recipe(text); }, &Key::name);
 }
 
 TEST(Keys, StandOnceInTheirTable) {
     for (const Keys keys : {recipe_keys(), stack_keys()}) {
         std::set<std::string> names;
-        for (const Key& key : keys) EXPECT_TRUE(names.insert(full_name(key)).second) << key.name;
+        for (const Key& key : keys) EXPECT_TRUE(names.insert(key.name).second) << key.name;
     }
 }
 
 TEST(KeyColumns, AreSeparatedByTwoBlanks) {
-    const Key keys[] = {{"", "long_name", "number", "-", "[0, 1]", "1", "first"},
-                        {"camera", "x", "table", "-", "-", "(none)", "second one"}};
+    const Key keys[] = {{"long_name", "number", "-", "[0, 1]", "1", "first"},
+                        {"camera.x", "table", "-", "-", "(none)", "second one"}};
     EXPECT_EQ(key_columns(keys),
               "key        form    unit  range   default  meaning\n"
               "long_name  number  -     [0, 1]  1        first\n"

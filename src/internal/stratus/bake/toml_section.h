@@ -15,6 +15,7 @@
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -22,14 +23,33 @@
 
 namespace stratus {
 
+/// The numbers between two ends, which a square bracket includes and a round one does not: "[0, 1)",
+/// "[1e-6, 1e9] or inf".
+struct NumberRange {
+    /// Errors   std::logic_error for another text.
+    NumberRange(const char* range);
+
+    /// False of nan.
+    bool holds(double value) const;
+
+    std::string text;
+    double min, max;
+    bool min_open, max_open, or_infinity;
+};
+
 struct Key {
-    const char* section;  // table that it stands in; "" at the top of the file
-    const char* name;
+    const char* name;           // after the tables that it stands in: "camera.look_at"
     const char* form;           // of the value: "number", "string", "table", ...
     const char* unit;           // "-" without one
     const char* range;          // "[0, 1)" of every number of the value; or words; "-" without one
     const char* default_value;  // as TOML text; words in parentheses where there is none
     const char* meaning;
+
+    /// The name in the table that it stands in.
+    std::string own_name() const {
+        const std::string full = name;
+        return full.substr(full.rfind('.') + 1);
+    }
 };
 
 using Keys = std::span<const Key>;
@@ -40,15 +60,18 @@ Keys recipe_keys();
 /// Returns the keys of stack files (stack_file.h): the layers, and those that bake them as one material.
 Keys stack_keys();
 
-/// "section.name", or the name of a key at the top.
-std::string full_name(const Key& key);
-
-/// A header and a line for each key: full name, form, unit, range, default and meaning, with two
+/// A header and a line for each key: name, form, unit, range, default and meaning, with two
 /// blanks or more between.
 std::string key_columns(Keys keys);
 
 // Shared reading of the TOML files that users write: keys, ranges and defaults by the rows of
 // toml_section.h; refusals that name the line.
+
+/// Where phase functions find the files that they name, and where notes on them go.
+struct PhaseSource {
+    std::filesystem::path directory;
+    std::vector<std::string>* notes;
+};
 
 /// A file as refusals name it.
 struct TomlFile {
@@ -115,12 +138,10 @@ class Section {
             throw std::runtime_error(told(key, error.what()));
         }
     }
-    PhaseFunction phase_function(const char* key, const std::string& directory,
-                                 std::vector<std::string>* notes) const;
+    PhaseFunction phase_function(const char* key, const PhaseSource& source) const;
     /// A list of `count`.
     std::vector<PhaseFunction> phase_functions(const char* key, std::size_t count,
-                                               const std::string& directory,
-                                               std::vector<std::string>* notes) const;
+                                               const PhaseSource& source) const;
 
   private:
     const Key& row(const char* key) const;
@@ -140,12 +161,6 @@ class Section {
 
 /// A value as TOML writes it.
 std::string toml_text(const toml::node& node);
-
-/// Where phase functions find the files that they name, and where notes on them go.
-struct PhaseSource {
-    std::string directory;
-    std::vector<std::string>* notes;
-};
 
 /// Most parts of a dotted key, and most brackets within each other: the library calls itself for
 /// each, and its stack ends.

@@ -40,9 +40,12 @@ SeenDirections seen_directions(const Scene& scene);
 /// plane they are found on a grid of directions and widened by what that may miss.
 Range seen_scattering_angles(const Scene& scene, Side side);
 
-/// Matter between two places of the layer: all depths and albedos in these ranges may occur.
+/// Matter of which all depths, albedos and mixtures in these ranges may occur; none to begin with.
 struct MatterSpan {
-    Range optical_depth, albedo, mixture{1, 1};
+    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
+
+    /// Extends it to hold a depth of some matter.
+    void add(const Matter& matter, double depth);
 };
 
 /// All that the layer is made of, with the effect of density: the spans between the knots of a

@@ -10,9 +10,8 @@
 namespace stratus {
 
 /// The lookups of a picture in its layer: directions, matter and sides.
-struct LookupRange {
+struct LookupRange : MatterSpan {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
-    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
     bool reflection = false, transmission = false;
 
     void add(const Matter& matter, const Geometry& geometry, Side side);
@@ -65,7 +64,8 @@ class LayerLight {
     /// ground.
     LayerLight(const Scene& scene, const TableView& table);
 
-    /// R and diffuse T. `matter` is the scene's, without the effect of density.
+    /// R or diffuse T. `matter` is the scene's, without the effect of density.
+    Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const;
     Rgb3 reflection(const Matter& matter, const Geometry& geometry) const {
         return light(matter, geometry, Side::reflection);
     }
@@ -83,6 +83,14 @@ class LayerLight {
     /// Orders n >= 2, of the table for a light path.
     Rgb3 multiple(const Matter& matter, const Scattering& scattering,
                   LightPath path = LightPath::sunlight) const;
+
+    /// Whether the scene has light of that side.
+    bool is_wanted(Side side) const {
+        return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
+    }
+
+    /// The depth that one channel sees.
+    double channel_depth(const Matter& matter, std::size_t c) const;
 
     /// Whether a LightSum finds this layer's light: that of a uniform layer.
     bool has_sums() const;
@@ -132,8 +140,6 @@ class LayerLight {
   private:
     friend class LightSum;
 
-    /// The depth that one channel sees.
-    double channel_depth(const Matter& matter, std::size_t c) const;
     class FluxLookup;
     /// One channel of the layer where it is looked up, at a cosine.
     struct Channel {
@@ -149,19 +155,10 @@ class LayerLight {
     /// `value(depth)` of each channel, evaluated once where neighbours are as deep.
     template <class Function>
     Rgb3 each_depth(const Matter& matter, const Function& value) const;
-    /// `value(light, c)` of each channel's own light.
-    template <class Function>
-    Rgb3 own_channels(const Function& value) const;
-    /// `matter` in one channel: grey in its albedo, of its depth.
-    Matter channel_matter(const Matter& matter, std::size_t c) const;
     bool is_stack() const { return !scene_.layer.stacks.empty(); }
     const LayerTable* table(LightPath path) const { return tables_ ? tables_->at(path) : nullptr; }
     void shine(int threads, LightDetail detail);
-    void bind(const TableView* table, bool multiple, LightDetail detail = LightDetail::fine);
-    Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const;
-    bool is_wanted(Side side) const {
-        return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
-    }
+    void bind(const TableView* table, LightDetail detail);
     double transmittance(const Channel& channel) const;
     double spherical_albedo(const Channel& channel) const;
     double reflected_share(const Channel& channel) const;
@@ -210,9 +207,7 @@ class LightSum {
     void look_up(Side side);
 
     const LayerLight& light_;
-    Batch& batch(Side side) { return side == Side::reflection ? reflection_ : transmission_; }
-
-    Batch reflection_, transmission_;
+    PerSide<Batch> batches_;
     Rgb3* sum_ = nullptr;
 };
 

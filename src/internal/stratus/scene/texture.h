@@ -80,6 +80,8 @@ struct Texture {
     /// for four of their pixels.
     double waves(double extent) const;
     bool is_black() const;
+    /// Whether it is one colour, and not black.
+    bool is_one_colour() const { return pattern == Pattern::plain && !is_black(); }
     /// Whether it depends on the point's place on an image.
     bool uses_image_place() const {
         return pattern != Pattern::plain && pattern != Pattern::continents;

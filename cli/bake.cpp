@@ -170,8 +170,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* rank_zero) {
         require(is_packed(command.output), "bake", "--h5",
                 "left out for an output that is itself .h5", command.h5);
     }
-    for (const std::string& written : {command.output, command.exr, command.h5})
-        require_different_files("bake", command.recipe, written);
+    require_different_files("bake", {command.recipe}, {command.output, command.exr, command.h5});
     std::vector<std::string> notes;
     const Recipe recipe = read_recipe(command.recipe, &notes);
 

@@ -85,10 +85,7 @@ void draw_study(const CostStudy& study, const fs::path& svg) {
 void run_cost(const CostCommand& command) {
     require_writable_answer("cost", command.output);
     if (!command.svg.empty()) require_writable("cost", "--svg", command.svg, {".svg"});
-    for (const std::string& written : {command.output, command.svg})
-        require_different_files("cost", command.recipe, written);
-    require(command.svg.empty() || command.svg != command.output, "cost", "--svg",
-            "another file than --output", command.svg);
+    require_different_files("cost", {command.recipe}, {command.output, command.svg});
     std::vector<std::string> notes;
     const Recipe recipe = read_recipe(command.recipe, &notes);
 

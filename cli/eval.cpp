@@ -310,8 +310,7 @@ void run_eval(const EvalOptions& options) {
     asked.density = parse_density("eval", options.density);
     asked.opposition = parse_opposition("eval", options.opposition, asked.density);
     check_effects(asked);
-    for (const std::string& input : {options.table, options.query})
-        require_different_files("eval", input, options.output);
+    require_different_files("eval", {options.table, options.query}, {options.output});
     const AnyTable table = read_any_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table.table());
     const Query query = read_query(options.query, columns.required, columns.optional);

@@ -128,8 +128,7 @@ void run_export(ExportCommand command) {
                      {endings[static_cast<std::size_t>(format)]});
     const fs::path json = fs::path(command.output).replace_extension(".json");
     if (format == MaterialFormat::exr_atlas) require_writable("export", "--output", json);
-    for (const std::string& input : command.inputs)
-        require_different_files("export", input, command.output);
+    require_different_files("export", command.inputs, {command.output});
 
     const auto started = Clock::now();
     std::vector<std::string> notes;

@@ -337,11 +337,10 @@ ResidualPlot plot_of_rows(const Query& query, const std::vector<double>& model) 
 
 /// Refuses files to write, before any work.
 void check_files(const FitCommand& command) {
-    for (const std::string& input : {command.table, command.observations})
-        require_different_files("fit", input, command.output);
+    require_different_files("fit", {command.table, command.observations},
+                            {command.output, command.rows, command.svg});
     if (!command.svg.empty()) require_writable("fit", "--svg", command.svg, {".svg"});
-    if (command.rows.empty()) return;
-    require_output("fit", "--rows", command.rows, {command.observations});
+    if (!command.rows.empty()) require_writable("fit", "--rows", command.rows);
 }
 
 void run_fit(const FitCommand& command) {

@@ -102,6 +102,7 @@ LinePlot make_plot(const PhaseFunctions& functions) {
 void run_phase(const PhaseCommand& command) {
     require_writable_answer("phase", command.output);
     if (!command.svg.empty()) require_writable("phase", "--svg", command.svg, {".svg"});
+    require_different_files("phase", {}, {command.output, command.svg});
     std::vector<std::string> notes;
     PhaseFunctions functions;
     for (const std::string& text : command.texts)

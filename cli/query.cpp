@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 #include <iostream>
+#include <set>
 #include <unistd.h>
 
 namespace stratus {
@@ -207,11 +208,18 @@ void write_file(const fs::path& path, const std::function<void(const fs::path& t
     write_atomically(path, write);
 }
 
-void require_different_files(const std::string& command, const fs::path& input,
-                             const fs::path& output) {
-    std::error_code absent;
-    require(!fs::equivalent(input, output, absent), command.c_str(), "output",
-            "another file than the input", output.string());
+void require_different_files(const std::string& command, const std::vector<std::string>& inputs,
+                             const std::vector<std::string>& outputs) {
+    std::set<fs::path> written;
+    for (const std::string& output : outputs) {
+        std::error_code absent;
+        for (const std::string& input : inputs)
+            require(!fs::equivalent(input, output, absent), command.c_str(), "output",
+                    "another file than the input", output);
+        require(is_stream(output) || takes_what_comes(output) ||
+                    written.insert(fs::weakly_canonical(output)).second,
+                command.c_str(), "output", "another file than the other output", output);
+    }
 }
 
 void require_writable(const std::string& command, const std::string& option, const fs::path& path,
@@ -232,8 +240,9 @@ void require_writable(const std::string& command, const std::string& option, con
 }
 
 void require_output(const std::string& command, const std::string& option, const fs::path& path,
-                    const std::vector<fs::path>& inputs, const std::vector<std::string>& endings) {
-    for (const fs::path& input : inputs) require_different_files(command, input, path);
+                    const std::vector<std::string>& inputs,
+                    const std::vector<std::string>& endings) {
+    require_different_files(command, inputs, {path.string()});
     require_writable(command, option, path, endings);
 }
 

@@ -89,9 +89,10 @@ void write_answer(const fs::path& path, const std::function<void(std::ostream&)>
 void write_content_held(const fs::path& path, std::string_view content);
 void write_file(const fs::path& path, const std::function<void(const fs::path& temporary)>& write);
 
-/// Throws std::invalid_argument when writing to `output` would overwrite `input`.
-void require_different_files(const std::string& command, const fs::path& input,
-                             const fs::path& output);
+/// Throws std::invalid_argument when writing the outputs would overwrite an input, or one of them another.
+/// Of no path nothing is asked.
+void require_different_files(const std::string& command, const std::vector<std::string>& inputs,
+                             const std::vector<std::string>& outputs);
 
 /// Refuses, before any work, a file that cannot be written or whose name lacks `ending`.
 ///
@@ -101,7 +102,7 @@ void require_writable(const std::string& command, const std::string& option, con
 
 /// Refuses likewise, and a file that is one of `inputs`.
 void require_output(const std::string& command, const std::string& option, const fs::path& path,
-                    const std::vector<fs::path>& inputs,
+                    const std::vector<std::string>& inputs,
                     const std::vector<std::string>& endings = {});
 
 /// Refuses a file that an answer cannot be written to; write_answer may add to it.

@@ -71,9 +71,9 @@ void check_outputs(const RenderCommand& command, const FrameRange& frames) {
         for (int frame = frames.first; frame <= frames.last; ++frame) {
             const std::string output = frame_output(command, each, frame);
             require_writable("render", "--output", output, {".png", ".exr", ".svg"});
-            require_different_files("render", command.scene, output);
-            for (const std::string& table : command.tables)
-                require_different_files("render", table, output);
+            std::vector<std::string> inputs = command.tables;
+            inputs.push_back(command.scene);
+            require_different_files("render", inputs, {output});
         }
 }
 

@@ -68,7 +68,6 @@ struct Findings {
 };
 
 Findings answer_query(const SolveCommand& command, const Method& method) {
-    require_different_files("solve", command.query, command.output);
     const Query query = read_query(command.query, {});
     std::vector<std::string> columns{"reflection",          "transmission",
                                      "reflection_single",   "transmission_single",
@@ -192,7 +191,6 @@ std::string answer_query_inside(const SolveCommand& command, const Stack& stack)
         "level",           "upward",          "downward",          "upward_single",
         "downward_single", "upward_multiple", "downward_multiple", "upward_error",
         "downward_error"};
-    require_different_files("solve", command.query, command.output);
     const Query query = read_query(command.query, {});
     std::vector<Geometry> geometries;
     for (const RowDirection& direction : query.directions) geometries.push_back(direction.geometry);
@@ -244,6 +242,7 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
 
 void run_solve(SolveCommand command) {
     check_given(*command.given, command.request.scheme);
+    require_different_files("solve", {command.query, command.layers}, {command.output});
     std::vector<std::string> notes;
     const auto note = [&](const std::string& text) {
         if (!command.quiet) say("note: " + text);

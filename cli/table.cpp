@@ -206,7 +206,7 @@ struct ChangeOptions {
 void run_convert(const ChangeOptions& options) {
     if (!is_packed(options.input)) require_table_ending("convert", "IN", options.input);
     require_table_ending("convert", "OUT", options.output);
-    require_different_files("convert", options.input, options.output);
+    require_different_files("convert", {options.input}, {options.output});
     const Table table = read_samples(options.input, options.reading);
     const SignalsHeld held;
     write_table(table, options.output);
@@ -214,7 +214,7 @@ void run_convert(const ChangeOptions& options) {
 
 void run_pack(const ChangeOptions& options) {
     require_writable("pack", "--output", options.output, {packed_ending});
-    require_different_files("pack", options.input, options.output);
+    require_different_files("pack", {options.input}, {options.output});
     if (is_packed(options.input)) require_table_ending("pack", "TABLE", options.input);
     const Table table = read_table(options.input, options.reading);
     const std::vector<char> packed = pack(table);

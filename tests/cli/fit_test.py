@@ -221,7 +221,9 @@ expect_refused(
     "--opposition lommel => --opposition | fit:  | got lommel",
     "--threads -1 => --threads | [0, 1024] | got -1",
     "-o ./one.csv => one.csv | another",
-    "-o mixed.h5 => mixed.h5 | another", prefix="fit one.csv --table mixed.h5 ")
+    "-o mixed.h5 => mixed.h5 | another",
+    "--rows mixed.h5 => mixed.h5 | another file than the input",
+    "-o same.csv --rows ./same.csv => same.csv | another file than the other output", prefix="fit one.csv --table mixed.h5 ")
 expect_refused(
     "star.csv --rows absent/rows.csv => absent/rows.csv | no folder absent",
     "absent.csv --table mixed.h5 => absent.csv",

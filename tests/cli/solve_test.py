@@ -180,6 +180,7 @@ for lines, fragments in [
     expect_refused("solve --layers stack.toml => " + fragments)
 for option in "--phase=rayleigh", "--albedo=1", "--optical-depth=1", "--scheme=classic":
     expect_refused(f"solve --layers air.toml {option} => --layers | {option.partition('=')[0]}")
+expect_refused("solve --layers air.toml --mu-in 1 -o air.toml => air.toml | another file than the input")
 expect_refused("solve --layers '' => --layers")
 expect_refused("solve --layers absent.toml => absent.toml", code=1)
 

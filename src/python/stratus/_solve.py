@@ -301,7 +301,8 @@ def solve_stack_inside(
     name = "solve_stack_inside"
     (depths, *at), shape = broadcast(name, np.float64, level=level, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
     options = _options(name, nodes, tolerance, 0)
-    at_level = ((depth, np.flatnonzero(depths == depth)) for depth in np.unique(depths))
+    levels, which = np.unique(depths, return_inverse=True)
+    at_level = ((depth, np.flatnonzero(which == k)) for k, depth in enumerate(levels))
     found = _gathered(
         depths.size,
         ((places, _stratus.solve_stack_inside(stack._own, depth, *(values[places] for values in at), *options))

@@ -19,8 +19,8 @@ constexpr double grazing = 1e-9;  // cosine that is solved for the limit at 0
 /// True where light passes through.
 bool is_transparent(const Stack& stack);
 
-/// A side that light leaves, by the side that it came from: R lit from above; diffuse T lit from above,
-/// of which the cosines change places lit from below; R lit from below.
+/// A side that light leaves, by the side that it came from: R lit from above, diffuse T lit from above
+/// (lit from below, the cosines change places), R lit from below.
 enum class LitSide { reflection, transmission, reflection_below };
 
 const char* lit_side_name(LitSide side);

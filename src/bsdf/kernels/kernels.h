@@ -88,7 +88,7 @@ constexpr int paths_at_once = 256;
 constexpr int most_lanes = 16;
 constexpr int path_room = paths_at_once + most_lanes;
 
-// The numbers of a light path, mu_in, mu_out, forward, backward and half_azimuth, of many side by side.
+// Light paths side by side; the numbers of each are mu_in, mu_out, forward, backward and half_azimuth.
 constexpr int path_numbers = 5;
 struct LightPaths {
     alignas(64) float number[path_numbers][path_room];

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <string>
 
 namespace stratus {
 namespace {
@@ -78,13 +77,27 @@ void lagrange(int count, double t, double (&weight)[stencil_size]) noexcept {
     }
 }
 
-/// Index of the sample before a position, so that another follows it.
-int cell_index(double position, int count) noexcept {
-    return std::min(static_cast<int>(position), count - 2);
-}
-
 /// About which light is even in azimuth: 0 and pi.
 bool is_mirror(double azimuth) noexcept { return azimuth == 0 || pi - azimuth <= 1e-9; }
+
+/// Up to four samples around a value, out of those from `lowest` to `highest`: where these lie past an
+/// end of the axis, which is a mirror then, they are the images of samples inside.
+Stencil stencil_within(const AxisView& axis, double value, int lowest, int highest) noexcept {
+    if (axis.count < 2) return {0, {1, 0, 0, 0}};
+    const double position = axis.index(value);
+    const int last = axis.count - 1, used = std::min(stencil_size, highest - lowest + 1);
+    const int before = std::min(static_cast<int>(position), last - 1);  // another sample follows
+    const int window = std::clamp(before - 1, lowest, highest - used + 1);
+    double weight[stencil_size];
+    lagrange(used, position - window, weight);
+    Stencil stencil{std::clamp(window, 0, std::max(0, axis.count - stencil_size)), {}};
+    for (int i = 0; i < used; ++i) {
+        const int sample = std::abs(window + i);
+        const int inside = sample > last ? 2 * last - sample : sample;
+        stencil.weight[inside - stencil.first] += static_cast<float>(weight[i]);
+    }
+    return stencil;
+}
 
 }  // namespace
 
@@ -109,37 +122,13 @@ double AxisView::index(double value) const noexcept {
 }
 
 Stencil AxisView::stencil(double value) const noexcept {
-    if (count < 2) return {0, {1, 0, 0, 0}};
-    const double position = index(value);
-    const int used = std::min(count, stencil_size);
-    const int first_sample = std::clamp(cell_index(position, count) - 1, 0, count - used);
-    double weight[stencil_size];
-    lagrange(used, position - first_sample, weight);
-    Stencil stencil{first_sample, {}};
-    for (int i = 0; i < stencil_size; ++i) stencil.weight[i] = static_cast<float>(weight[i]);
-    return stencil;
+    return stencil_within(*this, value, 0, count - 1);
 }
 
 Stencil AxisView::mirrored_stencil(double value) const noexcept {
-    if (count < 2) return {0, {1, 0, 0, 0}};
-    const double position = index(value);
-    // Four samples around the position; one that lies past a mirror is the image of one inside.
     const int last = count - 1;
-    const int lowest_sample = is_mirror(lowest) ? -last : 0;
-    const int highest_sample = is_mirror(highest) ? 2 * last : last;
-    const int used_samples = std::min(stencil_size, highest_sample - lowest_sample + 1);
-    const int first_of_window = std::clamp(cell_index(position, count) - 1, lowest_sample,
-                                           highest_sample - used_samples + 1);
-    double weight[stencil_size];
-    lagrange(used_samples, position - first_of_window, weight);
-    const int first_sample = std::clamp(first_of_window, 0, std::max(0, count - stencil_size));
-    Stencil stencil{first_sample, {}};
-    for (int i = 0; i < used_samples; ++i) {
-        const int sample = std::abs(first_of_window + i);
-        const int inside = sample > last ? 2 * last - sample : sample;
-        stencil.weight[inside - first_sample] += static_cast<float>(weight[i]);
-    }
-    return stencil;
+    return stencil_within(*this, value, is_mirror(lowest) ? -last : 0,
+                          is_mirror(highest) ? 2 * last : last);
 }
 
 AxisView Axis::view() const noexcept {

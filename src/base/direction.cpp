@@ -16,23 +16,22 @@ double sine(double cosine) noexcept {
 
 double sine_deg(double angle) noexcept { return std::sin(radians(angle)); }
 
-double horizontal_part(const Geometry& geometry) noexcept {
-    return sine(geometry.mu_in) * sine(geometry.mu_out) * std::cos(geometry.azimuth);
-}
-
 }  // namespace
 
+double cos_scattering_angle(Side side, const Geometry& geometry) noexcept {
+    const auto [mu_in, mu_out, azimuth] = geometry;
+    const double horizontal = sine(mu_in) * sine(mu_out) * std::cos(azimuth),
+                 vertical = mu_in * mu_out;
+    return std::clamp(side == Side::reflection ? horizontal - vertical : horizontal + vertical,
+                      -1.0, 1.0);
+}
+
 double cos_scattering_angle_reflected(const Geometry& geometry) noexcept {
-    return std::clamp(horizontal_part(geometry) - geometry.mu_in * geometry.mu_out, -1.0, 1.0);
+    return cos_scattering_angle(Side::reflection, geometry);
 }
 
 double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept {
-    return std::clamp(horizontal_part(geometry) + geometry.mu_in * geometry.mu_out, -1.0, 1.0);
-}
-
-double cos_scattering_angle(Side side, const Geometry& geometry) noexcept {
-    return side == Side::reflection ? cos_scattering_angle_reflected(geometry)
-                                    : cos_scattering_angle_transmitted(geometry);
+    return cos_scattering_angle(Side::transmission, geometry);
 }
 
 // i, e and the phase g are the sides of a spherical triangle whose corners are the normal, the light

@@ -135,6 +135,9 @@ struct SimdRegister {
     typedef float Floats __attribute__((vector_size(4 * width)));
     typedef std::int32_t Ints __attribute__((vector_size(4 * width)));
 };
+using FourFloats = SimdRegister<4>::Floats;
+using EightFloats = SimdRegister<8>::Floats;
+using SixteenFloats = SimdRegister<16>::Floats;
 
 // Operations on two registers. Compilers make a comparison and a blend of a ternary operator.
 template <class Floats>
@@ -157,50 +160,28 @@ STRATUS_INLINE Floats estimated_reciprocal_root(Floats x) {
     return x;
 }
 #if defined(__SSE2__)
-STRATUS_INLINE SimdRegister<4>::Floats maximum(SimdRegister<4>::Floats a,
-                                               SimdRegister<4>::Floats b) {
-    return _mm_max_ps(a, b);
-}
-STRATUS_INLINE SimdRegister<4>::Floats minimum(SimdRegister<4>::Floats a,
-                                               SimdRegister<4>::Floats b) {
-    return _mm_min_ps(a, b);
-}
-STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal(SimdRegister<4>::Floats x) {
-    return _mm_rcp_ps(x);
-}
-STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal_root(SimdRegister<4>::Floats x) {
-    return _mm_rsqrt_ps(x);
-}
+STRATUS_INLINE FourFloats maximum(FourFloats a, FourFloats b) { return _mm_max_ps(a, b); }
+STRATUS_INLINE FourFloats minimum(FourFloats a, FourFloats b) { return _mm_min_ps(a, b); }
+STRATUS_INLINE FourFloats estimated_reciprocal(FourFloats x) { return _mm_rcp_ps(x); }
+STRATUS_INLINE FourFloats estimated_reciprocal_root(FourFloats x) { return _mm_rsqrt_ps(x); }
 #endif
 #if defined(__AVX2__)
-STRATUS_INLINE SimdRegister<8>::Floats maximum(SimdRegister<8>::Floats a,
-                                               SimdRegister<8>::Floats b) {
-    return _mm256_max_ps(a, b);
-}
-STRATUS_INLINE SimdRegister<8>::Floats minimum(SimdRegister<8>::Floats a,
-                                               SimdRegister<8>::Floats b) {
-    return _mm256_min_ps(a, b);
-}
-STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal(SimdRegister<8>::Floats x) {
-    return _mm256_rcp_ps(x);
-}
-STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal_root(SimdRegister<8>::Floats x) {
-    return _mm256_rsqrt_ps(x);
-}
+STRATUS_INLINE EightFloats maximum(EightFloats a, EightFloats b) { return _mm256_max_ps(a, b); }
+STRATUS_INLINE EightFloats minimum(EightFloats a, EightFloats b) { return _mm256_min_ps(a, b); }
+STRATUS_INLINE EightFloats estimated_reciprocal(EightFloats x) { return _mm256_rcp_ps(x); }
+STRATUS_INLINE EightFloats estimated_reciprocal_root(EightFloats x) { return _mm256_rsqrt_ps(x); }
 #endif
 #if defined(__AVX512F__)
-STRATUS_INLINE SimdRegister<16>::Floats maximum(SimdRegister<16>::Floats a,
-                                                SimdRegister<16>::Floats b) {
+STRATUS_INLINE SixteenFloats maximum(SixteenFloats a, SixteenFloats b) {
     return _mm512_max_ps(a, b);
 }
-STRATUS_INLINE SimdRegister<16>::Floats minimum(SimdRegister<16>::Floats a,
-                                                SimdRegister<16>::Floats b) {
+STRATUS_INLINE SixteenFloats minimum(SixteenFloats a, SixteenFloats b) {
     return _mm512_min_ps(a, b);
 }
-STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal(SimdRegister<16>::Floats x) {
+STRATUS_INLINE SixteenFloats estimated_reciprocal(SixteenFloats x) {
     return _mm512_maskz_rcp14_ps(0xffff, x);
 }
-STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal_root(SimdRegister<16>::Floats x) {
+STRATUS_INLINE SixteenFloats estimated_reciprocal_root(SixteenFloats x) {
     return _mm512_maskz_rsqrt14_ps(0xffff, x);
 }
 #endif
@@ -215,7 +196,7 @@ STRATUS_INLINE float prompt_reciprocal_root(float x) {
 #endif
 }
 
-STRATUS_INLINE SimdRegister<4>::Floats rounded_root(SimdRegister<4>::Floats x) {
+STRATUS_INLINE FourFloats rounded_root(FourFloats x) {
 #if defined(__SSE2__)
     return _mm_sqrt_ps(x);
 #else

@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/size.h>
+#include <stratus/base/tensor_file.h>
 
 #include <cctype>
 #include <cerrno>

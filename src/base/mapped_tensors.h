@@ -45,9 +45,6 @@ std::string list_text(const std::vector<std::size_t>& numbers);
 
 bool is_utf8(const std::string& text);
 
-/// A text in quotation marks, with what JSON wants escaped.
-std::string json_string(const std::string& utf8);
-
 /// Reads JSON of the few forms that a header has: objects of what the caller reads, strings, lists
 /// of integers, spaces between them. No function calls itself, so depth is that of the caller.
 ///

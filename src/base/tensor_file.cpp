@@ -27,7 +27,7 @@ constexpr TypeName type_names[] = {{"F16", 2}, {"F32", 4}, {"F64", 8}, {"I32", 4
 const TypeName& type_name(TensorType type) { return type_names[static_cast<int>(type)]; }
 
 /// How many numbers a shape has, at most `max`: `max` + 1 stands for more, or for a shape with a 0.
-std::size_t count_up_to(std::size_t max, const std::vector<std::size_t>& shape) {
+std::size_t count_up_to(std::size_t max, const TensorShape& shape) {
     std::size_t count = 1;
     for (const std::size_t number : shape) {
         if (number == 0 || count > max / number) return max + 1;
@@ -78,7 +78,7 @@ Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& 
 void require_extent(const Extent& extent, std::size_t data_start, std::size_t data_bytes) {
     const auto of = [&] { return " of tensor " + quoted(*extent.name); };
     const auto offsets = [&] { return list_text({extent.begin, extent.end}); };
-    const std::vector<std::size_t>& shape = extent.tensor->shape;
+    const TensorShape& shape = extent.tensor->shape;
     const TypeName& type = type_name(extent.tensor->type);
     if (extent.begin > extent.end)
         refuse_tensor_file("data_offsets" + of(), "in ascending order", offsets());
@@ -214,8 +214,8 @@ void add_strings(Checksum& sum, const std::map<std::string, std::string>& string
     }
 }
 
-void add_tensor(Checksum& sum, const std::string& name, TensorType type,
-                const std::vector<std::size_t>& shape, const void* data) {
+void add_tensor(Checksum& sum, const std::string& name, TensorType type, const TensorShape& shape,
+                const void* data) {
     sum.add(name);
     sum.add(std::string(type_name(type).name));
     for (const std::size_t extent : shape) {
@@ -338,15 +338,14 @@ template TensorOf<double> TensorFile::numbers(const std::string&, std::size_t, I
 template TensorOf<std::int32_t> TensorFile::numbers(const std::string&, std::size_t,
                                                     Infinity) const;
 
-void TensorWriter::require_count(const std::string& name, const std::vector<std::size_t>& shape,
+void TensorWriter::require_count(const std::string& name, const TensorShape& shape,
                                  std::size_t count) {
     require(count == count_up_to(max_numbers, shape), "TensorWriter",
             "shape of tensor " + quoted(name), "of " + std::to_string(count) + " numbers",
             list_text(shape));
 }
 
-std::size_t TensorWriter::checked_count(const std::string& name,
-                                        const std::vector<std::size_t>& shape) const {
+std::size_t TensorWriter::checked_count(const std::string& name, const TensorShape& shape) const {
     constexpr char function[] = "TensorWriter";
     require(names_.count(name) == 0 && name != strings_key && !fills_a_gap(name), function,
             "name of a tensor", "new and neither '__metadata__' nor 'padding_...'", quoted(name));
@@ -359,8 +358,8 @@ std::size_t TensorWriter::checked_count(const std::string& name,
     return count;
 }
 
-void TensorWriter::refer(const std::string& name, TensorType type,
-                         const std::vector<std::size_t>& shape, const void* data) {
+void TensorWriter::refer(const std::string& name, TensorType type, const TensorShape& shape,
+                         const void* data) {
     const std::size_t count = checked_count(name, shape);
     names_.insert(name);
     entries_.push_back(
@@ -388,7 +387,7 @@ std::vector<char> TensorWriter::finish() {
         members.push_back(json_string(strings_key) + ":{" + joined(strings, ",") + '}');
     std::size_t end = 0;
     const auto append_member = [&](const std::string& name, TensorType type,
-                                   const std::vector<std::size_t>& shape, std::size_t size) {
+                                   const TensorShape& shape, std::size_t size) {
         members.push_back(json_string(name) + ":{\"dtype\":\"" + type_name(type).name +
                           "\",\"shape\":" + list_text(shape) +
                           ",\"data_offsets\":" + list_text({end, end + size}) + '}');

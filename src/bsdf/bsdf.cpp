@@ -78,7 +78,7 @@ void BsdfOf<channels>::integrate_albedo() {
     for (int row = 0; row < albedo_rows; ++row) {
         const Cosine in = cosine_at(as_float(row) / (albedo_rows - 1));
         for (const Side side : both_sides) {
-            const DirectionDensity::Peaks& peaks = density_.peaks(side);
+            const Peaks& peaks = density_.peaks(side);
             DirectionPairs pairs;
             weight.clear();
             for (const bool to_horizon : {false, true})
@@ -107,8 +107,8 @@ void BsdfOf<channels>::integrate_albedo() {
 }
 
 template <int channels>
-typename BsdfOf<channels>::Value BsdfOf<channels>::eval(Side side, float mu_in, float mu_out,
-                                                        float azimuth) const noexcept {
+auto BsdfOf<channels>::eval(Side side, float mu_in, float mu_out, float azimuth) const noexcept
+    -> Value {
     return slice_.scattering(side, mu_in, mu_out, azimuth) * one_over_pi;
 }
 
@@ -147,8 +147,8 @@ float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
 }
 
 template <int channels>
-typename BsdfOf<channels>::Sample BsdfOf<channels>::sample(const Vector& wi, float u1, float u2,
-                                                           float u3) const noexcept {
+auto BsdfOf<channels>::sample(const Vector& wi, float u1, float u2, float u3) const noexcept
+    -> Sample {
     check_vectors(wi, wi);
     check_random_numbers(u1, u2, u3);
     if (is_unknown(wi.x, wi.y, wi.z, u1, u2, u3))
@@ -167,8 +167,8 @@ typename BsdfOf<channels>::Sample BsdfOf<channels>::sample(const Vector& wi, flo
 }
 
 template <int channels>
-typename BsdfOf<channels>::SampleOfAngles BsdfOf<channels>::sample(float mu_in, float u1, float u2,
-                                                                   float u3) const noexcept {
+auto BsdfOf<channels>::sample(float mu_in, float u1, float u2, float u3) const noexcept
+    -> SampleOfAngles {
     check_angles(mu_in, mu_in, 0);
     check_random_numbers(u1, u2, u3);
     if (is_unknown(mu_in, u1, u2, u3))
@@ -180,8 +180,7 @@ typename BsdfOf<channels>::SampleOfAngles BsdfOf<channels>::sample(float mu_in, 
 }
 
 template <int channels>
-ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
-    float cosine) const noexcept {
+auto BsdfOf<channels>::albedo(float cosine) const noexcept -> ScatteredShares<Value> {
     const float mu_in = cosine_in_range("mu_in", cosine);
     const float place = to_cosine(inclination(mu_in)).v * (albedo_rows - 1);
     const int row = truncated(within(0, place, albedo_rows - 2));
@@ -196,8 +195,7 @@ ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
 }
 
 template <int channels>
-ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
-    const Vector& wi) const noexcept {
+auto BsdfOf<channels>::albedo(const Vector& wi) const noexcept -> ScatteredShares<Value> {
     check_vectors(wi, wi);
     const float unknown = zero_or_nan(wi.x, wi.y, wi.z);
     return is_lit(wi)

@@ -14,6 +14,10 @@
 namespace stratus {
 namespace {
 
+using Inclination = DirectionDensity::Inclination;
+using Peaks = DirectionDensity::Peaks;
+using Light = DirectionDensity::Light;
+
 /// `low` for not-a-number. With branches, which are nearly always predicted.
 [[gnu::always_inline]] inline float within(float low, float x, float high) noexcept {
     return x > low ? (x < high ? x : high) : low;
@@ -34,7 +38,7 @@ inline Cosine cosine_at(float v) noexcept {
     return {inside, root_mu, root_mu * root_mu};
 }
 
-inline Cosine to_cosine(const DirectionDensity::Inclination& to_normal) noexcept {
+inline Cosine to_cosine(const Inclination& to_normal) noexcept {
     const float mu = within(0, to_normal.cosine, 1);
     return cosine_at(square_root(to_normal.sine_squared / ((1 + mu) * (1 + square_root(mu)))));
 }
@@ -43,8 +47,7 @@ inline Cosine to_cosine(const DirectionDensity::Inclination& to_normal) noexcept
 struct Cosines {
     Cosine in, out;
 
-    Cosines(const DirectionDensity::Inclination& from,
-            const DirectionDensity::Inclination& to) noexcept {
+    Cosines(const Inclination& from, const Inclination& to) noexcept {
         const float mu_in = within(0, from.cosine, 1), mu_out = within(0, to.cosine, 1);
         const float below_in = (1 + mu_in) * (1 + square_root(mu_in));
         const float below_out = (1 + mu_out) * (1 + square_root(mu_out));
@@ -54,7 +57,7 @@ struct Cosines {
     }
 };
 
-inline DirectionDensity::Inclination inclination(float mu) noexcept {
+inline Inclination inclination(float mu) noexcept {
     const float cosine = within(0, mu, 1);
     return {cosine, (1 - cosine) * (1 + cosine)};
 }
@@ -100,16 +103,14 @@ struct LobeCoordinates {
     static float incident_place(const Cosine& in) noexcept { return in.v - normal_v; }
 
     /// v - v_in = reach (slope s + (1 - slope) s^2).
-    static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter,
-                                          const DirectionDensity::Peaks& peaks, const Cosine& in,
-                                          float s) noexcept {
+    static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter, const Peaks& peaks,
+                                          const Cosine& in, float s) noexcept {
         const float reach = quarter.reach(in), slope = peaks.slope;
         const Cosine out = cosine_at(in.v + reach * s * (slope + (1 - slope) * s));
         return {out, std::abs(reach) * (slope + 2 * (1 - slope) * s) * (4 * out.v * out.root_mu)};
     }
 
-    [[gnu::always_inline]] static AzimuthScale azimuth_scale(Side side,
-                                                             const DirectionDensity::Peaks& peaks,
+    [[gnu::always_inline]] static AzimuthScale azimuth_scale(Side side, const Peaks& peaks,
                                                              const Cosine& in,
                                                              const Cosine& out) noexcept {
         // The smallest and the largest angle from the middle of either peak over all azimuths.
@@ -177,8 +178,7 @@ struct PeakedCoordinates {
         return FourthRoot(blur / (std::abs(quarter.reach(in)) + blur));
     }
 
-    static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter,
-                                          const DirectionDensity::Peaks& /*peaks*/,
+    static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter, const Peaks& /*peaks*/,
                                           const Cosine& in, float s) noexcept {
         const FourthRoot root = cosine_root(quarter, in);
         const float reach = quarter.reach(in);
@@ -187,8 +187,8 @@ struct PeakedCoordinates {
     }
 
     /// Along tan(azimuth / 4).
-    static FourthRoot azimuth_scale(Side side, const DirectionDensity::Peaks& /*peaks*/,
-                                    const Cosine& in, const Cosine& out) noexcept {
+    static FourthRoot azimuth_scale(Side side, const Peaks& /*peaks*/, const Cosine& in,
+                                    const Cosine& out) noexcept {
         // The square of the smallest scattering angle over all azimuths.
         const float sine_in = sine(in), sine_out = sine(out), along = sine_in - sine_out;
         const float across = side == Side::transmission ? in.mu - out.mu : in.mu + out.mu;
@@ -220,7 +220,7 @@ class DirectionPairs {
 
     std::size_t count() const { return vectors_[0].size(); }
 
-    void evaluate(const DirectionDensity::Light& light, float* value) const {
+    void evaluate(const Light& light, float* value) const {
         const float* const in[3] = {vectors_[0].data(), vectors_[1].data(), vectors_[2].data()};
         const float* const out[3] = {vectors_[3].data(), vectors_[4].data(), vectors_[5].data()};
         light(count(), in, out, value);

@@ -37,14 +37,14 @@ Event event(const float* cumulative, float u) noexcept {
 
 float inside_unit(float u) noexcept { return within(0, u, 1 - 6e-8f); }
 
-using Inclination = DirectionDensity::Inclination;
 using HalfAzimuth = DirectionDensity::HalfAzimuth;
+using Direction = DirectionDensity::Direction;
 
 constexpr float no_peak = 100;  // wide enough for even coordinates
 
 /// The width of a peak, from azimuths at equal cosines; sqrt((1 - g)^2 / (4 g)) for
 /// Henyey-Greenstein.
-float peak_width(const DirectionDensity::Light& light, Side side, float mu, bool at_same_cosine) {
+float peak_width(const Light& light, Side side, float mu, bool at_same_cosine) {
     constexpr int octaves = 20;
     const bool at_azimuth_0 = (side == Side::transmission) == at_same_cosine;
     const Cosine cosine = to_cosine(inclination(mu));
@@ -63,7 +63,7 @@ float peak_width(const DirectionDensity::Light& light, Side side, float mu, bool
     return no_peak;
 }
 
-DirectionDensity::Peaks make_peaks(const DirectionDensity::Light& light, Side side) {
+Peaks make_peaks(const Light& light, Side side) {
     constexpr float slanting = 0.5f, grazing = 0.02f, slope_of_width = 4, largest_slope = 0.9f;
     const float width = peak_width(light, side, slanting, true);
     const float slope = std::min(largest_slope, slope_of_width * width);
@@ -105,15 +105,15 @@ float end_half(int sample, int count) { return sample == 0 || sample == count - 
 /// Light per area of the coordinates at incident cosine `in`, of all channels one after the other:
 /// at lines and azimuths a share `past` of the way from sample to sample, row by row.
 template <class Grid>
-std::vector<float> light_at(int channels, const PerSide<DirectionDensity::Peaks>& all_peaks,
-                            const DirectionDensity::Light& light, const Cosine& in, float past) {
+std::vector<float> light_at(int channels, const PerSide<Peaks>& all_peaks, const Light& light,
+                            const Cosine& in, float past) {
     const int moved = past > 0 ? 1 : 0;  // one sample fewer along either axis
     DirectionPairs pairs;
     std::vector<float> stretch;
     for (int number = 0; number < 4; ++number)
         for (int line = 0; line < Grid::quarter_lines - moved; ++line) {
             const SphereQuarter quarter(number);
-            const DirectionDensity::Peaks& peaks = all_peaks[quarter.side()];
+            const Peaks& peaks = all_peaks[quarter.side()];
             const OutgoingCosine out = Grid::outgoing_cosine(
                 quarter, peaks, in, (as_float(line) + past) / (Grid::quarter_lines - 1));
             const auto scale = Grid::azimuth_scale(quarter.side(), peaks, in, out.cosine);
@@ -237,8 +237,7 @@ struct Filled {
 };
 
 template <class Grid>
-Filled filled(int channels, const PerSide<DirectionDensity::Peaks>& peaks,
-              const DirectionDensity::Light& light) {
+Filled filled(int channels, const PerSide<Peaks>& peaks, const Light& light) {
     constexpr int rows = Grid::rows, lines = Grid::lines, azimuths = Grid::azimuths;
     Filled made{};
     auto& [density, along_azimuth, over_lines] = made.samples;
@@ -334,7 +333,7 @@ template <class Grid>
 float lobe_pdf(const DirectionDensity& density, Side side, const Inclination& from,
                const Inclination& to, const HalfAzimuth& half) noexcept {
     const auto [in, out] = Cosines(from, to);
-    const DirectionDensity::Peaks& peaks = density.peaks(side);
+    const Peaks& peaks = density.peaks(side);
     const SphereQuarter quarter(side, out.v > in.v);
     const AzimuthScale scale = LobeGrid::azimuth_scale(side, peaks, in, out);
     const float x = scale.a * half.cosine, y = scale.b * half.sine;
@@ -357,7 +356,7 @@ float lobe_pdf(const DirectionDensity& density, Side side, const Inclination& fr
 float peaked_pdf(const DirectionDensity& density, Side side, const Inclination& from,
                  const Inclination& to, const HalfAzimuth& half) noexcept {
     const auto [in, out] = Cosines(from, to);
-    const DirectionDensity::Peaks& peaks = density.peaks(side);
+    const Peaks& peaks = density.peaks(side);
     const SphereQuarter quarter(side, out.v > in.v);
     const float reach = std::abs(quarter.reach(in));
     const FourthRoot along = PeakedGrid::cosine_root(quarter, in);
@@ -385,11 +384,11 @@ struct DrawnLine {
 /// The rest of a draw, once the side is known. A function for each side: one branch between them
 /// comes early, and later ones, in the slice too, are then predicted.
 template <class Grid, Side side>
-[[gnu::always_inline]] inline DirectionDensity::Direction draw(const DirectionDensity& density,
-                                                               const DrawnLine& given) noexcept {
+[[gnu::always_inline]] inline Direction draw(const DirectionDensity& density,
+                                             const DrawnLine& given) noexcept {
     constexpr int quarter_lines = Grid::quarter_lines, azimuths = Grid::azimuths;
     const SphereQuarter quarter(given.line.number / quarter_lines);
-    const DirectionDensity::Peaks& peaks = density.peaks(side);
+    const Peaks& peaks = density.peaks(side);
     const float at_line =
         around_sample(given.line.number % quarter_lines, quarter_lines - 1, given.line.rest);
     const OutgoingCosine out =
@@ -413,9 +412,9 @@ template <class Grid, Side side>
 }
 
 template <class Grid>
-[[gnu::always_inline]] inline DirectionDensity::Direction sample_grid(
-    const DirectionDensity& density, const Inclination& from, float u1, float u2,
-    float u3) noexcept {
+[[gnu::always_inline]] inline Direction sample_grid(const DirectionDensity& density,
+                                                    const Inclination& from, float u1, float u2,
+                                                    float u3) noexcept {
     constexpr int rows = Grid::rows, lines = Grid::lines;
     const Cosine in = to_cosine(from);
     const float at_row = Grid::incident_place(in) * (rows - 1);
@@ -436,8 +435,8 @@ float DirectionDensity::pdf(Side side, const Inclination& from, const Inclinatio
                       : lobe_pdf(*this, side, from, to, half);
 }
 
-DirectionDensity::Direction DirectionDensity::sample(const Inclination& from, float u1, float u2,
-                                                     float u3) const noexcept {
+Direction DirectionDensity::sample(const Inclination& from, float u1, float u2,
+                                   float u3) const noexcept {
     return is_peaked_ ? sample_grid<PeakedGrid>(*this, from, u1, u2, u3)
                       : sample_grid<LobeGrid>(*this, from, u1, u2, u3);
 }

@@ -3,6 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
+#include <stratus/bsdf/any_slice.h>
 #include <stratus/layer/single_scattering.h>
 
 #include "layer/reflected_curve.h"
@@ -320,9 +321,8 @@ void SliceOf<channels>::set_kernels() {
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::scattering(Side which, float mu_in,
-                                                                float mu_out,
-                                                                float azimuth) const noexcept {
+auto SliceOf<channels>::scattering(Side which, float mu_in, float mu_out,
+                                   float azimuth) const noexcept -> Value {
     check_angles(mu_in, mu_out, azimuth);
     const BoundSide& side = *sides_[which];
     if (side.kernel.at_angles == nullptr)
@@ -331,8 +331,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::scattering(Side which, floa
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
-                                                          const Vector& wo) const noexcept {
+auto SliceOf<channels>::eval(const Vector& wi, const Vector& wo) const noexcept -> Value {
     check_vectors(wi, wo);
     const auto dark = [&] {
         return all_channels<Value>(zero_or_nan(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z));
@@ -432,8 +431,7 @@ void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const 
 
 template <int channels>
 template <class OfChannel>
-typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
-    float mu, const OfChannel& of) const noexcept {
+auto SliceOf<channels>::seen_through(float mu, const OfChannel& of) const noexcept -> Value {
     const double cosine = cosine_in_range("mu", double{mu});
     float value[channels];
     for (int c = 0; c < channels; ++c)
@@ -442,14 +440,14 @@ typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::direct(float mu) const noexcept {
+auto SliceOf<channels>::direct(float mu) const noexcept -> Value {
     return seen_through(mu, [&](int c, double cosine) {
         return direct_transmittance(medium_.optical_depth[c], cosine);
     });
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const noexcept {
+auto SliceOf<channels>::background(float mu) const noexcept -> Value {
     return seen_through(mu, [&](int c, double cosine) {
         return background_share(background_mu_, background_[size(c)], medium_.optical_depth[c],
                                 cosine);
@@ -457,7 +455,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const 
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) const noexcept {
+auto SliceOf<channels>::source_behind(float mu) const noexcept -> Value {
     return seen_through(mu, [&](int c, double cosine) {
         return source_seen_through(double{forward_phase_}, medium_.albedo[c],
                                    medium_.optical_depth[c], cosine);
@@ -491,10 +489,7 @@ Slice bind(const TableView& table, double optical_depth, double albedo,
 
 RgbSlice bind_rgb(const TableView& table, const double (&optical_depth)[3],
                   const double (&albedo)[3], const Effects& effects, OutsideTable outside) {
-    Medium<3> medium;
-    std::copy(optical_depth, optical_depth + 3, medium.optical_depth);
-    std::copy(albedo, albedo + 3, medium.albedo);
-    return RgbSlice(table, medium, effects, outside);
+    return RgbSlice(table, make_medium<3>(optical_depth, albedo), effects, outside);
 }
 
 }  // namespace stratus

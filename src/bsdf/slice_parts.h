@@ -10,7 +10,6 @@
 #include "kernels/kernels.h"
 #include "table/layer_blend.h"
 
-#include <cstddef>
 #include <functional>
 #include <vector>
 

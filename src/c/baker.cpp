@@ -11,7 +11,6 @@
 #include <atomic>
 #include <cstddef>
 #include <filesystem>
-#include <memory>
 #include <vector>
 
 namespace stratus::c {
@@ -110,8 +109,7 @@ using stratus::require;
 
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
                   stratus_solved* reflection, stratus_solved* transmission) {
-    const char* const function = __func__;
-    return run_guarded(function, {{problem, "problem"}}, [&] {
+    return run_guarded(__func__, {{problem, "problem"}}, [&, function = __func__] {
         const Problem asked = make_problem(problem, function);
         if (count == 0) return;
         require_given(function, {{geometries, "geometries"}});
@@ -137,8 +135,7 @@ int stratus_solve(const stratus_problem* problem, size_t count, const stratus_ge
 int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const double* mu,
                          double* plane_albedo, double* diffuse_transmittance,
                          stratus_fluxes* uniform) {
-    const char* const function = __func__;
-    return run_guarded(function, {{problem, "problem"}}, [&] {
+    return run_guarded(__func__, {{problem, "problem"}}, [&, function = __func__] {
         const Problem asked = make_problem(problem, function);
         if (uniform != nullptr) require_size(*uniform, function, "uniform");
         require_arrays(count, {mu}, function);
@@ -157,8 +154,7 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
 int stratus_solve_levels(const stratus_problem* problem, size_t level_count, const double* levels,
                          size_t count, const double* mu, stratus_level_light* light,
                          double* error) {
-    const char* const function = __func__;
-    return run_guarded(function, {{problem, "problem"}}, [&] {
+    return run_guarded(__func__, {{problem, "problem"}}, [&, function = __func__] {
         const Problem asked = make_problem(problem, function);
         require_arrays(level_count * count, {levels, mu, light}, function);
         if (level_count * count == 0) return;
@@ -174,23 +170,20 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
 }
 
 int stratus_bake(const char* recipe, const stratus_bake_options* options, stratus_table** table) {
-    const char* const function = __func__;
-    return make_guarded(function, table, "table", {{recipe, "recipe"}}, [&] {
+    return make_guarded(__func__, table, "table", {{recipe, "recipe"}}, [&, function = __func__] {
         if (options != nullptr) require_size(*options, function, "options");
         return make_handle(baked(recipe, options ? *options : stratus_bake_options{}, function));
     });
 }
 
 int stratus_table_pack(const stratus_table* table, stratus_table** packed) {
-    const char* const function = __func__;
-    return make_guarded(function, packed, "packed", {{table, "table"}}, [&] {
+    return make_guarded(__func__, packed, "packed", {{table, "table"}}, [&, function = __func__] {
         return make_handle(stratus::PackedTable(stratus::pack(require_samples(table, function))));
     });
 }
 
 int stratus_table_write(const stratus_table* table, const char* path) {
-    const char* const function = __func__;
-    return run_guarded(function, {{table, "table"}}, [&] {
+    return run_guarded(__func__, {{table, "table"}}, [&, function = __func__] {
         const stratus::Table& samples = require_samples(table, function);
         require_given(function, {{path, "path"}});
         if (std::filesystem::path(path).extension() == stratus::packed_ending)

@@ -101,8 +101,7 @@ int look_up_many(const stratus_slice* slice, Side side, std::size_t count, const
 using namespace stratus::c;
 
 int stratus_effects_default(stratus_effects* effects) {
-    const char* const function = __func__;
-    return run_guarded(function, {{effects, "effects"}}, [&] {
+    return run_guarded(__func__, {{effects, "effects"}}, [&, function = __func__] {
         require_size(*effects, function, "effects", first_effects_size);
         const stratus::Effects usual;
         fill(*effects, {sizeof(stratus_effects), usual.single, usual.multiple, usual.reflection,
@@ -137,8 +136,7 @@ int stratus_slice_bind_single(const char* phase_function, int channels, const do
 
 int stratus_slice_bind_single_stack(size_t layer_count, const stratus_layer* layers, int channels,
                                     const stratus_effects* effects, stratus_slice** slice) {
-    const char* const function = __func__;
-    return make_guarded(function, slice, "slice", {}, [&] {
+    return make_guarded(__func__, slice, "slice", {}, [&, function = __func__] {
         const std::vector<stratus::StackLayer> stack = make_layers(layers, layer_count, function);
         require_channels(channels, function);
         const stratus::Effects asked = to_effects(effects, function);
@@ -198,11 +196,11 @@ int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, co
 
 int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const float* const wi[3],
                             const float* const wo[3], float* value) {
-    const char* const function = __func__;
-    return run_guarded(function, {{slice, "slice"}, {wi, "wi"}, {wo, "wo"}}, [&] {
-        require_arrays(count, {wi[0], wi[1], wi[2], wo[0], wo[1], wo[2], value}, function);
-        slice->own.with_slice([&](const auto& of) { of.eval(count, wi, wo, value); });
-    });
+    return run_guarded(
+        __func__, {{slice, "slice"}, {wi, "wi"}, {wo, "wo"}}, [&, function = __func__] {
+            require_arrays(count, {wi[0], wi[1], wi[2], wo[0], wo[1], wo[2], value}, function);
+            slice->own.with_slice([&](const auto& of) { of.eval(count, wi, wo, value); });
+        });
 }
 
 int stratus_slice_direct(const stratus_slice* slice, float mu, float* value) {
@@ -223,8 +221,7 @@ int stratus_slice_source_behind(const stratus_slice* slice, float mu, float* val
 // BSDFs: slices that draw directions, too.
 
 int stratus_bsdf_build(stratus_slice** slice, stratus_bsdf** bsdf) {
-    const char* const function = __func__;
-    return make_guarded(function, bsdf, "bsdf", {{slice, "slice"}}, [&] {
+    return make_guarded(__func__, bsdf, "bsdf", {{slice, "slice"}}, [&, function = __func__] {
         require_given(function, {{*slice, "*slice"}});
         const std::unique_ptr<stratus_slice> given(std::exchange(*slice, nullptr));
         return new stratus_bsdf{{std::move(given->own).to_bsdf()}};

@@ -33,11 +33,10 @@ using namespace stratus::c;
 
 int stratus_observed_direction(double incidence_deg, double emission_deg, double phase_deg,
                                double* mu_in, double* mu_out, double* azimuth, int* transmitted) {
-    const char* const function = __func__;
     return run_guarded(
-        function,
+        __func__,
         {{mu_in, "mu_in"}, {mu_out, "mu_out"}, {azimuth, "azimuth"}, {transmitted, "transmitted"}},
-        [&] {
+        [&, function = __func__] {
             const auto [at, side] =
                 stratus::observed_geometry({incidence_deg, emission_deg, phase_deg}, function);
             *mu_in = at.mu_in;
@@ -153,8 +152,7 @@ int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** ta
 
 int stratus_table_at(const stratus_table* table, size_t count, const double* values,
                      stratus_table** chosen) {
-    const char* const function = __func__;
-    return make_guarded(function, chosen, "chosen", {{table, "table"}}, [&] {
+    return make_guarded(__func__, chosen, "chosen", {{table, "table"}}, [&, function = __func__] {
         if (count > 0) require_given(function, {{values, "values"}});
         const stratus::TableView whole = table->shared->own.view();
         return new stratus_table{table->shared,
@@ -177,8 +175,7 @@ int stratus_table_family(const stratus_table* table, size_t axis, const char** n
 void stratus_table_close(stratus_table* table) { delete table; }
 
 int stratus_table_describe(const stratus_table* table, stratus_table_info* info) {
-    const char* const function = __func__;
-    return run_guarded(function, {{table, "table"}, {info, "info"}}, [&] {
+    return run_guarded(__func__, {{table, "table"}, {info, "info"}}, [&, function = __func__] {
         require_size(*info, function, "info", first_info_size);
         const stratus::Table& of = table->shared->own.table();
         stratus_table_info found{};

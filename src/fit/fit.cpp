@@ -7,17 +7,14 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <algorithm>
 #include <cmath>
-#include <optional>
-#include <string>
 
 namespace stratus {
 namespace {
 
 constexpr const char* light_names[] = {"reflected light", "transmitted light", "a beam"};
 
-void check(const Observation& at, const LayerModel& model, const std::vector<FamilyAxis>& family) {
+void check(const Observation& at, const LayerModel& model, const FamilyAxes& family) {
     const auto is_cosine = [](double mu) { return mu > 0 && mu <= 1; };
     require(is_cosine(at.geometry.mu_out), fit_caller, "mu_out", "in (0, 1]", at.geometry.mu_out);
     if (at.light != Light::beam) {
@@ -43,15 +40,14 @@ void check(const Observation& at, const LayerModel& model, const std::vector<Fam
                 family[k].name(), allowed_text(family[k]), at.known[k]);
 }
 
-void check(const LayerModel& model, const std::vector<Observation>& observations,
-           const FitOptions& options) {
+void check(const LayerModel& model, const Observations& observations, const FitOptions& options) {
     Effects known;
     known.density = options.density;
     known.opposition = options.opposition;
     check_effects(known);
     require(options.opposition.law == Opposition::Law::none || !model.has_lower_boundary(),
             fit_caller, "opposition", "none over a lower boundary", "a law");
-    const std::vector<FamilyAxis> family = model.family();
+    const FamilyAxes family = model.family();
     for (const Observation& at : observations) check(at, model, family);
 }
 
@@ -130,7 +126,7 @@ std::vector<FitParameter> model_parameters(const LayerModel& model) {
 }
 
 std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
-                                                 const std::vector<Observation>& observations,
+                                                 const Observations& observations,
                                                  const FitOptions& options) {
     const ParameterSpace space(model, observations, options);
     std::array<bool, fit_parameters> free{};
@@ -139,13 +135,12 @@ std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
     return free;
 }
 
-std::size_t free_parameter_count(const LayerModel& model,
-                                 const std::vector<Observation>& observations,
+std::size_t free_parameter_count(const LayerModel& model, const Observations& observations,
                                  const FitOptions& options) {
     return size(ParameterSpace(model, observations, options).size());
 }
 
-Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observations,
+Fit fit_layer(const LayerModel& model, const Observations& observations,
               const FitOptions& options) {
     check(model, observations, options);
     const ParameterSpace space(model, observations, options);
@@ -157,8 +152,7 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
     return fit_near(scan_minima(problem), problem);
 }
 
-Fit fit_layer(const TableView& table, const std::vector<Observation>& observations,
-              const FitOptions& options) {
+Fit fit_layer(const TableView& table, const Observations& observations, const FitOptions& options) {
     return fit_layer(*table_model(table), observations, options);
 }
 

@@ -81,7 +81,7 @@ class FamilyViews {
     static constexpr std::size_t most_kept = 256;  // of the largest droplets a megabyte each
 
     const TableView table_;
-    std::vector<FamilyAxis> grid_;
+    FamilyAxes grid_;
     mutable std::mutex mutex_;
     mutable std::map<int, TableView> kept_;
 };
@@ -89,9 +89,7 @@ class FamilyViews {
 class TableModel : public LayerModel {
   public:
     explicit TableModel(const TableView& table)
-        : table_(table),
-          family_(table.has_family() ? *table.family : std::vector<FamilyAxis>{}),
-          views_(table) {
+        : table_(table), family_(table.has_family() ? *table.family : FamilyAxes{}), views_(table) {
         for (const FamilyAxis& axis : family_)
             require(axis.parameter != PhaseParameter::mixture || !axis.is_discrete, "fit", "table",
                     "of a range of mixtures, or none", "of some mixtures");
@@ -99,7 +97,7 @@ class TableModel : public LayerModel {
 
     int kinds() const override { return mixes_two(family_) ? 2 : 1; }
 
-    std::vector<FamilyAxis> family() const override { return family_; }
+    FamilyAxes family() const override { return family_; }
 
     ParameterRanges ranges() const override {
         const auto of = [](const AxisView& axis) { return Interval{axis.lowest, axis.highest}; };
@@ -127,7 +125,7 @@ class TableModel : public LayerModel {
     bool has_lower_boundary() const override { return table_.has_lower_boundary(); }
 
     std::vector<Scattered> scattered(const LayerParameters& layer,
-                                     const std::vector<Observation>& observations) const override {
+                                     const Observations& observations) const override {
         std::vector<Scattered> values;
         std::vector<WeightedView> views;
         FamilyPoint seen;
@@ -165,7 +163,7 @@ class TableModel : public LayerModel {
     }
 
     const TableView table_;
-    const std::vector<FamilyAxis> family_;
+    const FamilyAxes family_;
     const FamilyViews views_;
 };
 
@@ -209,7 +207,7 @@ class SingleScatteringModel : public ParticleModel {
     using ParticleModel::ParticleModel;
 
     std::vector<Scattered> scattered(const LayerParameters& layer,
-                                     const std::vector<Observation>& observations) const override {
+                                     const Observations& observations) const override {
         const PhaseFunction first = phase_function(1, layer.g1);
         const PhaseFunction second = second_ ? phase_function(2, layer.g2) : first;
         std::vector<Scattered> values;
@@ -233,7 +231,7 @@ class SolverModel : public ParticleModel {
     }
 
     std::vector<Scattered> scattered(const LayerParameters& layer,
-                                     const std::vector<Observation>& observations) const override {
+                                     const Observations& observations) const override {
         std::set<double> cosines;
         for (const Observation& observed : observations)
             if (observed.light != Light::beam)
@@ -259,8 +257,7 @@ class SolverModel : public ParticleModel {
         return values;
     }
 
-    double error(const LayerParameters& layer,
-                 const std::vector<Observation>& observations) const override {
+    double error(const LayerParameters& layer, const Observations& observations) const override {
         double largest = 0;
         const SolvedGeometries solved = solved_at(layer, observations, options_);
         for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -275,7 +272,7 @@ class SolverModel : public ParticleModel {
     }
 
     std::unique_ptr<LayerModel> refined(const LayerParameters& layer,
-                                        const std::vector<Observation>& observations,
+                                        const Observations& observations,
                                         double tolerance) const override {
         double relative = 1;
         for (const Observation& observed : observations)
@@ -306,8 +303,7 @@ class SolverModel : public ParticleModel {
         return PhaseFunction::mixture(layer.mixture(), first, phase_function(2, layer.g2));
     }
 
-    SolvedGeometries solved_at(const LayerParameters& layer,
-                               const std::vector<Observation>& observations,
+    SolvedGeometries solved_at(const LayerParameters& layer, const Observations& observations,
                                const SolverOptions& options) const {
         std::vector<Geometry> geometries;
         for (const Observation& observed : observations)
@@ -332,7 +328,7 @@ class BeamModel : public LayerModel {
     }
     bool has(Light light) const override { return light == Light::beam; }
     std::vector<Scattered> scattered(const LayerParameters&,
-                                     const std::vector<Observation>& observations) const override {
+                                     const Observations& observations) const override {
         return std::vector<Scattered>(observations.size());
     }
 };
@@ -351,8 +347,8 @@ std::optional<FitParameter> to_fit_parameter(PhaseParameter parameter) noexcept 
 }
 
 std::vector<double> LayerModel::brightness(const LayerParameters& layer,
-                                           const std::vector<Observation>& observations,
-                                           double density, const Opposition& opposition) const {
+                                           const Observations& observations, double density,
+                                           const Opposition& opposition) const {
     LayerParameters met = layer;
     met.optical_depth = effective_optical_depth(layer.optical_depth, density);
     const std::vector<Scattered> values = scattered(met, observations);

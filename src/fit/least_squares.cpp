@@ -36,7 +36,7 @@ Interval free_albedo(const ParameterRanges& ranges, bool first, double held) {
 }
 
 /// Whether the observations bring an axis' value themselves.
-bool is_known(const std::vector<Observation>& observations, std::size_t axis, const char* name) {
+bool is_known(const Observations& observations, std::size_t axis, const char* name) {
     const auto count = size(std::ranges::count_if(observations, [&](const Observation& observed) {
         return !std::isnan(observed.known[axis]);
     }));
@@ -48,8 +48,7 @@ bool is_known(const std::vector<Observation>& observations, std::size_t axis, co
 
 }  // namespace
 
-ParameterSpace::ParameterSpace(const LayerModel& model,
-                               const std::vector<Observation>& observations,
+ParameterSpace::ParameterSpace(const LayerModel& model, const Observations& observations,
                                const FitOptions& options)
     : names_(fit_parameter_names(model)), one_kind_(model.kinds() < 2) {
     const double dilution = 1 - options.density;
@@ -66,7 +65,7 @@ ParameterSpace::ParameterSpace(const LayerModel& model,
         add(fit_optical_depth, depth);
     }
     add_albedos(model, options);
-    const std::vector<FamilyAxis> family = model.family();
+    const FamilyAxes family = model.family();
     if (std::ranges::find(family, PhaseParameter::g, &FamilyAxis::parameter) == family.end())
         add_asymmetry(model, 1, options.g1, options.free_g1);
     add_asymmetry(model, 2, options.g2, options.free_g2);
@@ -139,10 +138,9 @@ void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
     value = *held;
 }
 
-void ParameterSpace::add_family(const LayerModel& model,
-                                const std::vector<Observation>& observations,
+void ParameterSpace::add_family(const LayerModel& model, const Observations& observations,
                                 const FitOptions& options) {
-    const std::vector<FamilyAxis> family = model.family();
+    const FamilyAxes family = model.family();
     for (const FitParameter parameter : {fit_radius, fit_wavelength, fit_variance}) {
         const auto& held = options.*held_fields[parameter];
         const bool is_varied = std::ranges::any_of(family, [&](const FamilyAxis& axis) {

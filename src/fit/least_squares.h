@@ -36,7 +36,7 @@ class ParameterSpace {
     /// Errors   std::invalid_argument for values held outside the model's range, and for parameters
     ///          that are neither held nor known of the observations though the model does not vary
     ///          them.
-    ParameterSpace(const LayerModel& model, const std::vector<Observation>& observations,
+    ParameterSpace(const LayerModel& model, const Observations& observations,
                    const FitOptions& options);
 
     int size() const { return static_cast<int>(ranges_.size()); }
@@ -78,7 +78,7 @@ class ParameterSpace {
     void add_albedos(const LayerModel& model, const FitOptions& options);
     void add_asymmetry(const LayerModel& model, int kind, const std::optional<double>& held,
                        bool is_free);
-    void add_family(const LayerModel& model, const std::vector<Observation>& observations,
+    void add_family(const LayerModel& model, const Observations& observations,
                     const FitOptions& options);
 
     const std::array<const char*, fit_parameters> names_;
@@ -94,7 +94,7 @@ struct Problem {
 
     const LayerModel& model;
     const ParameterSpace& space;
-    const std::vector<Observation>& observations;
+    const Observations& observations;
     const FitOptions& options;
 
     /// (model - observed) / sigma of all observations.

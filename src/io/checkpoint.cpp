@@ -16,8 +16,6 @@
 namespace stratus {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::string_view magic = "stratus-checkpoint 1\n";
 constexpr std::string_view magic_without_version = "stratus-checkpoint ";
 constexpr std::size_t max_name = 4096;  // far longer than any name

@@ -129,7 +129,7 @@ std::ifstream open(const std::string& path) {
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t byte_limit(const std::string& path) {
-    return std::filesystem::is_regular_file(path) ? unlimited : max_text;
+    return fs::is_regular_file(path) ? unlimited : max_text;
 }
 
 CsvTable read_numbers(std::istream& stream, const std::string& name,

@@ -23,13 +23,12 @@ constexpr const char* channels[] = {"R", "G", "B"};
 /// 2^14 on a side are 3 GB of floats.
 constexpr int max_side = 1 << 14;
 
-Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
+Imf::Slice channel(const Image& image, int c, const Imath::V2i& origin) {
     return Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c, origin, image.width, image.height,
                             3 * sizeof(float), 3 * sizeof(float) * size(image.width));
 }
 
-void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer,
-                const std::filesystem::path& path) {
+void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer, const fs::path& path) {
     Imf::StdOSStream stream;  // in memory
     {
         Imf::OutputFile file(stream, header);
@@ -42,14 +41,13 @@ void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer,
 }  // namespace
 
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
-                     const std::filesystem::path& path, Alpha alpha) {
+                     const fs::path& path, Alpha alpha) {
     Imf::Header header(image.width, image.height);
     header.compression() = Imf::ZIP_COMPRESSION;
-    Image copy = image;  // OpenEXR wants a pointer to non-const
     Imf::FrameBuffer buffer;
     for (int c = 0; c < 3; ++c) {
         header.channels().insert(channels[c], Imf::Channel(Imf::FLOAT));
-        buffer.insert(channels[c], channel(copy, c, {0, 0}));
+        buffer.insert(channels[c], channel(image, c, {0, 0}));
     }
     std::vector<float> ones;
     if (alpha == Alpha::opaque) {
@@ -63,7 +61,7 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
 }
 
 void write_exr_texels(const char* texels, int width, int height, bool halves,
-                      const std::filesystem::path& path) {
+                      const fs::path& path) {
     const Imf::PixelType type = halves ? Imf::HALF : Imf::FLOAT;
     const std::size_t bytes = halves ? 2 : 4;
     Imf::Header header(width, height);
@@ -79,7 +77,7 @@ void write_exr_texels(const char* texels, int width, int height, bool halves,
     write_file(header, buffer, path);
 }
 
-Image read_exr_image(const std::filesystem::path& path, std::uintmax_t max_memory) {
+Image read_exr_image(const fs::path& path, std::uintmax_t max_memory) {
     return io::naming(path, [&] {
         io::MemoryLimit limit(max_memory);
         const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR", limit);

@@ -87,7 +87,7 @@ Picture make_picture(const Table& table, std::size_t rank) {
 }
 
 /// Samples in the order of the picture, which differs from the table's only over all five axes.
-std::vector<float> to_picture(const std::vector<float>& samples, std::span<const std::size_t> n) {
+std::vector<float> to_picture(const std::vector<float>& samples, Extents n) {
     if (n.size() < 5) return samples;
     const std::size_t run = n[3] * n[4];
     std::vector<float> pixels;
@@ -348,8 +348,8 @@ void read_rows(Imf::InputPart& part, std::size_t width, std::size_t first,
 }
 
 /// Reads one row of tiles at a time, so as to need no second copy of all samples.
-void read_tiles(Imf::InputPart& part, std::size_t width, std::span<const std::size_t> n,
-                MemoryLimit limit, std::vector<float>& samples) {
+void read_tiles(Imf::InputPart& part, std::size_t width, Extents n, MemoryLimit limit,
+                std::vector<float>& samples) {
     const std::size_t run = n[3] * n[4];
     limit.take("a row of tiles", n[2] * width * sizeof(float));
     std::vector<float> pixels(n[2] * width);
@@ -385,7 +385,7 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
 
 }  // namespace
 
-void write_exr(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+void write_exr(const Table& table, const Metadata& metadata, const fs::path& path,
                const WriteOptions&) {
     const std::vector<SampleField> fields = listed_samples(metadata);
     const std::vector<Imf::Header> headers = make_headers(table, metadata, fields);

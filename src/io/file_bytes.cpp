@@ -15,7 +15,6 @@
 #include <limits>
 #include <random>
 #include <sstream>
-#include <stdexcept>
 
 namespace stratus::io {
 
@@ -28,12 +27,12 @@ std::system_error last_error() { return {errno, std::generic_category()}; }
 
 }  // namespace
 
-Descriptor::Descriptor(const std::filesystem::path& path, int flags)
+Descriptor::Descriptor(const fs::path& path, int flags)
     : number_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
     if (number_ < 0) throw last_error();
 }
 
-Descriptor Descriptor::unnamed_in(const std::filesystem::path& folder) {
+Descriptor Descriptor::unnamed_in(const fs::path& folder) {
     std::string name = folder / ".stratus-samples-XXXXXX";
     Descriptor file(::mkostemp(name.data(), O_CLOEXEC));
     if (file.number_ < 0 || ::unlink(name.c_str()) != 0) throw last_error();
@@ -78,7 +77,7 @@ bool Descriptor::lock() const {
     return failure != EWOULDBLOCK;
 }
 
-bool Descriptor::is_still_at(const std::filesystem::path& path) const {
+bool Descriptor::is_still_at(const fs::path& path) const {
     struct stat here, there;
     return ::fstat(number_, &here) == 0 && ::lstat(path.c_str(), &there) == 0 &&
            here.st_dev == there.st_dev && here.st_ino == there.st_ino;
@@ -92,15 +91,15 @@ void Descriptor::close() {
     if (::close(std::exchange(number_, -1)) != 0) throw last_error();
 }
 
-Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, const std::string& kind,
+Bytes read_bytes(const fs::path& path, std::string_view magic, const std::string& kind,
                  MemoryLimit& limit) {
-    const auto status = std::filesystem::status(path);
-    if (std::filesystem::is_directory(status)) throw std::runtime_error("is a directory");
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    const auto status = fs::status(path);
+    if (fs::is_directory(status)) throw std::runtime_error("is a directory");
+    if (fs::exists(status) && !fs::is_regular_file(status))
         throw std::runtime_error("is not a regular file");
 
     const Descriptor file(path, O_RDONLY);
-    const std::uintmax_t size = std::filesystem::file_size(path);
+    const std::uintmax_t size = fs::file_size(path);
     if (size == 0) throw std::runtime_error("is empty");
     Bytes bytes(static_cast<std::size_t>(std::min<std::uintmax_t>(size, magic.size())));
     file.read_at(0, bytes);
@@ -140,14 +139,14 @@ void MemoryLimit::take(const std::string& what, std::uintmax_t bytes) {
 
 namespace stratus {
 
-std::ifstream open_text(const std::filesystem::path& path) {
+std::ifstream open_text(const fs::path& path) {
     std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path))
+    if (!file || fs::is_directory(path))
         throw std::runtime_error(path.string() + ": cannot be read");
     return file;
 }
 
-std::string read_text(const std::filesystem::path& path) {
+std::string read_text(const fs::path& path) {
     std::ifstream file = open_text(path);
     std::string text;
     constexpr std::size_t step = 1 << 16;
@@ -187,8 +186,6 @@ bool read_line(std::istream& stream, std::string& line, std::uint64_t most) {
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 // A temporary file of `target` is called .STEM.NUMBERS.partial.EXT. It keeps the extension because
 // writers choose their format by it.

@@ -27,7 +27,7 @@ constexpr std::size_t target_chunk_bytes = std::size_t{1} << 19;
 /// Extents of a chunk, which is a run of consecutive samples: the whole of as many of the last
 /// dimensions as fit the target size, the next one divided evenly, and 1 in the others.
 struct Chunks {
-    explicit Chunks(std::span<const std::size_t> extents) : chunk(extents.size()) {
+    explicit Chunks(Extents extents) : chunk(extents.size()) {
         std::size_t bytes = sizeof(float);
         for (std::size_t d = extents.size(); d-- > 0;) {
             const std::size_t fitting =
@@ -89,7 +89,7 @@ struct Cuts {
 /// A dataset's chunks, written in their order.
 class OrderedChunks {
   public:
-    OrderedChunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents)
+    OrderedChunks(hid_t dataset, const std::string& name, Extents extents)
         : dataset_(dataset),
           name_(name),
           extents_(extents),
@@ -113,7 +113,7 @@ class OrderedChunks {
   private:
     const hid_t dataset_;
     const std::string name_;
-    const std::span<const std::size_t> extents_;
+    const Extents extents_;
     const Chunks chunks_;
     std::vector<hsize_t> at_;
 };
@@ -208,7 +208,7 @@ std::size_t chunks_ahead(int threads) {
 
 }  // namespace
 
-void set_chunks(hid_t creation, std::span<const std::size_t> extents) {
+void set_chunks(hid_t creation, Extents extents) {
     const Chunks chunks(extents);
     checked(H5Pset_chunk(creation, static_cast<int>(extents.size()), chunks.chunk.data()),
             "set chunks");
@@ -220,7 +220,7 @@ void release_samples(const WriteOptions& options) {
     if (options.samples) options.samples->release();
 }
 
-void write_chunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents,
+void write_chunks(hid_t dataset, const std::string& name, Extents extents,
                   std::span<const float> values, const WriteOptions& options) {
     OrderedChunks file(dataset, name, extents);
     if (options.share) {

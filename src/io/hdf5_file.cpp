@@ -35,14 +35,14 @@ Handle new_property_list(hid_t kind) {
     return {H5Pcreate(kind), H5Pclose, "create a property list"};
 }
 
-Handle new_dataspace(std::span<const std::size_t> extents) {
+Handle new_dataspace(Extents extents) {
     const std::vector<hsize_t> sizes(extents.begin(), extents.end());
     return {H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose,
             "create a dataspace"};
 }
 
-Handle new_dataset(hid_t file, const std::string& name, hid_t stored,
-                   std::span<const std::size_t> extents, bool in_chunks) {
+Handle new_dataset(hid_t file, const std::string& name, hid_t stored, Extents extents,
+                   bool in_chunks) {
     const Handle space = new_dataspace(extents);
     const Handle creation = new_property_list(H5P_DATASET_CREATE);
     checked(H5Pset_obj_track_times(creation, false), "leave out times");
@@ -94,8 +94,7 @@ namespace {
 /// The file of the system, and what went wrong with it. Once that is known all that HDF5 writes is
 /// dropped, so that it can close its file.
 struct Output {
-    explicit Output(const std::filesystem::path& path)
-        : descriptor(path, O_RDWR | O_CREAT | O_TRUNC) {}
+    explicit Output(const fs::path& path) : descriptor(path, O_RDWR | O_CREAT | O_TRUNC) {}
 
     /// Whether work() succeeds, which is not tried after a failure.
     template <class Work>
@@ -225,7 +224,7 @@ Handle create_file(const std::string& name, const Handle& access) {
 
 }  // namespace
 
-void write_file(const std::filesystem::path& path, const std::function<void(hid_t file)>& fill) {
+void write_file(const fs::path& path, const std::function<void(hid_t file)>& fill) {
     const auto output = std::make_shared<Output>(path);
     try {
         const Handle access = new_property_list(H5P_FILE_ACCESS);

@@ -12,10 +12,8 @@
 #include <functional>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace stratus::io::hdf5 {
 
@@ -77,11 +75,11 @@ class Handle {
 };
 
 Handle new_property_list(hid_t kind);
-Handle new_dataspace(std::span<const std::size_t> extents);
+Handle new_dataspace(Extents extents);
 
 /// A new dataset, which keeps the order of its attributes, and no times.
-Handle new_dataset(hid_t file, const std::string& name, hid_t stored,
-                   std::span<const std::size_t> extents, bool in_chunks = false);
+Handle new_dataset(hid_t file, const std::string& name, hid_t stored, Extents extents,
+                   bool in_chunks = false);
 
 // ---- files: read in memory, so that only the system can fail on the disk (file_bytes.h), and written through a
 // driver of our own: what fills them can be larger than memory, and where the system fails it says why, not
@@ -93,7 +91,7 @@ Handle open_file(const Bytes& bytes);
 /// Makes `path` an HDF5 file with what fill(file) puts into it.
 ///
 /// Errors   std::system_error from the system; what `fill` throws.
-void write_file(const std::filesystem::path& path, const std::function<void(hid_t file)>& fill);
+void write_file(const fs::path& path, const std::function<void(hid_t file)>& fill);
 
 // ---- attributes: the metadata of a table, on the root, and texts on its datasets
 
@@ -117,7 +115,7 @@ Metadata read_metadata(hid_t file, bool ignore_checksums);
 // makes smaller files. Any HDF5 reads them.
 
 /// Makes a dataset over `extents` chunked, shuffled and deflated.
-void set_chunks(hid_t creation, std::span<const std::size_t> extents);
+void set_chunks(hid_t creation, Extents extents);
 
 /// Lets go of samples on the disk that have been brought into memory.
 void release_samples(const WriteOptions& options);
@@ -127,7 +125,7 @@ void release_samples(const WriteOptions& options);
 /// Threads  as many deflate as `options` say; one at a time calls HDF5; the file is the same for any
 ///          number of them.
 /// Errors   std::runtime_error for a chunk that HDF5 cannot write.
-void write_chunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents,
+void write_chunks(hid_t dataset, const std::string& name, Extents extents,
                   std::span<const float> values, const WriteOptions& options);
 
 }  // namespace stratus::io::hdf5

@@ -48,7 +48,7 @@ hid_t memory_type() {
 
 /// Writes a dataset whole.
 template <class Number>
-Handle write_values(hid_t file, const std::string& name, std::span<const std::size_t> extents,
+Handle write_values(hid_t file, const std::string& name, Extents extents,
                     std::span<const Number> values) {
     Handle dataset = new_dataset(file, name, stored_type<Number>(), extents);
     checked(H5Dwrite(dataset, memory_type<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
@@ -59,8 +59,8 @@ Handle write_values(hid_t file, const std::string& name, std::span<const std::si
 /// Writes a dataset over the first axes, with its attributes.
 template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
-                     const std::string& units, std::span<const std::size_t> extents,
-                     std::span<const Number> values, const WriteOptions& options = {}) {
+                     const std::string& units, Extents extents, std::span<const Number> values,
+                     const WriteOptions& options = {}) {
     // Only datasets over all axes are large enough to be worth chunks.
     const bool in_chunks = extents.size() >= axis_fields.size();
     Handle dataset = in_chunks ? new_dataset(file, name, stored_type<Number>(), extents, true)
@@ -93,7 +93,7 @@ void attach_axes(hid_t file, hid_t dataset, std::span<const AxisField> axes) {
     }
 }
 
-void write_grid(hid_t file, const NetcdfGrid& grid, std::span<const std::size_t> extents) {
+void write_grid(hid_t file, const NetcdfGrid& grid, Extents extents) {
     std::vector<Handle> axes;
     for (const NetcdfDimension& axis : grid.dimensions) {
         const std::size_t size = axis.values.size();
@@ -139,7 +139,7 @@ struct Source {
 /// Reads a dataset whose extents the caller has checked.
 template <class Number>
 std::vector<Number> read_values(const Source& source, hid_t dataset, const std::string& name,
-                                std::span<const std::size_t> extents) {
+                                Extents extents) {
     std::vector<Number> values(checked_count(name, extents, sizeof(Number), source.size));
     checked(H5Dread(dataset, memory_type<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
             "read dataset " + name);
@@ -200,7 +200,7 @@ void fill(hid_t file, const Table& table, const Metadata& metadata, const WriteO
 
 }  // namespace
 
-void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+void write_hdf5(const Table& table, const Metadata& metadata, const fs::path& path,
                 const WriteOptions& options) {
     const QuietErrors quiet;
     write_file(path, [&](hid_t file) { fill(file, table, metadata, options); });
@@ -230,7 +230,7 @@ Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
 
 namespace stratus {
 
-void write_netcdf(const NetcdfGrid& grid, const std::filesystem::path& path) {
+void write_netcdf(const NetcdfGrid& grid, const fs::path& path) {
     std::vector<std::size_t> extents;
     std::size_t count = 1;
     for (const NetcdfDimension& axis : grid.dimensions) {

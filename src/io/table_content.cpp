@@ -1,7 +1,6 @@
 #include "table_content.h"
 
 #include <stratus/base/argument.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
 #include <algorithm>
@@ -10,9 +9,6 @@
 #include <cmath>
 #include <cstdio>
 #include <libdeflate.h>
-#include <optional>
-#include <span>
-#include <stdexcept>
 
 namespace stratus::io {
 
@@ -195,8 +191,8 @@ void check_checksum(const std::string& what, const std::optional<std::string>& s
                           computed + ", sealed with " + shown_text(*stored) + ")");
 }
 
-std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
-                          std::size_t element_size, std::uintmax_t stored) {
+std::size_t checked_count(const std::string& dataset, Extents extents, std::size_t element_size,
+                          std::uintmax_t stored) {
     const std::size_t largest = max_dataset_bytes / element_size;
     std::size_t count = 1;
     for (const std::size_t extent : extents) {

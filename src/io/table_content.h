@@ -73,10 +73,13 @@ class NotAsSealed : public std::runtime_error {
 void check_checksum(const std::string& what, const std::optional<std::string>& stored,
                     const std::string& computed);
 
+/// How many samples there are along each dimension, the last one contiguous.
+using Extents = std::span<const std::size_t>;
+
 /// Product of extents, to be asked for before memory is allocated: throws std::runtime_error
 /// where it is 0, beyond 8 GiB of elements, or more than `stored` bytes can be inflated to.
-std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
-                          std::size_t element_size, std::uintmax_t stored);
+std::size_t checked_count(const std::string& dataset, Extents extents, std::size_t element_size,
+                          std::uintmax_t stored);
 
 /// Throws std::invalid_argument for a table that no reader would accept.
 void check_table(const Table& table, bool with_samples = true);
@@ -85,10 +88,10 @@ void check_table(const Table& table, bool with_samples = true);
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
 inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 /// The file's bytes are never in memory at once.
-void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+void write_hdf5(const Table& table, const Metadata& metadata, const fs::path& path,
                 const WriteOptions& options);
 Table decode_hdf5(const Bytes& bytes, const ReadOptions& options = {});
-void write_exr(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+void write_exr(const Table& table, const Metadata& metadata, const fs::path& path,
                const WriteOptions& options);
 Table decode_exr(const Bytes& bytes, const ReadOptions& options = {});
 

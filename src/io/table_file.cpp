@@ -11,11 +11,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
-#include <filesystem>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
-#include <utility>
 
 namespace stratus {
 namespace {
@@ -23,14 +21,14 @@ namespace {
 struct Format {
     std::string_view magic;
     const char* kind;
-    void (*write)(const Table&, const Metadata&, const std::filesystem::path&, const WriteOptions&);
+    void (*write)(const Table&, const Metadata&, const fs::path&, const WriteOptions&);
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
 constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::write_hdf5, io::decode_hdf5};
 constexpr Format exr{io::exr_magic, "an OpenEXR", io::write_exr, io::decode_exr};
 
-const Format& find_format(const std::filesystem::path& path,
+const Format& find_format(const fs::path& path,
                           const std::string& allowed = "a name ending in .h5 or .exr") {
     const std::string extension = path.extension().string();
     require(extension == ".h5" || extension == ".exr", "table", "file", allowed, path.string());
@@ -38,7 +36,7 @@ const Format& find_format(const std::filesystem::path& path,
 }
 
 /// Reads a table, and names the path in errors.
-Table read(const std::filesystem::path& path, const ReadOptions& options, const Format& format) {
+Table read(const fs::path& path, const ReadOptions& options, const Format& format) {
     return io::naming(path, [&] {
         io::MemoryLimit limit(options.max_memory);
         const io::Bytes bytes = io::read_bytes(path, format.magic, format.kind, limit);
@@ -53,24 +51,23 @@ Table read(const std::filesystem::path& path, const ReadOptions& options, const 
 
 }  // namespace
 
-Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
+Table read_table(const fs::path& path, const ReadOptions& options) {
     return read(path, options, find_format(path));
 }
 
-AnyTable read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
+AnyTable read_any_table(const fs::path& path, const ReadOptions& options) {
     if (path.extension() == packed_ending) return PackedTable(path.string());
     return read(path, options, find_format(path, "a name ending in .stratus, .h5 or .exr"));
 }
 
-void write_table(const Table& table, const std::filesystem::path& path, int threads) {
+void write_table(const Table& table, const fs::path& path, int threads) {
     write_table(table, path, WriteOptions{threads, {}, nullptr});
 }
 
-void write_table(const Table& table, const std::filesystem::path& path,
-                 const WriteOptions& options) {
+void write_table(const Table& table, const fs::path& path, const WriteOptions& options) {
     const Format& format = find_format(path);
     io::check_table(table, options.samples == nullptr);
-    const auto write = [&](const std::filesystem::path& temporary) {
+    const auto write = [&](const fs::path& temporary) {
         io::naming(path,
                    [&] { format.write(table, io::make_metadata(table), temporary, options); });
     };
@@ -79,7 +76,7 @@ void write_table(const Table& table, const std::filesystem::path& path,
 
 struct SampleFiles::File {
     /// Errors   std::system_error where the system refuses.
-    File(const std::filesystem::path& folder, const PerSide<std::size_t>& of_sides)
+    File(const fs::path& folder, const PerSide<std::size_t>& of_sides)
         : descriptor(io::Descriptor::unnamed_in(folder)),
           size(std::max<std::size_t>(1, of_sides.reflection + of_sides.transmission) *
                sizeof(float)),
@@ -100,7 +97,7 @@ struct SampleFiles::File {
     void* mapped = MAP_FAILED;
 };
 
-SampleFiles::SampleFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+SampleFiles::SampleFiles(fs::path folder) : folder_(std::move(folder)) {}
 SampleFiles::~SampleFiles() = default;
 
 bool SampleFiles::make_room(const PerSide<std::size_t>& counts) {
@@ -159,8 +156,7 @@ PhaseFunction read_phase_function(const std::string& text, const std::string& di
                                   std::vector<std::string>* notes) {
     return parse_phase_function(
         text, notes, [&](const std::string& file, const std::vector<std::string>& columns) {
-            return find_columns(read_csv((std::filesystem::path(directory) / file).string()),
-                                columns);
+            return find_columns(read_csv((fs::path(directory) / file).string()), columns);
         });
 }
 

@@ -32,7 +32,6 @@ MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& opt
     require(material.colours.size() == 1, "export", "colours of netcdf", "one, it holds grey",
             material.colours.size());
     MaterialFile file;
-    note_beam(material, file.notes);
     note_transmission(material, file.notes);
     std::vector<double> mu{grazing}, cosines{0}, phi, azimuths;
     for (int k = 1; k < mqdiffuse_cosines; ++k) cosines.push_back(k / (mqdiffuse_cosines - 1.0));
@@ -48,8 +47,9 @@ MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& opt
     parallel_for(mqdiffuse_cosines, options.threads, [&](int out) {
         for (int in = out; in < mqdiffuse_cosines; ++in) {
             const bool at_corner = in == 0 && out == 0;
-            const std::vector<SolvedValue> values = solved.reflection(
-                at_corner ? mqdiffuse_cosines : in, at_corner ? mqdiffuse_cosines : out, azimuths);
+            const std::vector<SolvedValue> values =
+                solved.values(LitSide::reflection, at_corner ? mqdiffuse_cosines : in,
+                              at_corner ? mqdiffuse_cosines : out, azimuths);
             for (std::size_t a = 0; a < mqdiffuse_azimuths; ++a) {
                 const auto i = size(in), o = size(out);
                 brdf[(o * mqdiffuse_azimuths + a) * count + i] =
@@ -82,8 +82,8 @@ struct Samples {
     std::vector<float> all_orders, multiple;
 };
 
-Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
-               const std::vector<double>& mu, const std::vector<double>& azimuths, int threads) {
+Samples sample(LitSide side, const SolvedColours& colours, const std::vector<double>& mu,
+               const std::vector<double>& azimuths, int threads) {
     const int cosines = static_cast<int>(mu.size());
     const std::size_t row_size = mu.size() * azimuths.size(),
                       count = colours.size() * mu.size() * row_size;
@@ -94,7 +94,7 @@ Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
         std::size_t at = size(row) * row_size;
         for (int out = 0; out < cosines; ++out) {
             const double sum = mu[size(in)] + mu[size(out)];
-            for (const SolvedValue& value : (colour.*side.values)(in, out, azimuths)) {
+            for (const SolvedValue& value : colour.values(side, in, out, azimuths)) {
                 samples.all_orders[at] = static_cast<float>(sum * value.total);
                 samples.multiple[at++] = static_cast<float>(sum * value.multiple);
             }
@@ -105,7 +105,7 @@ Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
 
 constexpr int atlas_cosines = 64, atlas_azimuths = 64;
 
-Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack>& colours,
+Image draw_tiles(const std::vector<LitSide>& rows, const SolvedColours& colours,
                  const std::vector<double>& mu, int threads) {
     const std::vector<double> azimuths = even_azimuths(atlas_azimuths);
     const int row_count = static_cast<int>(rows.size());
@@ -126,43 +126,31 @@ Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack
     return image;
 }
 
-std::string quoted(const std::string& text) {
-    std::string quoted = "\"";
-    for (const char letter : text) {
-        if (letter == '"' || letter == '\\') quoted += '\\';
-        quoted += static_cast<unsigned char>(letter) < 0x20 ? ' ' : letter;
-    }
-    return quoted + '"';
-}
-
 /// JSON has no infinity: null stands for it, of optical depths where nothing passes.
-std::string number_json(double value) { return std::isinf(value) ? "null" : shortest_text(value); }
-
 std::string list_json(const std::vector<double>& values) {
-    std::string text;
-    for (const double value : values) text += (text.empty() ? "" : ", ") + number_json(value);
-    return "[" + text + "]";
+    std::vector<std::string> numbers;
+    for (const double value : values)
+        numbers.push_back(std::isinf(value) ? "null" : shortest_text(value));
+    return "[" + joined(numbers) + "]";
 }
 
 /// One list for each colour.
-std::string lists_json(const std::vector<SolvedStack>& colours,
+std::string lists_json(const SolvedColours& colours,
                        std::vector<double> (SolvedStack::*fluxes)() const) {
-    std::string text;
-    for (const SolvedStack& colour : colours)
-        text += (text.empty() ? "" : ",\n    ") + list_json((colour.*fluxes)());
-    return "[\n    " + text + "\n  ]";
+    std::vector<std::string> lists;
+    for (const SolvedStack& colour : colours) lists.push_back(list_json((colour.*fluxes)()));
+    return "[\n    " + joined(lists, ",\n    ") + "\n  ]";
 }
 
 std::string atlas_json(const Material& material, const std::vector<LitSide>& rows,
-                       const std::vector<SolvedStack>& colours, const std::vector<double>& mu) {
+                       const SolvedColours& colours, const std::vector<double>& mu) {
     std::vector<double> mu_in = mu;
     mu_in[0] = 0;
-    std::string names;
-    for (const LitSide& row : rows)
-        names += (names.empty() ? "\"" : ", \"") + std::string(row.name) + '"';
+    std::vector<std::string> names;
+    for (const LitSide row : rows) names.push_back(json_string(lit_side_name(row)));
     std::ostringstream json;
     json << "{\n  \"format\": \"stratus-atlas\",\n  \"version\": 1,\n  \"material\": "
-         << quoted(describe(material)) << ",\n  \"rows\": [" << names
+         << json_string(describe(material)) << ",\n  \"rows\": [" << joined(names)
          << "],\n  \"columns\": " << atlas_cosines << ",\n  \"tile_width\": " << atlas_azimuths
          << ",\n  \"tile_height\": " << atlas_cosines
          << ",\n  \"texel\": \"pi f (mu_in + mu_out), f the BRDF or BTDF per steradian without the "
@@ -186,9 +174,8 @@ std::string atlas_json(const Material& material, const std::vector<LitSide>& row
 
 MaterialFile make_atlas(const Material& material, const MaterialOptions& options) {
     MaterialFile file;
-    note_beam(material, file.notes);
     const std::vector<double> mu = even_cosines(atlas_cosines);
-    const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
+    const SolvedColours colours = solve_colours(material, mu, options);
     const std::vector<LitSide> rows = lit_sides(material, colours);
     const auto image =
         std::make_shared<const Image>(draw_tiles(rows, colours, mu, options.threads));
@@ -226,7 +213,7 @@ void set_strings(const Material& material, TensorWriter& file) {
              "as from above with mu_in and mu_out exchanged");
 }
 
-void add_fluxes(const std::vector<SolvedStack>& colours, TensorWriter& file) {
+void add_fluxes(const SolvedColours& colours, TensorWriter& file) {
     std::vector<double> albedo, transmittance;
     for (const SolvedStack& colour : colours) {
         const std::vector<double> reflected = colour.plane_albedo(),
@@ -242,9 +229,8 @@ void add_fluxes(const std::vector<SolvedStack>& colours, TensorWriter& file) {
 
 MaterialFile make_slice(const Material& material, const MaterialOptions& options) {
     MaterialFile file;
-    note_beam(material, file.notes);
     const std::vector<double> mu = even_cosines(slice_cosines);
-    const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
+    const SolvedColours colours = solve_colours(material, mu, options);
     TensorWriter tensors;
     set_strings(material, tensors);
     std::vector<double> axis = mu;
@@ -255,11 +241,12 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
     tensors.add("azimuth", {azimuths}, around);
     tensors.add("optical_depth", {colours.size()}, beam_depths(material));
     add_fluxes(colours, tensors);
-    for (const LitSide& side : lit_sides(material, colours)) {
+    for (const LitSide side : lit_sides(material, colours)) {
         const Samples samples = sample(side, colours, mu, around, options.threads);
         const std::vector<std::size_t> shape{colours.size(), cosines, cosines, azimuths};
-        tensors.add(side.name, shape, samples.all_orders);
-        tensors.add(std::string(side.name) + "_multiple", shape, samples.multiple);
+        const std::string name = lit_side_name(side);
+        tensors.add(name, shape, samples.all_orders);
+        tensors.add(name + "_multiple", shape, samples.multiple);
     }
     file.write = writing(tensors.finish());
     return file;

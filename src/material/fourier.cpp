@@ -43,7 +43,7 @@ std::vector<float> signed_cosines(const std::vector<double>& positive) {
 }
 
 /// Luminance, red and blue: the channels of a coloured table; one colour as it is.
-std::vector<std::vector<double>> to_channels(std::vector<std::vector<double>> colours) {
+Functions to_channels(Functions colours) {
     if (colours.size() == 1) return colours;
     std::vector<double> luminance(colours[0].size());
     for (std::size_t j = 0; j < luminance.size(); ++j)
@@ -52,41 +52,27 @@ std::vector<std::vector<double>> to_channels(std::vector<std::vector<double>> co
     return {std::move(luminance), std::move(colours[0]), std::move(colours[2])};
 }
 
-using ChannelSeries = std::vector<std::vector<double>>;  // over (channel, term)
-
-/// The series of one side between all pairs of cosines.
-class SideSeries {
-  public:
-    explicit SideSeries(std::size_t count) : count_(count), series_(count * count) {}
-
-    ChannelSeries& at(std::size_t in, std::size_t out) { return series_[in * count_ + out]; }
-    const ChannelSeries& at(std::size_t in, std::size_t out) const {
-        return series_[in * count_ + out];
-    }
-
-  private:
-    std::size_t count_;
-    std::vector<ChannelSeries> series_;
-};
+/// The series of one side between all pairs of cosines, over (in, out).
+using SideSeries = std::vector<std::vector<Functions>>;
 
 /// `symmetric`: half of the pairs are worked out.
-SideSeries make_series(const std::vector<SolvedStack>& colours, SideValues values,
-                       std::size_t count, bool symmetric, int threads) {
-    SideSeries all(count);
+SideSeries make_series(const SolvedColours& colours, LitSide side, std::size_t count,
+                       bool symmetric, int threads) {
+    SideSeries all(count, std::vector<Functions>(count));
     parallel_for(static_cast<int>(count), threads, [&](int in) {
         for (int out = symmetric ? in : 0; out < static_cast<int>(count); ++out) {
             const auto bsdf = [&](const std::vector<double>& azimuths) {
-                std::vector<std::vector<double>> of_colours;
+                Functions of_colours;
                 for (const SolvedStack& colour : colours) {
                     std::vector<double>& totals = of_colours.emplace_back();
-                    for (const SolvedValue& value : (colour.*values)(in, out, azimuths))
+                    for (const SolvedValue& value : colour.values(side, in, out, azimuths))
                         totals.push_back(value.total / pi);
                 }
                 return to_channels(std::move(of_colours));
             };
             const auto i = size(in), o = size(out);
-            all.at(i, o) = cosine_series(bsdf, series_tolerance);
-            if (symmetric) all.at(o, i) = all.at(i, o);
+            all[i][o] = cosine_series(bsdf, series_tolerance);
+            if (symmetric) all[o][i] = all[i][o];
         }
     });
     return all;
@@ -128,7 +114,7 @@ std::array<double, 4> midway_shares(const std::vector<double>& mu, int place) {
 
 /// The largest relative error of splines through f |mu_i| at azimuths between pairs of nodes: `mu` has
 /// 0 and the nodes above it, a colour is solved there and then midway after each of `tried_after`.
-double spline_error(const SolvedStack& colour, SideValues values, const std::vector<double>& mu,
+double spline_error(const SolvedStack& colour, LitSide side, const std::vector<double>& mu,
                     int threads) {
     constexpr int tried = static_cast<int>(tried_after.size()), steps = 32;
     std::vector<double> azimuths;  // dense forward and back, where droplets have peaks
@@ -150,11 +136,11 @@ double spline_error(const SolvedStack& colour, SideValues values, const std::vec
                 for (int b = 0; b < 4; ++b) {
                     const auto from = size(a), to = size(b);
                     const double share = in_shares[from] * out_shares[to] * mu[size(in - 1 + a)];
-                    const auto samples = (colour.*values)(in - 1 + a, out - 1 + b, azimuths);
+                    const auto samples = colour.values(side, in - 1 + a, out - 1 + b, azimuths);
                     for (std::size_t k = 0; k < samples.size(); ++k)
                         spline[k] += share * samples[k].total;
                 }
-            const auto exact = (colour.*values)(first_tried + i, first_tried + o, azimuths);
+            const auto exact = colour.values(side, first_tried + i, first_tried + o, azimuths);
             for (std::size_t k = 0; k < exact.size(); ++k)
                 if (exact[k].total > 0)
                     worst[row] = std::max(
@@ -172,27 +158,28 @@ class FourierTable {
         nodes.insert(nodes.end(), positive_.begin(), positive_.end());
         std::vector<double> solved = nodes;
         for (const int place : tried_after) solved.push_back(midway(nodes, place));
-        const std::vector<SolvedStack> colours = solve_colours(material, solved, options);
+        const SolvedColours colours = solve_colours(material, solved, options);
         channels_ = static_cast<int>(colours.size());
         const bool symmetric = std::ranges::all_of(colours, &SolvedStack::is_symmetric);
-        const auto side = [&](SideValues values, bool symmetric_side, double& error) {
+        const auto all_series = [&](LitSide side, bool symmetric_side, double& error) {
             for (const SolvedStack& colour : colours)
-                error = std::max(error, spline_error(colour, values, nodes, options.threads));
-            return make_series(colours, values, nodes.size(), symmetric_side, options.threads);
+                error = std::max(error, spline_error(colour, side, nodes, options.threads));
+            return make_series(colours, side, nodes.size(), symmetric_side, options.threads);
         };
-        const SideSeries above = side(&SolvedStack::reflection, true, reflection_error_);
+        const SideSeries above = all_series(LitSide::reflection, true, reflection_error_);
         const bool same = symmetric && std::ranges::all_of(colours, &SolvedStack::is_transparent);
         const SideSeries below =
-            same ? above : side(&SolvedStack::reflection_below, true, reflection_error_);
-        const SideSeries through = side(&SolvedStack::transmission, symmetric, transmission_error_);
+            same ? above : all_series(LitSide::reflection_below, true, reflection_error_);
+        const SideSeries through =
+            all_series(LitSide::transmission, symmetric, transmission_error_);
         for (std::size_t o = 0; o < mu_.size(); ++o) {
             std::vector<double> means;
             for (std::size_t i = 0; i < mu_.size(); ++i) {
                 const std::size_t from = place(i), to = place(o);
                 const bool up = is_up(o);
-                const ChannelSeries& series = up != is_up(i) ? (up ? above : below).at(from, to)
-                                              : up           ? through.at(to, from)
-                                                             : through.at(from, to);
+                const Functions& series = up != is_up(i) ? (up ? above : below)[from][to]
+                                          : up           ? through[to][from]
+                                                         : through[from][to];
                 means.push_back(put(series, i, o));
             }
             const std::vector<float> sums = spline_integrals(mu_, means);
@@ -211,7 +198,7 @@ class FourierTable {
         return text;
     }
 
-    Encoder encode(const std::string& text) const {
+    std::vector<char> encode(const std::string& text) const {
         Encoder file;
         file.put(std::string_view("SCATFUN\x01"));
         const auto count = [](std::size_t n) { return static_cast<std::uint32_t>(n); };
@@ -225,7 +212,7 @@ class FourierTable {
         file.put(places_);
         file.put(coefficients_);
         file.put(std::string_view(text));
-        return file;
+        return file.finish();
     }
 
   private:
@@ -239,7 +226,7 @@ class FourierTable {
     double cosine(std::size_t k) const { return place(k) == 0 ? 0 : positive_[place(k) - 1]; }
 
     /// Appends the series of a pair; returns its mean.
-    double put(const ChannelSeries& series, std::size_t i, std::size_t o) {
+    double put(const Functions& series, std::size_t i, std::size_t o) {
         const double mu_i = cosine(i), mean = series.empty() ? 0 : series[0][0] * mu_i;
         if (!(mean <= largest_mean))
             throw std::invalid_argument(
@@ -272,7 +259,6 @@ class FourierTable {
 
 MaterialFile make_fourier(const Material& material, const MaterialOptions& options) {
     MaterialFile file;
-    note_beam(material, file.notes);
     const FourierTable table(material, options);
     const std::string error = table.error_beyond(options.tolerance);
     if (!error.empty())
@@ -280,8 +266,7 @@ MaterialFile make_fourier(const Material& material, const MaterialOptions& optio
             "between the file's cosines readers are off by up to " + error +
             ", most of it straight on or back, where the phase function or the ground peaks");
     file.write = writing(
-        table.encode(describe(material) + ". Without the beam straight through, exp(-tau/mu).")
-            .finish());
+        table.encode(describe(material) + ". Without the beam straight through, exp(-tau/mu)."));
     return file;
 }
 

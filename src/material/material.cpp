@@ -46,10 +46,10 @@ const std::vector<std::string>& material_format_names() {
     return names;
 }
 
-std::vector<SolvedStack> solve_colours(const Material& material, const std::vector<double>& mu,
-                                       const MaterialOptions& options) {
+SolvedColours solve_colours(const Material& material, const std::vector<double>& mu,
+                            const MaterialOptions& options) {
     const int count = static_cast<int>(material.colours.size());
-    std::vector<SolvedStack> solved(material.colours.size());
+    SolvedColours solved(material.colours.size());
     const auto finished = [&](int done) {
         if (options.progress) options.progress(static_cast<double>(done) / count, "solving");
     };
@@ -78,18 +78,6 @@ std::string describe(const Material& material) {
     return text;
 }
 
-void note_beam(const Material& material, std::vector<std::string>& notes) {
-    if (material.is_opaque()) return;
-    std::vector<std::string> depths;
-    for (const Stack& stack : material.colours) {
-        const std::string depth = shortest_text(stack.optical_depth());
-        if (depths.empty() || depth != depths.back()) depths.push_back(depth);
-    }
-    notes.push_back(
-        "the beam straight through, exp(-tau/mu) with tau = " + joined(depths) +
-        ", is not in the file: a renderer adds it, or --over puts ground under the layer");
-}
-
 void note_transmission(const Material& material, std::vector<std::string>& notes) {
     if (material.is_opaque()) return;
     notes.push_back(
@@ -98,6 +86,17 @@ void note_transmission(const Material& material, std::vector<std::string>& notes
 }
 
 namespace {
+
+/// The note on the beam, where it passes.
+std::string beam_note(const Material& material) {
+    std::vector<std::string> depths;
+    for (const Stack& stack : material.colours) {
+        const std::string depth = shortest_text(stack.optical_depth());
+        if (depths.empty() || depth != depths.back()) depths.push_back(depth);
+    }
+    return "the beam straight through, exp(-tau/mu) with tau = " + joined(depths) +
+           ", is not in the file: a renderer adds it, or --over puts ground under the layer";
+}
 
 /// Nodes for the most demanding colour, and the largest error of any.
 ChosenNodes choose_nodes(const Material& material, const MaterialOptions& options) {
@@ -147,6 +146,7 @@ MaterialFile make_material(const Material& material, MaterialFormat format,
     MaterialOptions with = options;
     with.nodes = chosen.nodes;
     MaterialFile file = encode(material, format, with);
+    if (!material.is_opaque()) file.notes.insert(file.notes.begin(), beam_note(material));
     file.error = chosen.error;
     file.nodes = chosen.nodes;
     return file;

@@ -16,6 +16,11 @@ bool is_transparent(const Stack& stack) {
     return !stack.lower_boundary.is_present() && !std::isinf(stack.optical_depth());
 }
 
+const char* lit_side_name(LitSide side) {
+    constexpr const char* names[] = {"reflection", "transmission", "reflection_below"};
+    return names[static_cast<int>(side)];
+}
+
 SolvedStack::SolvedStack(const Stack& stack, const std::vector<double>& mu, int nodes)
     : transparent_(stratus::is_transparent(stack)) {
     SolverOptions options;
@@ -27,21 +32,12 @@ SolvedStack::SolvedStack(const Stack& stack, const std::vector<double>& mu, int 
     below_ = solve_stack(upside_down, {}, mu, options);
 }
 
-std::vector<SolvedValue> SolvedStack::reflection(int in, int out,
-                                                 const std::vector<double>& azimuths) const {
-    return above_.values(Side::reflection, in, out, azimuths);
-}
-
-std::vector<SolvedValue> SolvedStack::reflection_below(int in, int out,
-                                                       const std::vector<double>& azimuths) const {
+std::vector<SolvedValue> SolvedStack::values(LitSide side, int in, int out,
+                                             const std::vector<double>& azimuths) const {
+    if (side == LitSide::reflection) return above_.values(Side::reflection, in, out, azimuths);
     if (!transparent_) return std::vector<SolvedValue>(azimuths.size());
+    if (side == LitSide::transmission) return above_.values(Side::transmission, in, out, azimuths);
     return (below_ ? *below_ : above_).values(Side::reflection, in, out, azimuths);
-}
-
-std::vector<SolvedValue> SolvedStack::transmission(int in, int out,
-                                                   const std::vector<double>& azimuths) const {
-    if (!transparent_) return std::vector<SolvedValue>(azimuths.size());
-    return above_.values(Side::transmission, in, out, azimuths);
 }
 
 std::vector<double> SolvedStack::plane_albedo() const {
@@ -69,12 +65,11 @@ std::vector<double> even_azimuths(int count) {
     return azimuths;
 }
 
-std::vector<LitSide> lit_sides(const Material& material, const std::vector<SolvedStack>& colours) {
-    std::vector<LitSide> sides{{"reflection", &SolvedStack::reflection}};
-    if (material.is_opaque()) return sides;
-    sides.push_back({"transmission", &SolvedStack::transmission});
+std::vector<LitSide> lit_sides(const Material& material, const SolvedColours& colours) {
+    if (material.is_opaque()) return {LitSide::reflection};
+    std::vector<LitSide> sides{LitSide::reflection, LitSide::transmission};
     if (!std::ranges::all_of(colours, &SolvedStack::is_symmetric))
-        sides.push_back({"reflection_below", &SolvedStack::reflection_below});
+        sides.push_back(LitSide::reflection_below);
     return sides;
 }
 
@@ -120,13 +115,12 @@ class Series {
 
 /// All series within the tolerance, of as many terms as half the intervals at most; empty where
 /// more are needed.
-std::vector<std::vector<double>> try_series(const AzimuthValues& values, int intervals,
-                                            double tolerance) {
-    std::vector<double> azimuths, cosine;
-    for (int j = 0; j <= intervals; ++j) azimuths.push_back(j * pi / intervals);
+Functions try_series(const AzimuthValues& values, int intervals, double tolerance) {
+    std::vector<double> cosine;
     for (int j = 0; j < 2 * intervals; ++j) cosine.push_back(std::cos(j * pi / intervals));
     std::vector<Series> all;
-    for (std::vector<double>& function : values(azimuths)) all.emplace_back(std::move(function));
+    for (std::vector<double>& function : values(even_azimuths(intervals + 1)))
+        all.emplace_back(std::move(function));
     for (int count = 1; count <= intervals / 2; ++count) {
         bool within = true;
         for (Series& series : all) {
@@ -134,7 +128,7 @@ std::vector<std::vector<double>> try_series(const AzimuthValues& values, int int
             within = within && series.is_within(tolerance);
         }
         if (!within) continue;
-        std::vector<std::vector<double>> terms;
+        Functions terms;
         for (const Series& series : all) terms.push_back(series.terms());
         return terms;
     }
@@ -143,13 +137,13 @@ std::vector<std::vector<double>> try_series(const AzimuthValues& values, int int
 
 }  // namespace
 
-std::vector<std::vector<double>> cosine_series(const AzimuthValues& values, double tolerance) {
+Functions cosine_series(const AzimuthValues& values, double tolerance) {
     for (int intervals = fewest_intervals; intervals <= most_intervals; intervals *= 2) {
-        std::vector<std::vector<double>> found = try_series(values, intervals, tolerance);
+        Functions found = try_series(values, intervals, tolerance);
         if (found.empty()) continue;
         const bool dark =
             std::ranges::all_of(found, [](const auto& terms) { return !(terms[0] > 0); });
-        return dark ? std::vector<std::vector<double>>() : found;
+        return dark ? Functions() : found;
     }
     throw std::runtime_error(
         "export: the phase function is too narrow for cosine series of 4096 terms");
@@ -198,13 +192,13 @@ std::vector<double> ReflectionField::cosines(int count) {
 ReflectionField::ReflectionField(const Stack& stack, const SolvedStack& solved,
                                  const std::vector<double>& mu, int threads)
     : stack_(stack), mu_(mu) {
-    std::vector<double> azimuths;
-    for (int a = 0; a <= azimuth_intervals; ++a) azimuths.push_back(a * pi / azimuth_intervals);
+    const std::vector<double> azimuths = even_azimuths(azimuth_intervals + 1);
     const std::size_t count = mu.size(), row = azimuths.size();
     rest_.resize(count * count * row);
     parallel_for(static_cast<int>(count), threads, [&](int out) {
         for (int in = out; in < static_cast<int>(count); ++in) {
-            const std::vector<SolvedValue> values = solved.reflection(in, out, azimuths);
+            const std::vector<SolvedValue> values =
+                solved.values(LitSide::reflection, in, out, azimuths);
             const auto i = size(in), o = size(out);
             for (std::size_t a = 0; a < row; ++a)
                 rest_[(o * count + i) * row + a] = rest_[(i * count + o) * row + a] =

@@ -19,19 +19,20 @@ constexpr double grazing = 1e-9;  // cosine that is solved for the limit at 0
 /// True where light passes through.
 bool is_transparent(const Stack& stack);
 
+/// A side that light leaves, by the side that it came from: R lit from above, diffuse T lit from above
+/// (lit from below, the cosines change places), R lit from below.
+enum class LitSide { reflection, transmission, reflection_below };
+
+const char* lit_side_name(LitSide side);
+
 class SolvedStack {
   public:
     SolvedStack() = default;
     SolvedStack(const Stack& stack, const std::vector<double>& mu, int nodes);
 
-    /// R lit from above at many azimuths in radians.
-    std::vector<SolvedValue> reflection(int in, int out, const std::vector<double>& azimuths) const;
-    /// R lit from below; 0 of what is opaque.
-    std::vector<SolvedValue> reflection_below(int in, int out,
-                                              const std::vector<double>& azimuths) const;
-    /// Diffuse T, lit from above; lit from below, the cosines change places.
-    std::vector<SolvedValue> transmission(int in, int out,
-                                          const std::vector<double>& azimuths) const;
+    /// R or T at many azimuths in radians; but for reflection 0 of what is opaque.
+    std::vector<SolvedValue> values(LitSide side, int in, int out,
+                                    const std::vector<double>& azimuths) const;
 
     /// Fluxes lit from above, over mu_in.
     std::vector<double> plane_albedo() const;
@@ -48,10 +49,6 @@ class SolvedStack {
     bool transparent_ = false;
 };
 
-/// One of its functions of azimuth.
-using SideValues = std::vector<SolvedValue> (SolvedStack::*)(
-    int in, int out, const std::vector<double>& azimuths) const;
-
 // Grids that strangers look up: cosines even in u = asin(sqrt(mu)) 2 / pi, azimuths even from 0 to
 // pi, and R or T times mu_in + mu_out. That factor removes the growth at grazing angles; in u
 // neither it nor the sines near the normal are steep.
@@ -62,29 +59,28 @@ std::vector<double> even_cosines(int count);
 /// `count` azimuths from 0 to pi.
 std::vector<double> even_azimuths(int count);
 
-/// A side that light leaves, by the side that it came from.
-struct LitSide {
-    const char* name;
-    SideValues values;
-};
+/// A material, colour by colour.
+using SolvedColours = std::vector<SolvedStack>;
 
 /// Reflection; transmission, where light passes; reflection_below, where it is another.
-std::vector<LitSide> lit_sides(const Material& material, const std::vector<SolvedStack>& colours);
+std::vector<LitSide> lit_sides(const Material& material, const SolvedColours& colours);
 
 /// Optical depth that the beam passes, for each colour; infinity where nothing does.
 std::vector<double> beam_depths(const Material& material);
 
 // Even functions of azimuth as cosine series, as short as a relative error allows.
 
-/// Values of several functions at azimuths: over (function, azimuth).
-using AzimuthValues =
-    std::function<std::vector<std::vector<double>>(const std::vector<double>& azimuths)>;
+/// Numbers over (function, azimuth), or (function, term of its series).
+using Functions = std::vector<std::vector<double>>;
+
+/// Values of several functions at azimuths.
+using AzimuthValues = std::function<Functions(const std::vector<double>& azimuths)>;
 
 /// f = sum_k a_k cos(k azimuth) of each function, all equally long: within `tolerance` of every
 /// value, or of a thousandth of the mean where that is more. Empty where no mean is above 0.
 ///
 /// Errors   std::runtime_error where 4,096 terms do not suffice.
-std::vector<std::vector<double>> cosine_series(const AzimuthValues& values, double tolerance);
+Functions cosine_series(const AzimuthValues& values, double tolerance);
 
 // R of one colour at any geometry, from a solution at cosines that are dense everywhere: single
 // scattering in closed form, the rest by polynomials through six samples of cosine and azimuth.
@@ -125,14 +121,11 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
 std::function<void(const std::filesystem::path&)> writing(std::vector<char> bytes);
 
 /// Every colour of a material solved at the same cosines.
-std::vector<SolvedStack> solve_colours(const Material& material, const std::vector<double>& mu,
-                                       const MaterialOptions& options);
+SolvedColours solve_colours(const Material& material, const std::vector<double>& mu,
+                            const MaterialOptions& options);
 
 /// Describes a material for a file's text: its title, layers and the ground under them.
 std::string describe(const Material& material);
-
-/// The note on the beam; none where nothing passes.
-void note_beam(const Material& material, std::vector<std::string>& notes);
 
 /// The note on what passes, for formats of reflection alone; none where nothing does.
 void note_transmission(const Material& material, std::vector<std::string>& notes);
@@ -143,21 +136,16 @@ class Encoder {
     static_assert(std::endian::native == std::endian::little, "files are little-endian");
 
     template <class Number>
-    void put(Number value) {
-        static_assert(std::is_arithmetic_v<Number>);
-        const char* const first = reinterpret_cast<const char*>(&value);
-        bytes_.insert(bytes_.end(), first, first + sizeof value);
-    }
-    template <class Number>
     void put(const std::vector<Number>& values) {
         static_assert(std::is_arithmetic_v<Number>);
         const char* const first = reinterpret_cast<const char*>(values.data());
         bytes_.insert(bytes_.end(), first, first + values.size() * sizeof(Number));
     }
+    template <class Number>
+    void put(Number value) {
+        put(std::vector{value});
+    }
     void put(std::string_view text) { bytes_.insert(bytes_.end(), text.begin(), text.end()); }
-
-    std::size_t size() const { return bytes_.size(); }
-    const std::vector<char>& bytes() const { return bytes_; }
 
     /// Returns the whole file, after which nothing is left.
     std::vector<char> finish() { return std::move(bytes_); }

@@ -246,7 +246,7 @@ void lift(std::vector<float>& values, std::size_t colours, const std::vector<flo
 
 Grids make_grids(const Material& material, const std::vector<float>& theta,
                  const std::vector<double>& mu, const MaterialOptions& options) {
-    const std::vector<SolvedStack> solved = solve_colours(material, mu, options);
+    const SolvedColours solved = solve_colours(material, mu, options);
     std::vector<ReflectionField> colours;
     for (std::size_t c = 0; c < solved.size(); ++c)
         colours.emplace_back(material.colours[c], solved[c], mu, options.threads);
@@ -280,15 +280,17 @@ std::vector<float> spread(const std::vector<float>& values, std::size_t colours,
 /// Fields of a file, and their encoding.
 class TensorBsdfFile {
   public:
+    /// Numbers: float or std::uint8_t.
+    template <class Number>
     void add(const std::string& name, const std::vector<std::uint64_t>& shape,
-             const std::vector<float>& values) {
-        fields_.push_back({name, shape, 10, encoded(values)});
-    }
-    void add(const std::string& name, const std::vector<std::uint8_t>& values) {
-        fields_.push_back({name, {values.size()}, 1, encoded(values)});
+             const std::vector<Number>& values) {
+        Encoder bytes;
+        bytes.put(values);
+        const std::uint8_t type = std::is_same_v<Number, float> ? 10 : 1;
+        fields_.push_back({name, shape, type, bytes.finish()});
     }
 
-    Encoder encode() const {
+    std::vector<char> encode() const {
         std::uint64_t offset = 18;
         for (const Field& field : fields_)
             offset += 2 + field.name.size() + 2 + 1 + 8 + 8 * field.shape.size();
@@ -304,8 +306,8 @@ class TensorBsdfFile {
             file.put(field.shape);
             offset += field.bytes.size();
         }
-        for (const Field& field : fields_) file.put(field.bytes.bytes());
-        return file;
+        for (const Field& field : fields_) file.put(field.bytes);
+        return file.finish();
     }
 
   private:
@@ -313,15 +315,8 @@ class TensorBsdfFile {
         std::string name;
         std::vector<std::uint64_t> shape;
         std::uint8_t type;
-        Encoder bytes;
+        std::vector<char> bytes;
     };
-
-    template <class Number>
-    static Encoder encoded(const std::vector<Number>& values) {
-        Encoder bytes;
-        bytes.put(values);
-        return bytes;
-    }
 
     std::vector<Field> fields_;
 };
@@ -330,7 +325,6 @@ class TensorBsdfFile {
 
 MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptions& options) {
     MaterialFile file;
-    note_beam(material, file.notes);
     note_transmission(material, file.notes);
     const std::vector<double> mu = ReflectionField::cosines(angle_count);
     std::vector<float> theta;
@@ -343,10 +337,10 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
 
     TensorBsdfFile tensor;
     const std::string text = describe(material);
-    tensor.add("description", std::vector<std::uint8_t>(text.begin(), text.end()));
-    tensor.add("jacobian", {std::uint8_t{1}});
+    tensor.add("description", {text.size()}, std::vector<std::uint8_t>(text.begin(), text.end()));
+    tensor.add("jacobian", {1}, std::vector<std::uint8_t>{1});
     tensor.add("theta_i", {angle_count}, theta);
-    tensor.add("phi_i", {1}, {0});
+    tensor.add("phi_i", {1}, std::vector<float>{0});
     tensor.add("ndf", {2, 2}, std::vector<float>(4, 1));
     tensor.add("sigma", {2, 2}, std::vector<float>(4, 0.25f));
     tensor.add("vndf", {1, angle_count, 2, 2}, std::vector<float>(4 * angle_count, 1));
@@ -364,7 +358,7 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
         if (colours == 3)
             file.notes.push_back("blue is up to 473 nm, green from 503 to 575, red from 605");
     }
-    file.write = writing(tensor.encode().finish());
+    file.write = writing(tensor.encode());
     return file;
 }
 

@@ -92,7 +92,7 @@ struct SphereRows {
     std::vector<double> sum, difference;
 
     SphereRows(std::size_t most_terms, std::size_t most)
-        : size(padded(most_terms)), rows(2 * most), sum(rows * size), difference(rows * size) {}
+        : size(padded(most_terms)), rows(2 * most), sum(rows * size), difference(sum) {}
 
     void add(const std::vector<CoefficientLanes>& series, std::size_t k, double number) {
         const std::size_t first = 2 * count++;
@@ -111,8 +111,8 @@ struct SphereRows {
 
     void clear() {
         count = 0;
-        std::fill(sum.begin(), sum.end(), 0.0);
-        std::fill(difference.begin(), difference.end(), 0.0);
+        sum.assign(sum.size(), 0.0);
+        difference = sum;
     }
 };
 
@@ -182,15 +182,13 @@ void add_intensities(const SphereRows& spheres, AtNodes& nodes) {
 /// From sums over spheres of products of two terms, which all angles share: for many spheres.
 class ProductSums {
   public:
-    explicit ProductSums(std::size_t size)
-        : size_(size), sum_(size * size), difference_(size * size) {}
+    explicit ProductSums(std::size_t size) : size_(size), sum_(size * size), difference_(sum_) {}
 
     void add(const SphereRows& spheres, std::size_t most_terms) {
+        const auto add_products = chosen_functions<SphereSums>().add_products;
         const std::size_t used = padded(most_terms);
-        chosen_functions<SphereSums>().add_products(spheres.sum.data(), spheres.rows, used, size_,
-                                                    sum_.data());
-        chosen_functions<SphereSums>().add_products(spheres.difference.data(), spheres.rows, used,
-                                                    size_, difference_.data());
+        add_products(spheres.sum.data(), spheres.rows, used, size_, sum_.data());
+        add_products(spheres.difference.data(), spheres.rows, used, size_, difference_.data());
     }
 
     /// Once all spheres have been added.

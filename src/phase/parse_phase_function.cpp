@@ -154,8 +154,8 @@ PhaseFunction read_tabulated(PhaseText& text, const std::string& file, Notes* no
         text.read_file(file, {"phase_angle_deg or scattering_angle_deg", "value"});
     if (!columns.names.empty() && columns.names[0] == "scattering_angle_deg")
         turn_to_phase_angles(columns);
-    Tabulated table(std::move(columns.values[0]), std::move(columns.values[1]), columns.row_name,
-                    options);
+    Tabulated table(std::move(columns.values[0]), std::move(columns.values[1]), options,
+                    columns.row_name);
     if (notes != nullptr && std::abs(table.normalisation - 1) > 1e-9)
         notes->push_back(columns.name + ": values were divided by their spherical mean " +
                          shortest_text(1 / table.normalisation));

@@ -13,15 +13,26 @@ namespace {
 
 constexpr double rounding = 1e-7;
 
-/// Names the phase functions that have the parameter, for messages.
-const char* describe_owner(PhaseParameter parameter) noexcept {
-    switch (parameter) {
-        case PhaseParameter::g: return "of a phase function with one henyey_greenstein";
-        case PhaseParameter::radius:
-        case PhaseParameter::variance:
-            return "of a phase function with one mie of distribution gamma or lognormal";
-        default: return "of a phase function with one mie";
-    }
+struct AboutParameter {
+    const char *name, *unit;
+    AxisScale scale;    // of its ranges
+    const char* owner;  // the phase functions that have it, for messages
+};
+
+/// One for each PhaseParameter, in order.
+constexpr AboutParameter about_parameters[] = {
+    {"mixture", "1", AxisScale::linear, "of a phase function with one mie"},
+    {"g", "1", AxisScale::logarithm_of_complement,
+     "of a phase function with one henyey_greenstein"},
+    {"radius", "um", AxisScale::logarithmic,
+     "of a phase function with one mie of distribution gamma or lognormal"},
+    {"wavelength", "um", AxisScale::logarithmic, "of a phase function with one mie"},
+    {"variance", "1", AxisScale::logarithmic,
+     "of a phase function with one mie of distribution gamma or lognormal"},
+};
+
+const AboutParameter& about(PhaseParameter parameter) noexcept {
+    return about_parameters[static_cast<int>(parameter)];
 }
 
 /// Whether a term has the parameter.
@@ -65,22 +76,11 @@ int samples_of_stencil(const FamilyAxis& axis) noexcept {
 
 }  // namespace
 
-const char* parameter_name(PhaseParameter parameter) noexcept {
-    switch (parameter) {
-        case PhaseParameter::mixture: return "mixture";
-        case PhaseParameter::g: return "g";
-        case PhaseParameter::radius: return "radius";
-        case PhaseParameter::wavelength: return "wavelength";
-        case PhaseParameter::variance: return "variance";
-    }
-    return "";
-}
+const char* parameter_name(PhaseParameter parameter) noexcept { return about(parameter).name; }
 
-const char* parameter_unit(PhaseParameter parameter) noexcept {
-    const bool length =
-        parameter == PhaseParameter::radius || parameter == PhaseParameter::wavelength;
-    return length ? "um" : "1";
-}
+const char* parameter_unit(PhaseParameter parameter) noexcept { return about(parameter).unit; }
+
+AxisScale parameter_scale(PhaseParameter parameter) noexcept { return about(parameter).scale; }
 
 std::optional<PhaseParameter> parameter_named(const std::string& name) noexcept {
     for (const PhaseParameter parameter : all_parameters)
@@ -90,15 +90,8 @@ std::optional<PhaseParameter> parameter_named(const std::string& name) noexcept 
 
 std::vector<std::string> parameter_names() {
     std::vector<std::string> names;
-    for (const PhaseParameter parameter : all_parameters)
-        names.emplace_back(parameter_name(parameter));
+    for (const AboutParameter& parameter : about_parameters) names.emplace_back(parameter.name);
     return names;
-}
-
-AxisScale parameter_scale(PhaseParameter parameter) noexcept {
-    if (parameter == PhaseParameter::mixture) return AxisScale::linear;
-    return parameter == PhaseParameter::g ? AxisScale::logarithm_of_complement
-                                          : AxisScale::logarithmic;
 }
 
 PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter parameter,
@@ -106,7 +99,7 @@ PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter
     const auto& terms = phase_function.terms();
     const auto is_meant = [&](const auto& term) { return has(term.second, parameter); };
     const auto count = std::count_if(terms.begin(), terms.end(), is_meant);
-    require(count == 1, "family", parameter_name(parameter), describe_owner(parameter),
+    require(count == 1, "family", parameter_name(parameter), about(parameter).owner,
             phase_function.text().substr(0, 80));
     std::vector<std::pair<double, PhaseFunction>> parts;
     for (const auto& term : terms)
@@ -116,13 +109,13 @@ PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter
     return PhaseFunction::sum(parts);
 }
 
-std::size_t member_count(const std::vector<FamilyAxis>& axes) noexcept {
+std::size_t member_count(const FamilyAxes& axes) noexcept {
     std::size_t count = 1;
     for (const FamilyAxis& axis : axes) count *= axis.axis.values.size();
     return count;
 }
 
-FamilyPoint member_at(const std::vector<FamilyAxis>& axes, std::size_t member) {
+FamilyPoint member_at(const FamilyAxes& axes, std::size_t member) {
     std::vector<double> values(axes.size());
     for (std::size_t k = axes.size(); k-- > 0;) {
         const std::vector<double>& samples = axes[k].axis.values;
@@ -132,7 +125,7 @@ FamilyPoint member_at(const std::vector<FamilyAxis>& axes, std::size_t member) {
     return FamilyPoint(values);
 }
 
-std::vector<FamilyPoint> family_corners(std::vector<FamilyAxis> axes) {
+std::vector<FamilyPoint> family_corners(FamilyAxes axes) {
     for (FamilyAxis& axis : axes) {
         std::vector<double>& values = axis.axis.values;
         values = {values.front(), values.back()};
@@ -142,13 +135,13 @@ std::vector<FamilyPoint> family_corners(std::vector<FamilyAxis> axes) {
     return corners;
 }
 
-bool mixes_two(const std::vector<FamilyAxis>& axes) noexcept {
+bool mixes_two(const FamilyAxes& axes) noexcept {
     return std::any_of(axes.begin(), axes.end(), [](const FamilyAxis& axis) {
         return axis.parameter == PhaseParameter::mixture;
     });
 }
 
-FamilyStencil family_stencil(const std::vector<FamilyAxis>& axes, const FamilyPoint& at) noexcept {
+FamilyStencil family_stencil(const FamilyAxes& axes, const FamilyPoint& at) noexcept {
     FamilyStencil all;
     for (std::size_t k = 0; k < axes.size(); ++k) {
         const FamilyStencil before = all;
@@ -184,8 +177,7 @@ std::string allowed_text(const FamilyAxis& axis) {
     return "in [" + values.front() + ", " + values.back() + "]" + of_table;
 }
 
-void check_family(const PhaseFunction& first, const std::vector<FamilyAxis>& axes,
-                  const char* caller) {
+void check_family(const PhaseFunction& first, const FamilyAxes& axes, const char* caller) {
     require(axes.size() <= max_family_axes, caller, "family", "of one or two axes", axes.size());
     for (const FamilyAxis& axis : axes) {
         const std::vector<double>& values = axis.axis.values;

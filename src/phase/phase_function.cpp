@@ -12,17 +12,6 @@
 namespace stratus {
 namespace {
 
-using Term = PhaseFunction::Term;
-
-/// Calls `function` with the kind that a term holds; unlike std::visit it throws nothing.
-template <class Function, class... Kinds>
-void with_kind(const std::variant<Kinds...>& term, const Function& function) noexcept {
-    const auto call = [&](const auto* kind) {
-        if (kind != nullptr) function(*kind);
-    };
-    (call(std::get_if<Kinds>(&term)), ...);
-}
-
 struct TermText {
     template <class Kind>
     std::string operator()(const Kind& term) const {
@@ -109,7 +98,7 @@ double PhaseFunction::operator()(double cos_scattering_angle) const noexcept {
     const double c = std::clamp(cos_scattering_angle, -1.0, 1.0);
     double value = 0 * c;  // not-a-number where it is
     for (const auto& [weight, term] : terms_)
-        with_kind(term, [&, share = weight](const auto& kind) { value += share * kind(c); });
+        value += weight * std::visit([&](const auto& kind) { return kind(c); }, term);
     return value;
 }
 
@@ -128,10 +117,9 @@ std::vector<double> PhaseFunction::moments(int count) const {
 double PhaseFunction::asymmetry() const { return moments(2)[1]; }
 
 bool PhaseFunction::is_isotropic() const noexcept {
-    bool all = true;
-    for (const auto& part : terms_)
-        with_kind(part.second, [&](const auto& kind) { all = all && kind.is_isotropic(); });
-    return all;
+    return std::all_of(terms_.begin(), terms_.end(), [](const auto& part) {
+        return std::visit([](const auto& kind) { return kind.is_isotropic(); }, part.second);
+    });
 }
 
 std::string PhaseFunction::text() const {

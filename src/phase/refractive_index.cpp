@@ -25,14 +25,23 @@ void require_wavelength(double wavelength, double first, double last, const std:
             wavelength);
 }
 
+/// The row that ends the interval of a wavelength.
+const IndexRow* row_above(const IndexRow* begin, const IndexRow* end, double wavelength) {
+    return std::lower_bound(begin + 1, end - 1, wavelength,
+                            [](const IndexRow& row, double here) { return row.wavelength < here; });
+}
+
+/// The share of the way from one row to the next, in the logarithm of the wavelength.
+double share_of_way(const IndexRow& from, const IndexRow& to, double wavelength) {
+    return std::log(wavelength / from.wavelength) / std::log(to.wavelength / from.wavelength);
+}
+
 /// Between rows of ice n and the logarithm of k are linear in the logarithm of the wavelength.
 std::complex<double> index_of_ice(double wavelength) {
     require_wavelength(wavelength, ice[0].wavelength, 4, " in ice");
-    const IndexRow* const above =
-        std::lower_bound(std::begin(ice) + 1, std::end(ice) - 1, wavelength,
-                         [](const IndexRow& row, double here) { return row.wavelength < here; });
+    const IndexRow* const above = row_above(std::begin(ice), std::end(ice), wavelength);
     const IndexRow &a = above[-1], &b = *above;
-    const double t = std::log(wavelength / a.wavelength) / std::log(b.wavelength / a.wavelength);
+    const double t = share_of_way(a, b, wavelength);
     return {a.n + t * (b.n - a.n), a.k * std::pow(b.k / a.k, t)};
 }
 
@@ -80,17 +89,14 @@ IndexRows water_rows() { return {water, std::size(water)}; }
 
 std::complex<double> interpolated_index(IndexRows rows, double wavelength) {
     const IndexRow* const end = rows.first + rows.count;
-    const IndexRow* const above =
-        std::lower_bound(rows.first + 1, end - 1, wavelength,
-                         [](const IndexRow& row, double here) { return row.wavelength < here; });
+    const IndexRow* const above = row_above(rows.first, end, wavelength);
     for (const IndexRow* row : {above - 1, above})
         if (row->wavelength == wavelength) return {row->n, row->k};
     NeighbourRows about{{above - 1 == rows.first ? nullptr : above - 2, above - 1, above,
                          above + 1 == end ? nullptr : above + 1}};
     const double n = interpolated(about, wavelength, [](const IndexRow& row) { return row.n; });
     if (above[-1].k == 0 || above->k == 0) {
-        const double t = std::log(wavelength / above[-1].wavelength) /
-                         std::log(above->wavelength / above[-1].wavelength);
+        const double t = share_of_way(above[-1], *above, wavelength);
         return {n, (1 - t) * above[-1].k + t * above->k};
     }
     for (const IndexRow*& row : about.at)  // the logarithm ends where there is none

@@ -21,11 +21,13 @@ std::unique_ptr<LayerModel> make_model(const AnyTable* table,
     return single ? single_scattering_model(*first, second) : solver_model(*first, second);
 }
 
-std::vector<Observation> make_observations(const Doubles& mu_in, const Doubles& mu_out,
-                                           const Doubles& azimuth, const Doubles& brightness,
-                                           const Doubles& sigma, const std::vector<int>& light) {
+/// mu_in, mu_out, azimuth, brightness and sigma of observations.
+using Observed = std::array<Doubles, 5>;
+
+Observations make_observations(const Observed& observed, const std::vector<int>& light) {
+    const auto& [mu_in, mu_out, azimuth, brightness, sigma] = observed;
     constexpr Light lights[] = {Light::reflected, Light::transmitted, Light::beam};
-    std::vector<Observation> observations;
+    Observations observations;
     for (std::size_t i = 0; i < light.size(); ++i)
         observations.push_back({{mu_in.data()[i], mu_out.data()[i], azimuth.data()[i]},
                                 lights[light[i]],
@@ -36,8 +38,8 @@ std::vector<Observation> make_observations(const Doubles& mu_in, const Doubles& 
 
 /// Sets what is known of the parameters of the model's family, by name.
 void set_known(const LayerModel& model, const std::map<std::string, Doubles>& known,
-               std::vector<Observation>& observations) {
-    const std::vector<FamilyAxis> family = model.family();
+               Observations& observations) {
+    const FamilyAxes family = model.family();
     std::vector<std::string> names;
     for (const FamilyAxis& axis : family) names.emplace_back(axis.name());
     for (const auto& [name, values] : known)
@@ -83,10 +85,8 @@ FitOptions make_options(const LayerModel& model, const std::map<std::string, dou
 }
 
 py::dict fit(const AnyTable* table, const std::optional<PhaseFunction>& first,
-             const std::optional<PhaseFunction>& second, bool single, const Doubles& mu_in,
-             const Doubles& mu_out, const Doubles& azimuth, const Doubles& brightness,
-             const Doubles& sigma, const std::vector<int>& light,
-             const std::map<std::string, Doubles>& known,
+             const std::optional<PhaseFunction>& second, bool single, const Observed& observed,
+             const std::vector<int>& light, const std::map<std::string, Doubles>& known,
              const std::map<std::string, double>& fixed, const std::vector<std::string>& free,
              double density, const std::tuple<std::string, double, double>& opposition) {
     const std::unique_ptr<LayerModel> by = make_model(table, first, second, single);
@@ -94,8 +94,7 @@ py::dict fit(const AnyTable* table, const std::optional<PhaseFunction>& first,
     const auto& [law, width, amplitude] = opposition;
     const FitOptions options =
         make_options(model, fixed, free, density, make_opposition(law, width, amplitude));
-    std::vector<Observation> observations =
-        make_observations(mu_in, mu_out, azimuth, brightness, sigma, light);
+    Observations observations = make_observations(observed, light);
     set_known(model, known, observations);
     const Fit found = without_lock([&] { return fit_layer(model, observations, options); });
     const auto names = fit_parameter_names(model);

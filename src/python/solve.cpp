@@ -35,8 +35,10 @@ py::list numpy_arrays(const SolvedGeometries& solved) {
     return numpy_arrays(rows);
 }
 
-std::vector<Geometry> make_geometries(const Doubles& mu_in, const Doubles& mu_out,
-                                      const Doubles& azimuth) {
+using Angles = std::array<Doubles, 3>;  // mu_in, mu_out, azimuth
+
+std::vector<Geometry> make_geometries(const Angles& angles) {
+    const auto& [mu_in, mu_out, azimuth] = angles;
     const std::size_t count = element_count(mu_in);
     require_all(mu_in.data(), count, "solve", "mu_in", allowed_cosine);
     require_all(mu_out.data(), count, "solve", "mu_out", allowed_cosine);
@@ -47,8 +49,11 @@ std::vector<Geometry> make_geometries(const Doubles& mu_in, const Doubles& mu_ou
     return geometries;
 }
 
-/// `nodes` 0: as many as the tolerance needs.
-SolverOptions make_options(int nodes, double tolerance, int orders) {
+/// Nodes, or 0: as many as a tolerance needs; the tolerance; orders.
+using AskedOptions = std::tuple<int, double, int>;
+
+SolverOptions make_options(const AskedOptions& asked) {
+    const auto [nodes, tolerance, orders] = asked;
     SolverOptions options;
     if (nodes != 0)
         options.nodes = nodes;
@@ -63,18 +68,16 @@ std::vector<double> checked_cosines(const Doubles& mu_in) {
     return {mu_in.data(), mu_in.data() + mu_in.size()};
 }
 
-py::list solve_stack(const Stack& stack, const Doubles& mu_in, const Doubles& mu_out,
-                     const Doubles& azimuth, int nodes, double tolerance, int orders) {
-    const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
-    const SolverOptions options = make_options(nodes, tolerance, orders);
+py::list solve_stack(const Stack& stack, const Angles& angles, const AskedOptions& asked) {
+    const std::vector<Geometry> geometries = make_geometries(angles);
+    const SolverOptions options = make_options(asked);
     return numpy_arrays(without_lock(
         [&] { return solve_geometries(stack.layers, stack.lower_boundary, geometries, options); }));
 }
 
-py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, int nodes, double tolerance,
-                      int orders) {
+py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, const AskedOptions& asked) {
     const std::vector<double> mu = checked_cosines(mu_in);
-    const SolverOptions options = make_options(nodes, tolerance, orders);
+    const SolverOptions options = make_options(asked);
     const SolvedFluxes solved =
         without_lock([&] { return solve_fluxes(stack.layers, stack.lower_boundary, mu, options); });
     std::vector<double> direct;
@@ -83,7 +86,7 @@ py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, int nodes, doubl
     using namespace py::literals;
     return py::dict("spherical_albedo"_a = solved.spherical_albedo,
                     "total_transmittance"_a = solved.total_transmittance,
-                    "absorptance"_a = absorptance(stack, solved, orders),
+                    "absorptance"_a = absorptance(stack, solved, options.orders),
                     "ground_absorptance"_a = solved.spherical_ground_absorptance,
                     "plane_albedo"_a = numpy_array(solved.plane_albedo),
                     "diffuse_transmittance"_a = numpy_array(solved.diffuse_transmittance),
@@ -106,11 +109,11 @@ Stack make_stack(const std::vector<LayerParts>& parts, const py::object& below) 
     return stack;
 }
 
-py::list fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles& mu_in, int nodes,
-                       double tolerance, int orders) {
+py::list fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles& mu_in,
+                       const AskedOptions& asked) {
     const std::vector<double> mu = checked_cosines(mu_in);
     const std::vector<double> depths(levels.data(), levels.data() + levels.size());
-    const SolverOptions options = make_options(nodes, tolerance, orders);
+    const SolverOptions options = make_options(asked);
     const SolvedInside solved = without_lock([&] {
         return solve_fluxes_inside(stack.layers, stack.lower_boundary, depths, mu, options);
     });
@@ -124,10 +127,10 @@ py::list fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles&
     return found;
 }
 
-py::list light_inside(const Stack& stack, double level, const Doubles& mu_in, const Doubles& mu_out,
-                      const Doubles& azimuth, int nodes, double tolerance, int orders) {
-    const std::vector<Geometry> geometries = make_geometries(mu_in, mu_out, azimuth);
-    const SolverOptions options = make_options(nodes, tolerance, orders);
+py::list light_inside(const Stack& stack, double level, const Angles& angles,
+                      const AskedOptions& asked) {
+    const std::vector<Geometry> geometries = make_geometries(angles);
+    const SolverOptions options = make_options(asked);
     return numpy_arrays(without_lock([&] {
         return solve_geometries_inside(stack.layers, stack.lower_boundary, level, geometries,
                                        options);

@@ -28,10 +28,6 @@ Shared read(const std::string& path) {
 
 // HDF5 is not asked by two threads at a time: reading and writing keep Python's lock.
 
-std::vector<char> packed_bytes(const AnyTable& table) {
-    return table.packed() ? pack(table.packed()->unpacked()) : pack(table.table());
-}
-
 void write_file(const AnyTable& table, const std::string& path) {
     if (std::filesystem::path(path).extension() != packed_ending) {
         require(!table.packed(), "Table.save", "path",
@@ -42,12 +38,13 @@ void write_file(const AnyTable& table, const std::string& path) {
     require(!table.packed(), "Table.save", "the table",
             "a dense one: a packed one is a file already", "packed");
     const py::gil_scoped_release release;
-    write_content_atomically(path, packed_bytes(table));
+    write_content_atomically(path, pack(table.table()));
 }
 
-Shared packed(const AnyTable& table) {
+Shared packed(const Shared& table) {
+    if (table->packed()) return table;
     const py::gil_scoped_release release;
-    return std::make_shared<AnyTable>(PackedTable(packed_bytes(table)));
+    return std::make_shared<AnyTable>(PackedTable(pack(table->table())));
 }
 
 Shared unpacked(const Shared& table) {
@@ -222,9 +219,6 @@ Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
 void add_table(py::module_& module) {
     py::class_<AnyTable, Shared>(module, "Table")
         .def("is_packed", [](const AnyTable& table) { return table.packed() != nullptr; })
-        .def("has_reflection", [](const AnyTable& table) { return table.view().has_reflection(); })
-        .def("has_transmission",
-             [](const AnyTable& table) { return table.view().has_transmission(); })
         .def("attributes", [](const AnyTable& table) { return table.table().attributes; })
         .def("facts", facts)
         .def("axes", axis_values)

@@ -64,7 +64,8 @@ TEST(ReflectionField, IsTheSolverBetweenItsCosines) {
         const SolvedStack exact(stack, between, 40);
         for (int in = 1; in < 6; ++in)
             for (const double azimuth : {0.01, 1.0, 3.13}) {
-                const double expected = exact.reflection(in, 0, {azimuth})[0].total;
+                const double expected =
+                    exact.values(LitSide::reflection, in, 0, {azimuth})[0].total;
                 EXPECT_NEAR(field(between[static_cast<std::size_t>(in)], 70, azimuth), expected,
                             2e-5 * expected)
                     << in << ' ' << azimuth;

@@ -79,7 +79,7 @@ TEST(SliceFile, SaysWhereItsSamplesLie) {
     const SolvedStack solved(layer("isotropic", 0.9, 1.5), {mu[20], mu[50]}, 48);
     const std::size_t at = (20 * mu.size() + 50) * azimuth.size() + 7;
     EXPECT_NEAR(static_cast<double>(file.numbers<float>("reflection")[at]),
-                (mu[20] + mu[50]) * solved.reflection(0, 1, {1.0})[0].total, 1e-6);
+                (mu[20] + mu[50]) * solved.values(LitSide::reflection, 0, 1, {1.0})[0].total, 1e-6);
 }
 
 // Light of all directions comes out again, or passes.

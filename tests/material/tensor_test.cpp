@@ -101,7 +101,7 @@ TEST(TensorTable, IsCloseToTheSolverInGrazingLight) {
                     const Geometry at{mu[static_cast<std::size_t>(in)],
                                       mu[static_cast<std::size_t>(out)], k * pi / 36};
                     errors.add(reflected(table, at),
-                               exact.reflection(in, out, {at.azimuth})[0].total);
+                               exact.values(LitSide::reflection, in, out, {at.azimuth})[0].total);
                 }
             EXPECT_LE(errors.quantile(0.5), largest_median[in]) << mu[static_cast<std::size_t>(in)];
             EXPECT_LE(errors.quantile(1), 0.9) << mu[static_cast<std::size_t>(in)];

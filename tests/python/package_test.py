@@ -490,7 +490,9 @@ class Refusals(unittest.TestCase):
         self.refused("fit: sigma must be a number", stratus.fit, 1, "small", 1)
         self.refused("directions: phase_deg must be in [0, 120] at", stratus.directions, 60, 60, 121)
         self.refused("Stack: albedo must be in [0, 1], got 2", stratus.Stack.of, (HG, 2, 1))
-        self.refused("levels must be in [0, 2]", stratus.stack_fluxes_inside, stratus.Stack.of((HG, 1, 2)), 3)
+        haze = stratus.Stack.of((HG, 1, 2))
+        self.refused("levels must be in [0, 2]", stratus.stack_fluxes_inside, haze, 3)
+        self.refused("the optical depth, got nan", stratus.solve_stack_inside, haze, [1, np.nan], 0.5, 0.5, 0)
         self.refused("threads must be in [0, 1024], got -1", stratus.bake, RECIPE, threads=-1)
 
 

@@ -40,6 +40,7 @@ struct Observation {
     // not-a-number, and `mixture`: that of the layer.
     FamilyPoint known{};
 };
+using Observations = std::vector<Observation>;
 
 /// Places of the parameters in a covariance matrix.
 enum FitParameter {
@@ -106,24 +107,21 @@ class LayerModel {
     virtual bool has_lower_boundary() const { return false; }
 
     /// Axes over parameters of the first phase function that the model has sampled; none: it has not.
-    virtual std::vector<FamilyAxis> family() const { return {}; }
+    virtual FamilyAxes family() const { return {}; }
 
     /// Asymmetry of a kind of particles, 1 or 2, if it may be varied without an axis.
     virtual std::optional<double> asymmetry(int /*kind*/) const { return {}; }
 
     /// R or T by origin; anything for a beam. `optical_depth` is the effective one.
-    virtual std::vector<Scattered> scattered(
-        const LayerParameters& layer, const std::vector<Observation>& observations) const = 0;
+    virtual std::vector<Scattered> scattered(const LayerParameters& layer,
+                                             const Observations& observations) const = 0;
 
     /// Estimated error at a layer: the largest of the observations', in their standard deviations.
-    virtual double error(const LayerParameters&, const std::vector<Observation>&) const {
-        return 0;
-    }
+    virtual double error(const LayerParameters&, const Observations&) const { return 0; }
 
     /// The model with its error at a layer within `tolerance` standard deviations; null where it
     /// cannot be lower.
-    virtual std::unique_ptr<LayerModel> refined(const LayerParameters&,
-                                                const std::vector<Observation>&,
+    virtual std::unique_ptr<LayerModel> refined(const LayerParameters&, const Observations&,
                                                 double /*tolerance*/) const {
         return nullptr;
     }
@@ -132,9 +130,8 @@ class LayerModel {
     virtual int scanned_depths() const { return 24; }
 
     /// Predicts the brightness, with density and opposition.
-    std::vector<double> brightness(const LayerParameters& layer,
-                                   const std::vector<Observation>& observations, double density = 0,
-                                   const Opposition& opposition = {}) const;
+    std::vector<double> brightness(const LayerParameters& layer, const Observations& observations,
+                                   double density = 0, const Opposition& opposition = {}) const;
 };
 
 /// A table of one phase function or of a family; it must outlive the model.
@@ -252,12 +249,11 @@ std::vector<FitParameter> model_parameters(const LayerModel& model);
 
 /// True for parameters that the model has, and that are neither held nor known of the observations.
 std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
-                                                 const std::vector<Observation>& observations,
+                                                 const Observations& observations,
                                                  const FitOptions& options);
 
 /// The number of parameters that are fitted.
-std::size_t free_parameter_count(const LayerModel& model,
-                                 const std::vector<Observation>& observations,
+std::size_t free_parameter_count(const LayerModel& model, const Observations& observations,
                                  const FitOptions& options);
 
 /// Fits what is free to at least as many observations.
@@ -266,11 +262,11 @@ std::size_t free_parameter_count(const LayerModel& model,
 ///          model does not know; for options out of range, for an asymmetry of a phase function
 ///          that is not Henyey-Greenstein, and for parameters that no family of a table varies.
 /// Threads  safe; the same bits every time.
-Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observations,
+Fit fit_layer(const LayerModel& model, const Observations& observations,
               const FitOptions& options = {});
 
 /// Fits a table.
-Fit fit_layer(const TableView& table, const std::vector<Observation>& observations,
+Fit fit_layer(const TableView& table, const Observations& observations,
               const FitOptions& options = {});
 
 }  // namespace stratus

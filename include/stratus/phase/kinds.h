@@ -23,6 +23,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,11 +63,16 @@ struct SampledPhase {
     std::optional<PhaseClosedForm> closed_form() const { return {}; }
 };
 
-/// chi_0 = 1 and nothing else: what most kinds start from.
-inline std::vector<double> isotropic_moments(std::size_t count) {
-    std::vector<double> chi(count, 0.0);
-    chi[0] = 1;
-    return chi;
+/// Tells where the row of an index stands, for messages: " (moon.csv, line 3)".
+using RowName = std::function<std::string(std::size_t)>;
+
+/// " (row 3)" of index 2.
+inline std::string row_number(std::size_t row) { return " (row " + std::to_string(row + 1) + ")"; }
+
+/// `count` moments, 0 beyond the first ones.
+inline std::vector<double> continued_moments(std::vector<double> first, std::size_t count) {
+    first.resize(count, 0.0);
+    return first;
 }
 
 struct Isotropic {
@@ -74,7 +80,7 @@ struct Isotropic {
         "isotropic", {}, false, "isotropic", "the same in all directions"};
 
     double operator()(double) const noexcept { return 1; }
-    std::vector<double> moments(std::size_t count) const { return isotropic_moments(count); }
+    std::vector<double> moments(std::size_t count) const { return continued_moments({1}, count); }
     bool is_isotropic() const noexcept { return true; }
     std::string caption() const { return "isotropic"; }
     std::optional<PhaseClosedForm> closed_form() const { return PhaseClosedForm{{1, 0, 0}}; }
@@ -87,9 +93,7 @@ struct Rayleigh : SampledPhase {
     double operator()(double c) const noexcept { return 0.75 * (1 + c * c); }
 
     std::vector<double> moments(std::size_t count) const {
-        std::vector<double> chi = isotropic_moments(count);
-        if (count > 2) chi[2] = 0.1;
-        return chi;
+        return continued_moments({1, 0, 0.1}, count);
     }
 
     std::string caption() const { return "Rayleigh"; }
@@ -113,9 +117,7 @@ struct Anisotropic {
     double operator()(double c) const noexcept { return 1 - x * c; }
 
     std::vector<double> moments(std::size_t count) const {
-        std::vector<double> chi = isotropic_moments(count);
-        if (count > 1) chi[1] = -x / 3;
-        return chi;
+        return continued_moments({1, -x / 3}, count);
     }
 
     bool is_isotropic() const noexcept { return x == 0; }
@@ -140,8 +142,7 @@ struct LambertSphere : SampledPhase {
     std::vector<double> moments(std::size_t count) const {
         // Twice by parts: phi'' = (8 / 3 pi) / sqrt(1 - c^2), whose even integrals against P_l are
         // (8/3) a_l, a_l = ((l-1)!! / l!!)^2. This leaves 4 a_{l-2} / (l (l+2))^2 for even l >= 2.
-        std::vector<double> chi = isotropic_moments(count);
-        if (count > 1) chi[1] = -4.0 / 9;
+        std::vector<double> chi = continued_moments({1, -4.0 / 9}, count);
         double a = 1;
         for (std::size_t l = 2; l < count; l += 2) {
             const double order = static_cast<double>(l);

@@ -90,6 +90,7 @@ struct FamilyAxis {
 
     const char* name() const noexcept { return parameter_name(parameter); }
 };
+using FamilyAxes = std::vector<FamilyAxis>;
 
 /// Members around a point and their weights; unchosen: not-a-number.
 struct FamilyStencil {
@@ -129,19 +130,19 @@ PhaseFunction phase_function_at(const PhaseFunction& first, const PhaseFunction&
 }
 
 /// 1 without axes.
-std::size_t member_count(const std::vector<FamilyAxis>& axes) noexcept;
+std::size_t member_count(const FamilyAxes& axes) noexcept;
 
 /// Range    member in [0, member_count()).
-FamilyPoint member_at(const std::vector<FamilyAxis>& axes, std::size_t member);
+FamilyPoint member_at(const FamilyAxes& axes, std::size_t member);
 
 /// Where all axes end.
-std::vector<FamilyPoint> family_corners(std::vector<FamilyAxis> axes);
+std::vector<FamilyPoint> family_corners(FamilyAxes axes);
 
 /// Clamped to ranges; discrete values must be met to 1e-7 of them, or the weights are not-a-number.
-FamilyStencil family_stencil(const std::vector<FamilyAxis>& axes, const FamilyPoint& at) noexcept;
+FamilyStencil family_stencil(const FamilyAxes& axes, const FamilyPoint& at) noexcept;
 
 /// True of a family with an axis `mixture`.
-bool mixes_two(const std::vector<FamilyAxis>& axes) noexcept;
+bool mixes_two(const FamilyAxes& axes) noexcept;
 
 /// True where a lookup may ask for the value: within the range, or one of the discrete values.
 bool holds(const FamilyAxis& axis, double value) noexcept;
@@ -152,7 +153,6 @@ std::string allowed_text(const FamilyAxis& axis);
 /// Checks the axes of a table.
 ///
 /// Errors   std::invalid_argument naming the axis, what is required and what was met.
-void check_family(const PhaseFunction& first, const std::vector<FamilyAxis>& axes,
-                  const char* caller);
+void check_family(const PhaseFunction& first, const FamilyAxes& axes, const char* caller);
 
 }  // namespace stratus

@@ -103,8 +103,8 @@ class PhaseFunction {
 struct PhaseColumns {
     std::string name;                         // of the file, for messages
     std::vector<std::vector<double>> values;  // a vector for each column that was asked for
-    std::function<std::string(std::size_t)> row_name;  // for messages: " (moon.csv, line 3)"
-    std::vector<std::string> names{};                  // of the columns, as the file has them
+    RowName row_name;
+    std::vector<std::string> names{};  // of the columns, as the file has them
 };
 
 /// Reads a file: its name as the text has it, and the columns that are wanted, " or " between names

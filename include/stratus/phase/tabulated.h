@@ -3,8 +3,6 @@
 
 #include <stratus/phase/kinds.h>
 
-#include <functional>
-
 namespace stratus {
 
 /// Continuation of rows that do not reach 0 or 180 degrees.
@@ -49,15 +47,10 @@ struct Tabulated : SampledPhase {
     std::vector<double> slope;  // d(value)/d(angle) at the knots, per radian
     double normalisation;       // value * normalisation has spherical mean 1
 
-    /// Where the row of an index stands, for messages: " (row 3)".
-    using RowName = std::function<std::string(std::size_t)>;
-
     /// At least 3 rows, angles strictly ascending in [0, 180], values finite, >= 0 and not all 0.
     /// For Tail::hg at least 4 rows to fit, all above 0.
     Tabulated(std::vector<double> phase_angle_deg, std::vector<double> value,
-              const RowName& row_name, const Options& options = {});
-    Tabulated(std::vector<double> phase_angle_deg, std::vector<double> value,
-              const Options& options = {});
+              const Options& options = {}, const RowName& row_name = row_number);
 
     static Tabulated read(PhaseText& text, const std::string& first);
     std::string parameter_text() const;
@@ -89,14 +82,12 @@ struct Moments : SampledPhase {
 
     std::vector<double> chi;  // chi[0] = 1
 
-    /// Where the moment of an order stands, for messages: " (haze.csv, line 3)".
-    using RowName = std::function<std::string(std::size_t)>;
-
     /// At most 65,536 moments, chi_0 = 1 (1e-6; all are divided by it), |chi_l| <= 1, and the sum
     /// not below -1e-3 of its largest value anywhere: a truncated series may dip that far, and its
     /// values are returned as they are.
-    Moments(std::vector<double> chi, const RowName& row_name);
-    explicit Moments(std::vector<double> chi);
+    explicit Moments(
+        std::vector<double> chi,
+        const RowName& row_name = [](std::size_t) { return std::string(); });
 
     static Moments read(PhaseText& text, const std::string& first);
     std::string parameter_text() const;

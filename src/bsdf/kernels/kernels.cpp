@@ -279,12 +279,14 @@ ChannelValues<channels> at_vectors(const SliceSide<channels>& view, const Vector
     return evaluate_one<side, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z));
 }
 
-void store(const LightPathOf<LookupLanes>& path, LightPaths& paths, int i) {
-    store(path.mu_in(), paths.mu_in + i);
-    store(path.mu_out(), paths.mu_out + i);
-    store(path.forward(), paths.forward + i);
-    store(path.backward(), paths.backward + i);
-    store(path.half_azimuth, paths.half_azimuth + i);
+/// Calls put(number, where the first of all paths is) for each number of a path.
+template <class Put>
+STRATUS_INLINE void for_numbers(const LightPathOf<LookupLanes>& path, LightPaths& paths,
+                                const Put& put) {
+    const LookupLanes number[path_numbers] = {path.mu_in(), path.mu_out(), path.forward(),
+                                              path.backward(), path.half_azimuth};
+#pragma GCC unroll 5
+    for (int k = 0; k < path_numbers; ++k) put(number[k], paths.number[k]);
 }
 
 template <Side side, PhaseForm form, Orders orders, int channels>
@@ -292,12 +294,10 @@ void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, int
                    float* value) {
     static_assert(most_lanes % lane_width == 0);
     for (int i = 0; i < count; i += lane_width) {
-        const auto half_azimuth = load<LookupLanes>(paths.half_azimuth + i);
+        const auto number = [&](int k) { return load<LookupLanes>(paths.number[k] + i); };
+        const LookupLanes half_azimuth = number(4);
         const LightPathOf<LookupLanes> path{
-            {load<LookupLanes>(paths.mu_in + i), load<LookupLanes>(paths.mu_out + i)},
-            {load<LookupLanes>(paths.forward + i), load<LookupLanes>(paths.backward + i)},
-            half_azimuth,
-            half_azimuth * 0.0f};
+            {number(0), number(1)}, {number(2), number(3)}, half_azimuth, half_azimuth * 0.0f};
         LookupLanes here[channels];
         evaluate<side, form, orders>(view, path, here);
         for (int c = 0; c < channels; ++c) store(here[c], value + c * path_room + i);
@@ -331,29 +331,24 @@ template <Side side>
 void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimuth, int count,
                      LightPaths& paths) {
     for (int i = 0; i < count; i += lane_width)
-        store(light_path<side>(load<LookupLanes>(mu_in + i), load<LookupLanes>(mu_out + i),
-                               load<LookupLanes>(azimuth + i)),
-              paths, i);
+        for_numbers(light_path<side>(load<LookupLanes>(mu_in + i), load<LookupLanes>(mu_out + i),
+                                     load<LookupLanes>(azimuth + i)),
+                    paths, [i](LookupLanes number, float* all) { store(number, all + i); });
 }
 
 /// Appends the paths of some lanes.
 STRATUS_INLINE void append(const LightPathOf<LookupLanes>& path, unsigned lanes, LightPaths& paths,
                            int& count) {
-    compress_store(path.mu_in(), lanes, paths.mu_in + count);
-    compress_store(path.mu_out(), lanes, paths.mu_out + count);
-    compress_store(path.forward(), lanes, paths.forward + count);
-    compress_store(path.backward(), lanes, paths.backward + count);
-    compress_store(path.half_azimuth, lanes, paths.half_azimuth + count);
+    for_numbers(path, paths, [&](LookupLanes number, float* all) {
+        compress_store(number, lanes, all + count);
+    });
     count += __builtin_popcount(lanes);
 }
 
 /// Fills the last register with the first path.
 void fill_last(LightPaths& paths, int count) {
     if (count == 0) return;
-    store({{LookupLanes(paths.mu_in[0]), LookupLanes(paths.mu_out[0])},
-           {LookupLanes(paths.forward[0]), LookupLanes(paths.backward[0])},
-           LookupLanes(paths.half_azimuth[0])},
-          paths, count);
+    for (auto& all : paths.number) store(LookupLanes(all[0]), all + count);
 }
 
 void paths_of_vectors(const float* const wi[3], const float* const wo[3], int count, bool one_sided,

@@ -88,11 +88,10 @@ constexpr int paths_at_once = 256;
 constexpr int most_lanes = 16;
 constexpr int path_room = paths_at_once + most_lanes;
 
-/// Light paths side by side.
+// Light paths side by side; the numbers of each are mu_in, mu_out, forward, backward and half_azimuth.
+constexpr int path_numbers = 5;
 struct LightPaths {
-    alignas(64) float mu_in[path_room], mu_out[path_room];
-    alignas(64) float forward[path_room], backward[path_room];
-    alignas(64) float half_azimuth[path_room];
+    alignas(64) float number[path_numbers][path_room];
 };
 
 /// Light paths between vectors, parted by side.

@@ -9,11 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <utility>
 
 namespace stratus {
@@ -22,8 +20,6 @@ namespace {
 constexpr const char* mie_caller = Mie::kind.name;
 
 // ---- Droplets
-
-using RowName = std::function<std::string(std::size_t)>;
 
 void check_size_rows(const std::vector<double>& radius, const std::vector<double>& number,
                      const RowName& row_name) {
@@ -46,9 +42,7 @@ void check_size_rows(const std::vector<double>& radius, const std::vector<double
 
 void check_sizes(const Droplets& droplets) {
     if (droplets.distribution == Droplets::Distribution::rows)
-        return check_size_rows(droplets.radius, droplets.number, [](std::size_t row) {
-            return " (row " + std::to_string(row + 1) + ")";
-        });
+        return check_size_rows(droplets.radius, droplets.number, row_number);
     if (droplets.distribution == Droplets::Distribution::modified_gamma) {
         require(droplets.mode_radius > 0 && std::isfinite(droplets.mode_radius), mie_caller,
                 "mode_radius (um)", "above 0 and finite", droplets.mode_radius);
@@ -463,9 +457,7 @@ double Mie::operator()(double c) const noexcept {
 }
 
 std::vector<double> Mie::moments(std::size_t count) const {
-    std::vector<double> first = scattering_->get().chi;
-    first.resize(count, 0.0);
-    return first;
+    return continued_moments(scattering_->get().chi, count);
 }
 
 std::string Mie::caption() const {

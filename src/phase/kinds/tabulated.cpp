@@ -18,7 +18,7 @@ namespace stratus {
 namespace {
 
 void check_rows(const std::vector<double>& angle_deg, const std::vector<double>& value,
-                const Tabulated::RowName& row_name) {
+                const RowName& row_name) {
     const char* const caller = Tabulated::kind.name;
     require(angle_deg.size() == value.size(), caller, "value", "as many numbers as phase_angle_deg",
             value.size());
@@ -178,25 +178,20 @@ constexpr double max_g = 0.99;
 /// By search over g1 and g2: a grid, then steps to better neighbours, halved where there is none.
 DoubleLobe fitted(const Rows& rows) {
     DoubleLobe best;
+    const auto consider = [&](double g1, double g2) {
+        const DoubleLobe here = with_amplitudes(g1, g2, rows);
+        if (here.miss < best.miss) best = here;
+    };
     for (int i = 0; i <= 18; ++i)
-        for (int j = 0; j <= 18; ++j) {
-            const DoubleLobe here = with_amplitudes(max_g * i / 18, -max_g * j / 18, rows);
-            if (here.miss < best.miss) best = here;
-        }
+        for (int j = 0; j <= 18; ++j) consider(max_g * i / 18, -max_g * j / 18);
     double step = max_g / 18;
     for (int tries = 0; tries < 2000 && step > 1e-9; ++tries) {
-        DoubleLobe better = best;
+        const DoubleLobe before = best;
         for (int i = -1; i <= 1; ++i)
-            for (int j = -1; j <= 1; ++j) {
-                const DoubleLobe here =
-                    with_amplitudes(std::clamp(best.g[0] + i * step, 0.0, max_g),
-                                    std::clamp(best.g[1] + j * step, -max_g, 0.0), rows);
-                if (here.miss < better.miss) better = here;
-            }
-        if (better.miss < best.miss)
-            best = better;
-        else
-            step /= 2;
+            for (int j = -1; j <= 1; ++j)
+                consider(std::clamp(before.g[0] + i * step, 0.0, max_g),
+                         std::clamp(before.g[1] + j * step, -max_g, 0.0));
+        if (!(best.miss < before.miss)) step /= 2;
     }
     return best;
 }
@@ -209,8 +204,8 @@ double tail_share(int sample) {  // dense towards the end, where peaks are
 
 }  // namespace
 
-Tabulated::Tabulated(std::vector<double> angles, std::vector<double> values,
-                     const RowName& row_name, const Options& asked)
+Tabulated::Tabulated(std::vector<double> angles, std::vector<double> values, const Options& asked,
+                     const RowName& row_name)
     : phase_angle_deg(std::move(angles)), value(std::move(values)), options(asked) {
     check_rows(phase_angle_deg, value, row_name);
     knot_angle_deg = phase_angle_deg;
@@ -239,11 +234,6 @@ Tabulated::Tabulated(std::vector<double> angles, std::vector<double> values,
             given);
     albedo = most > 0 ? std::min(1.0, given / most) : 0;  // but for rounding
 }
-
-Tabulated::Tabulated(std::vector<double> angles, std::vector<double> values, const Options& asked)
-    : Tabulated(
-          std::move(angles), std::move(values),
-          [](std::size_t row) { return " (row " + std::to_string(row + 1) + ")"; }, asked) {}
 
 void Tabulated::continue_by_fit(const RowName& row_name) {
     constexpr double reach_deg = 40;
@@ -424,9 +414,6 @@ Moments::Moments(std::vector<double> given, const RowName& row_name) : chi(std::
             "no lower than -1e-3 of its largest value", smallest);
 }
 
-Moments::Moments(std::vector<double> given)
-    : Moments(std::move(given), [](std::size_t) { return std::string(); }) {}
-
 Moments Moments::read(PhaseText& text, const std::string&) {
     std::vector<double> chi = {text.number("moments: chi")};
     while (!text.at_end() && !text.next_is('+')) chi.push_back(text.number("moments: chi"));
@@ -452,9 +439,7 @@ double Moments::operator()(double c) const noexcept {
 }
 
 std::vector<double> Moments::moments(std::size_t count) const {
-    std::vector<double> first = chi;
-    first.resize(count, 0.0);
-    return first;
+    return continued_moments(chi, count);
 }
 
 bool Moments::is_isotropic() const noexcept {

@@ -96,7 +96,7 @@ def fit(
         as_phase_function(phase_function)._own if phase_function is not None else None,
         as_phase_function(second_phase_function)._own if second_phase_function is not None else None,
         single,
-        *arrays[:5],
+        arrays[:5],
         [_SIDES[name] for name in sides],
         dict(zip(known, arrays[5:])),
         {name: number("fit", f"fixed {name}", value) for name, value in (fixed or {}).items()},

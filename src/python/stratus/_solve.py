@@ -180,7 +180,7 @@ def solve(
     options, ground = _options("solve", nodes, tolerance, orders), _boundary(below)
     found = _gathered(
         at[0].size,
-        ((places, _stratus.solve_stack(_stratus.make_layer(own, w, depth, ground), *(values[places] for values in at), *options))
+        ((places, _stratus.solve_stack(_stratus.make_layer(own, w, depth, ground), [values[places] for values in at], options))
          for own, w, depth, places in layers))
     return _light(found, shape, tolerance if nodes is None else np.inf)
 
@@ -196,7 +196,7 @@ def solve_stack(
 ) -> Light:
     """R and T of a stack lit from above, as `solve` has them."""
     arrays, shape = broadcast("solve_stack", np.float64, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
-    found = _stratus.solve_stack(stack._own, *arrays, *_options("solve_stack", nodes, tolerance, 0))
+    found = _stratus.solve_stack(stack._own, arrays, _options("solve_stack", nodes, tolerance, 0))
     return _light(found, shape, tolerance if nodes is None else np.inf)
 
 
@@ -230,7 +230,7 @@ def fluxes(
     options, ground = _options("fluxes", nodes, tolerance, orders), _boundary(below)
     found: dict[int, dict[str, Any]] = {}
     for own, w, depth, places in layers:
-        of_layer = _stratus.stack_fluxes(_stratus.make_layer(own, w, depth, ground), at, *options)
+        of_layer = _stratus.stack_fluxes(_stratus.make_layer(own, w, depth, ground), at, options)
         found.update((place, of_layer) for place in places.tolist())
     return _fluxes([found[place] for place in range(len(found))], shape, at)
 
@@ -240,7 +240,7 @@ def stack_fluxes(
 ) -> Fluxes:
     """Fluxes of a stack lit from above, at cosines mu_in of shape (n,) or one."""
     at = _cosines("stack_fluxes", mu_in)
-    return _fluxes([_stratus.stack_fluxes(stack._own, at, *_options("stack_fluxes", nodes, tolerance, 0))], (), at)
+    return _fluxes([_stratus.stack_fluxes(stack._own, at, _options("stack_fluxes", nodes, tolerance, 0))], (), at)
 
 
 @dataclass(frozen=True)
@@ -271,7 +271,7 @@ def stack_fluxes_inside(
     """
     name = "stack_fluxes_inside"
     at, depths = _cosines(name, mu_in), np.atleast_1d(as_array(name, "levels", np.float64, levels)).reshape(-1)
-    *arrays, error = _stratus.stack_fluxes_inside(stack._own, depths, at, *_options(name, nodes, tolerance, 0))
+    *arrays, error = _stratus.stack_fluxes_inside(stack._own, depths, at, _options(name, nodes, tolerance, 0))
     return FluxesInside(depths, at, *(values.reshape(depths.size, at.size) for values in arrays), error=error)
 
 
@@ -301,10 +301,11 @@ def solve_stack_inside(
     name = "solve_stack_inside"
     (depths, *at), shape = broadcast(name, np.float64, level=level, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
     options = _options(name, nodes, tolerance, 0)
-    at_level = ((depth, np.flatnonzero(depths == depth)) for depth in np.unique(depths))
+    levels, which = np.unique(depths, return_inverse=True)
+    at_level = ((depth, np.flatnonzero(which == k)) for k, depth in enumerate(levels))
     found = _gathered(
         depths.size,
-        ((places, _stratus.solve_stack_inside(stack._own, depth, *(values[places] for values in at), *options))
+        ((places, _stratus.solve_stack_inside(stack._own, depth, [values[places] for values in at], options))
          for depth, places in at_level))
     return LightInside(*(values.reshape(shape)[()] for values in found))
 

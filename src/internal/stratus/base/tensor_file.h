@@ -63,8 +63,11 @@ constexpr TensorType tensor_type<std::int32_t>() {
     return TensorType::i32;
 }
 
+/// Extents, the last one contiguous; none of a single number.
+using TensorShape = std::vector<std::size_t>;
+
 /// How many numbers a shape has: its product.
-inline std::size_t element_count(const std::vector<std::size_t>& shape) noexcept {
+inline std::size_t element_count(const TensorShape& shape) noexcept {
     std::size_t count = 1;
     for (const std::size_t extent : shape) count *= extent;
     return count;
@@ -73,8 +76,8 @@ inline std::size_t element_count(const std::vector<std::size_t>& shape) noexcept
 /// An array of numbers, in place.
 struct Tensor {
     TensorType type;
-    std::vector<std::size_t> shape;  // each at least 1; empty for a single number
-    const void* data;                // aligned to the size of a number
+    TensorShape shape;  // each at least 1
+    const void* data;   // aligned to the size of a number
 
     std::size_t count() const noexcept { return element_count(shape); }
 };
@@ -83,7 +86,7 @@ struct Tensor {
 template <class Number>
 struct TensorOf {
     const Number* data;
-    std::vector<std::size_t> shape;
+    TensorShape shape;
 
     std::size_t count() const noexcept { return element_count(shape); }
     const Number* begin() const noexcept { return data; }
@@ -91,6 +94,9 @@ struct TensorOf {
 };
 
 enum class Infinity { refused, allowed };
+
+/// A text in quotation marks, with what JSON wants escaped.
+std::string json_string(const std::string& utf8);
 
 /// Whether a tensor's name says that it fills a gap.
 bool fills_a_gap(const std::string& name);
@@ -144,15 +150,14 @@ class TensorWriter {
     /// Errors   std::invalid_argument for a name that is taken, "__metadata__", starts with
     ///          "padding_" or is not UTF-8, and for shapes that TensorFile refuses.
     template <class Number>
-    void add(const std::string& name, const std::vector<std::size_t>& shape, const Number* data) {
+    void add(const std::string& name, const TensorShape& shape, const Number* data) {
         const std::size_t count = checked_count(name, shape);
         add(name, shape, std::vector<Number>(data, data + count));
     }
 
     /// Adds a tensor, which takes the numbers over; also refuses a shape that is not of as many.
     template <class Number>
-    void add(const std::string& name, const std::vector<std::size_t>& shape,
-             std::vector<Number> numbers) {
+    void add(const std::string& name, const TensorShape& shape, std::vector<Number> numbers) {
         require_count(name, shape, numbers.size());
         const auto held = std::make_shared<const std::vector<Number>>(std::move(numbers));
         refer(name, tensor_type<Number>(), shape, held->data());
@@ -160,7 +165,7 @@ class TensorWriter {
     }
 
     /// Adds a tensor whose numbers stay where they are until finish() returns.
-    void refer(const std::string& name, TensorType type, const std::vector<std::size_t>& shape,
+    void refer(const std::string& name, TensorType type, const TensorShape& shape,
                const void* data);
 
     /// Sets the string `key`; finish() overwrites that of the checksum.
@@ -179,16 +184,15 @@ class TensorWriter {
     struct Entry {
         std::string name;
         TensorType type;
-        std::vector<std::size_t> shape;
+        TensorShape shape;
         const char* data;
         std::size_t size;                  // bytes
         std::shared_ptr<const void> held;  // null: others keep the data
     };
 
     /// Returns how many numbers a new tensor has.
-    std::size_t checked_count(const std::string& name, const std::vector<std::size_t>& shape) const;
-    static void require_count(const std::string& name, const std::vector<std::size_t>& shape,
-                              std::size_t count);
+    std::size_t checked_count(const std::string& name, const TensorShape& shape) const;
+    static void require_count(const std::string& name, const TensorShape& shape, std::size_t count);
 
     std::map<std::string, std::string> strings_;
     std::vector<Entry> entries_;

@@ -38,7 +38,7 @@ class Checkpoint {
     /// Errors   std::runtime_error "PATH: reason": still locked by another process after a second;
     ///          of another recipe or program, or not a checkpoint (the file is left unchanged);
     ///          errors of the system.
-    Checkpoint(const std::filesystem::path& path, const CheckpointOwner& owner);
+    Checkpoint(const fs::path& path, const CheckpointOwner& owner);
 
     /// Closes it, and removes the file if it has no finished pieces.
     ~Checkpoint();
@@ -75,7 +75,7 @@ class Checkpoint {
         std::uint64_t offset, size;
     };
 
-    const std::filesystem::path path_;
+    const fs::path path_;
     const io::Descriptor file_;
     std::unordered_map<std::string, Content> contents_;  // of the records found on opening
     std::uint64_t end_ = 0;                              // of the last complete record

@@ -17,7 +17,11 @@
 #include <utility>
 #include <vector>
 
-namespace stratus::io {
+namespace stratus {
+
+namespace fs = std::filesystem;
+
+namespace io {
 
 using Bytes = std::vector<char>;
 
@@ -47,17 +51,17 @@ class MemoryLimit {
 ///
 /// Errors   std::system_error from the system; std::runtime_error for another kind of file or one
 ///          beyond the limit.
-Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, const std::string& kind,
+Bytes read_bytes(const fs::path& path, std::string_view magic, const std::string& kind,
                  MemoryLimit& limit);
 
 /// An open file or folder, closed at the end of its scope.
 class Descriptor {
   public:
     /// Errors   std::system_error.
-    Descriptor(const std::filesystem::path& path, int flags);
+    Descriptor(const fs::path& path, int flags);
 
     /// A new file without a name in a folder, which goes when it is closed. Errors as above.
-    static Descriptor unnamed_in(const std::filesystem::path& folder);
+    static Descriptor unnamed_in(const fs::path& folder);
 
     Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
     ~Descriptor();
@@ -77,7 +81,7 @@ class Descriptor {
     bool lock() const;
 
     /// Whether `path` still names this file.
-    bool is_still_at(const std::filesystem::path& path) const;
+    bool is_still_at(const fs::path& path) const;
 
     /// Waits until everything written is on the disk.
     void flush() const;
@@ -93,7 +97,7 @@ class Descriptor {
 
 /// Calls `work` and rethrows what it throws as std::runtime_error "PATH: reason".
 template <class Work>
-auto naming(const std::filesystem::path& path, const Work& work) {
+auto naming(const fs::path& path, const Work& work) {
     try {
         return work();
     } catch (const std::system_error& error) {
@@ -105,9 +109,7 @@ auto naming(const std::filesystem::path& path, const Work& work) {
     }
 }
 
-}  // namespace stratus::io
-
-namespace stratus {
+}  // namespace io
 
 // Text that people write, read whole: recipes, scenes, rows.
 
@@ -118,12 +120,12 @@ constexpr std::uint64_t max_text = std::uint64_t{64} << 20;
 /// Opens a file, a pipe or a device; waits for somebody to write into a pipe of that name.
 ///
 /// Errors   std::runtime_error "PATH: cannot be read".
-std::ifstream open_text(const std::filesystem::path& path);
+std::ifstream open_text(const fs::path& path);
 
 /// A whole file.
 ///
 /// Errors   std::runtime_error as above; "PATH: must have at most 67108864 bytes, got more".
-std::string read_text(const std::filesystem::path& path);
+std::string read_text(const fs::path& path);
 
 /// The next line, of at most `most` bytes: false at the end, and bad() where the stream
 /// cannot be read. A longer one is cut after one byte more, to be refused.
@@ -147,25 +149,25 @@ enum class Flush { at_once, later };
 /// Errors   std::runtime_error "PATH: reason": missing or unwritable folder, full disk, `path` is a
 ///          directory or device, or names an open file (/dev/stdout); also for a std::system_error
 ///          that `write` throws.
-void write_atomically(const std::filesystem::path& path,
-                      const std::function<void(const std::filesystem::path& temporary)>& write,
+void write_atomically(const fs::path& path,
+                      const std::function<void(const fs::path& temporary)>& write,
                       Flush flush = Flush::at_once);
 
 /// Writes content from memory, all of it or nothing.
-void write_content_atomically(const std::filesystem::path& path, std::span<const char> content,
+void write_content_atomically(const fs::path& path, std::span<const char> content,
                               Flush flush = Flush::at_once);
 
 /// True of a device, a pipe or an open file (/dev/stdout), which take what comes and stay.
-bool takes_what_comes(const std::filesystem::path& path);
+bool takes_what_comes(const fs::path& path);
 
 /// Writes `content` to the file at `path`, for `write` above to call.
 ///
 /// Errors   std::system_error with the system's reason, such as a full disk.
-void write_content(const std::filesystem::path& path, std::span<const char> content);
+void write_content(const fs::path& path, std::span<const char> content);
 
 /// Flushes files of one folder to disk, and their names.
 ///
 /// Errors   std::runtime_error "PATH: reason".
-void flush_files(const std::vector<std::filesystem::path>& paths);
+void flush_files(const std::vector<fs::path>& paths);
 
 }  // namespace stratus

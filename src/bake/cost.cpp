@@ -289,7 +289,7 @@ void time_solve(CostPoint& point, const Recipe& recipe) {
             solve_layer(recipe.phase_function, recipe.albedo.max, recipe.optical_depth.max, mu,
                         point.solver, recipe.lower_boundary);
         point.solve_seconds = std::min(point.solve_seconds, processor_seconds() - started);
-        point.solver.modes = std::max(1, static_cast<int>(solution.reflection_modes.size()));
+        point.solver.modes = std::max(1, static_cast<int>(solution.modes.reflection.size()));
     }
 }
 

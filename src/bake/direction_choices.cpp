@@ -48,7 +48,7 @@ double tail_of_modes(Probes& probes, int kept) {
                        [&](Side side, int i, int j, int k) {
                            const int in = directions.pairs().in[static_cast<std::size_t>(i)];
                            const int out = directions.pairs().out[static_cast<std::size_t>(j)];
-                           const auto& modes = layer.solution.modes(side);
+                           const auto& modes = layer.solution.modes[side];
                            double tail = 0;
                            for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
                                tail += 2 * std::abs(modes[m](in, out));
@@ -412,7 +412,7 @@ Choice choose_nodes(Probes& probes) {
 /// Modes beyond which all others together stay below their share.
 Choice choose_modes(Probes& probes) {
     int low = 1;
-    const auto& solved = probed_layers(probes)[0][0].solution.reflection_modes;
+    const auto& solved = probed_layers(probes)[0][0].solution.modes.reflection;
     // Layers may have more or fewer; all ranks begin with those of the first.
     const std::vector<char> first = shared(probes.options.log, std::vector<char>(solved.size()));
     auto high = static_cast<int>(first.size());

@@ -44,13 +44,13 @@ void expect_what_leaves(const std::vector<StackLayer>& layers, const LowerBounda
         EXPECT_NEAR(top.diffuse_transmittance(in), 0, 1e-15);
         EXPECT_NEAR(bottom.diffuse_transmittance(in), outside.diffuse_transmittance(in), 1e-13);
         for (int out = 0; out < 3; ++out) {
-            const auto up = inside.values(1, Side::reflection, in, out, azimuths);
-            const auto down = inside.values(0, Side::transmission, in, out, azimuths);
+            const auto up = inside.values(Side::reflection, in, out, azimuths, 1);
+            const auto down = inside.values(Side::transmission, in, out, azimuths);
             for (std::size_t k = 0; k < azimuths.size(); ++k) {
                 const SolvedValue R = outside.reflection(in, out, azimuths[k]);
                 EXPECT_NEAR(up[k].total, R.total, tolerance * R.total + 1e-12);
                 EXPECT_NEAR(up[k].single, R.single, 1e-13 * R.single);
-                EXPECT_NEAR(inside.values(1, Side::transmission, in, out, azimuths)[k].total, 0,
+                EXPECT_NEAR(inside.values(Side::transmission, in, out, azimuths, 1)[k].total, 0,
                             1e-14);
                 if (ground.is_present()) continue;
                 const SolvedValue T = outside.transmission(in, out, azimuths[k]);
@@ -86,8 +86,8 @@ TEST(LightInside, FollowsThePathsOfNarrowPeaks) {
         for (const Side side : {Side::reflection, Side::transmission})
             for (int in = 0; in < 3; ++in)
                 for (int out = 0; out < 3; ++out) {
-                    const auto found = few.values(l, side, in, out, azimuths);
-                    const auto expected = exact.values(l, side, in, out, azimuths);
+                    const auto found = few.values(side, in, out, azimuths, l);
+                    const auto expected = exact.values(side, in, out, azimuths, l);
                     for (std::size_t k = 0; k < azimuths.size(); ++k)
                         EXPECT_NEAR(found[k].total, expected[k].total, 1e-3 * expected[k].total)
                             << levels[l] << ' ' << in << ' ' << out << ' ' << azimuths[k];
@@ -147,7 +147,7 @@ TEST(LightInside, IsUniformDeepInAConservativeLayer) {
         EXPECT_NEAR(deep.actinic_flux(i), std::sqrt(3.0) * H, 1e-7 * H);
         EXPECT_NEAR(deep.plane_albedo(i), deep.diffuse_transmittance(i) + deep.direct_flux(i),
                     1e-12);
-        const double up = solution.values(0, Side::reflection, i, 0, {1.0})[0].total;
+        const double up = solution.values(Side::reflection, i, 0, {1.0})[0].total;
         EXPECT_NEAR(4 * up, deep.actinic_flux(i), 1e-6 * up);  // pi I, and 4 pi J
     }
     EXPECT_NEAR(deep.actinic_flux(2), std::sqrt(3.0) * 2.9078, 1e-4);  // H(1) as printed
@@ -308,8 +308,8 @@ TEST(LightInside, SolvesTheEquationOfTransfer) {
         EXPECT_NEAR(at.actinic_flux(0), actinic, 2e-4 * actinic);
         for (int c = 0; c < sphere.cosines - 2; c += 3)  // steps are not fine for grazing ones
             for (const bool is_down : {true, false}) {
-                const auto values = solution.values(
-                    l, is_down ? Side::transmission : Side::reflection, 0, 1 + c, azimuths);
+                const auto values = solution.values(is_down ? Side::transmission : Side::reflection,
+                                                    0, 1 + c, azimuths, l);
                 for (int a = 0; a < sphere.azimuths; a += 3) {
                     const int i = ((is_down ? 0 : sphere.cosines) + c) * sphere.azimuths + a;
                     const double pi_I = pi * expected(i);
@@ -340,8 +340,8 @@ TEST(LightInside, MeetsItsTolerance) {
     const SolvedGeometries radiance =
         solve_geometries_inside(layers, {}, 1, {{0.3, 0.7, 1}, {1, 0.5, 0}}, options);
     const InsideSolution at_one = solve_inside(layers, {}, {1}, {0.3, 0.7, 0.5, 1}, with_nodes(72));
-    const double up = at_one.values(0, Side::reflection, 0, 1, {1})[0].total;
-    const double down = at_one.values(0, Side::transmission, 3, 2, {0})[0].total;
+    const double up = at_one.values(Side::reflection, 0, 1, {1})[0].total;
+    const double down = at_one.values(Side::transmission, 3, 2, {0})[0].total;
     EXPECT_NEAR(radiance.at[0].reflection.total, up, 1e-5 * up);
     EXPECT_NEAR(radiance.at[1].transmission.total, down, 1e-5 * down);
 }

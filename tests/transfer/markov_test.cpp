@@ -87,8 +87,8 @@ TEST(MarkovChain, SumsItsOrdersToItsInverse) {
         for (const double azimuth : chain_azimuths) {
             double R = 0, T = 0;
             for (int n = 300; n > 0; --n) {
-                R += one_by_one.reflection_of_order(n, in, 2, azimuth);
-                T += one_by_one.transmission_of_order(n, in, 2, azimuth);
+                R += one_by_one.of_order(Side::reflection, n, in, 2, azimuth);
+                T += one_by_one.of_order(Side::transmission, n, in, 2, azimuth);
             }
             for (const MarkovSolution* of : {&all, &one_by_one}) {
                 EXPECT_NEAR(of->reflection(in, 2, azimuth).value.total / R, 1, 1e-12);
@@ -135,10 +135,10 @@ TEST(MarkovChain, HasTheSecondOrderOfTheIsotropicLayer) {
                 const double R = second_order(0.8, tau, mu0, mu, true).multiple;
                 const double T = second_order(0.8, tau, mu0, mu, false).multiple;
                 // 1e-8: error of 24 nodes
-                EXPECT_NEAR(chain.reflection_of_order(2, in, out, 0), R,
+                EXPECT_NEAR(chain.of_order(Side::reflection, 2, in, out, 0), R,
                             chain.reflection(in, out, 0).error + 1e-8 * R)
                     << tau << ' ' << mu0 << ' ' << mu;
-                EXPECT_NEAR(chain.transmission_of_order(2, in, out, 0), T,
+                EXPECT_NEAR(chain.of_order(Side::transmission, 2, in, out, 0), T,
                             chain.transmission(in, out, 0).error + 1e-8 * T)
                     << tau << ' ' << mu0 << ' ' << mu;
                 EXPECT_LT(chain.reflection(in, out, 0).error, 5e-3 * R);
@@ -216,7 +216,7 @@ TEST(MarkovChain, KeepsItsRelativeAccuracyInThinLayers) {
 TEST(MarkovChain, StopsAfterOrderOne) {
     const MarkovSolution once = solve_markov({}, 1, 1, chain_cosines, chain_of(8, 16, 1));
     EXPECT_EQ(once.reflection(1, 2, 0).value.multiple, 0);
-    EXPECT_EQ(once.reflection_of_order(1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
+    EXPECT_EQ(once.of_order(Side::reflection, 1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
     EXPECT_EQ(once.reflection(1, 2, 0).error, 0);
     EXPECT_LT(once.layer.spherical_albedo + once.layer.total_transmittance, 0.9);
 }

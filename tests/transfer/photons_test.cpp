@@ -259,8 +259,8 @@ TEST(Photons, MatchTheMarkovChainOrderByOrder) {
         options.highest_order = n;
         const PhotonGeometry at =
             solve_photons(phase_function, 0.9, 1, {{0.5, 0.9, 1}}, options).geometries[0];
-        R += chain.reflection_of_order(n, 1, 2, 1);
-        T += chain.transmission_of_order(n, 1, 2, 1);
+        R += chain.of_order(Side::reflection, n, 1, 2, 1);
+        T += chain.of_order(Side::transmission, n, 1, 2, 1);
         expect_meets({at.reflection.value.total, at.reflection.standard_error}, R, "R");
         expect_meets({at.transmission.value.total, at.transmission.standard_error}, T, "T");
         EXPECT_LT(at.reflection.standard_error, 2e-3 * R);

@@ -40,12 +40,12 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
 }
 
 PhaseFunction Source::phase_function(const Section& section, const char* key) const {
-    return section.phase_function(key, directory.string(), notes);
+    return section.phase_function(key, {directory.string(), notes});
 }
 
 std::vector<PhaseFunction> Source::phase_functions(const Section& section, const char* key,
                                                    std::size_t count) const {
-    return section.phase_functions(key, count, directory.string(), notes);
+    return section.phase_functions(key, count, {directory.string(), notes});
 }
 
 void require_exactly_one(const Section& section, const char* one, const char* other) {

@@ -59,6 +59,12 @@ struct TomlFile {
     std::string place(const toml::node& node) const;
 };
 
+/// Where phase functions find the files that they name, and where notes on them go.
+struct PhaseSource {
+    std::string directory;
+    std::vector<std::string>* notes;
+};
+
 /// One table of a file. Refuses unknown keys, naming the nearest known one, and values that are not
 /// as the key's row says.
 ///
@@ -104,6 +110,12 @@ class Section {
     /// Names the place of the section itself.
     std::string here() const;
 
+    /// Refuses what a key has unless `holds`.
+    template <class Value>
+    void require(bool holds, const char* key, const std::string& allowed, const Value& met) const {
+        stratus::require(holds, file_.caller, at(key), allowed, met);
+    }
+
     /// Returns read(); its refusals are told with the place of the key.
     template <class Read>
     auto placed(const char* key, const Read& read) const {
@@ -115,15 +127,16 @@ class Section {
             throw std::runtime_error(told(key, error.what()));
         }
     }
-    PhaseFunction phase_function(const char* key, const std::string& directory,
-                                 std::vector<std::string>* notes) const;
+    PhaseFunction phase_function(const char* key, const PhaseSource& source) const;
     /// A list of `count`.
     std::vector<PhaseFunction> phase_functions(const char* key, std::size_t count,
-                                               const std::string& directory,
-                                               std::vector<std::string>* notes) const;
+                                               const PhaseSource& source) const;
 
   private:
     const Key& row(const char* key) const;
+    /// Refuses what is not as the key's row says.
+    template <class Value>
+    void require_allowed(bool holds, const char* key, const Value& met) const;
     /// The value, or its default out of `defaults`.
     const toml::node& node(const char* key, toml::table& defaults) const;
     template <class T>
@@ -140,12 +153,6 @@ class Section {
 
 /// A value as TOML writes it.
 std::string toml_text(const toml::node& node);
-
-/// Where phase functions find the files that they name, and where notes on them go.
-struct PhaseSource {
-    std::string directory;
-    std::vector<std::string>* notes;
-};
 
 /// Most parts of a dotted key, and most brackets within each other: the library calls itself for
 /// each, and its stack ends.

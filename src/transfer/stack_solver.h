@@ -1,4 +1,4 @@
-// What all solvers of stacks begin with: layers and lower boundary truncated, the directions, and the
+// The beginning of all solvers of stacks: layers and lower boundary truncated, the directions, and the
 // modes of each; and the loop over modes.
 #pragma once
 

@@ -417,7 +417,8 @@ TEST(CostOfFamily, ErrorsAlongAFamilyAreThoseOfItsMembers) {
     Recipe resolved = one_layer(lobe_family, "henyey_greenstein:g=0.5");
     resolved.discretisation = coarse.discretisation;
     const Table table = solve_table(resolved);
-    std::vector<double> mu = floor_cosines(), errors;
+    std::vector<double> mu = floor_cosines();
+    std::vector<ErrorSample> errors;
     mu.insert(mu.end(), {0.05, 0.2, 0.45, 0.8});
     for (int n = 0; n < 40; ++n) {  // evenly along the axis, as points are drawn
         const double g = 1 - std::pow(0.3, (n + 0.5) / 40);
@@ -430,8 +431,9 @@ TEST(CostOfFamily, ErrorsAlongAFamilyAreThoseOfItsMembers) {
                     const Geometry at{mu[static_cast<std::size_t>(i)],
                                       mu[static_cast<std::size_t>(j)], azimuth};
                     const double expected = solution.reflection(i, j, azimuth).total;
-                    errors.push_back(std::abs(reflection(view, 0.9, 1, at).total() - expected) /
-                                     std::max(expected, error_floor(solution, Side::reflection)));
+                    errors.emplace_back().error =
+                        std::abs(reflection(view, 0.9, 1, at).total() - expected) /
+                        std::max(expected, error_floor(solution, Side::reflection));
                 }
     }
     // other directions of the same layers

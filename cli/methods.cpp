@@ -220,10 +220,9 @@ Method by_markov(const SolveRequest& request) {
         const MarkovValue R = solution.reflection(in, out, at.azimuth);
         const MarkovValue T = solution.transmission(in, out, at.azimuth);
         MethodRow row{{R.value, T.value}, {R.error, T.error}};
-        for (int n = 1; n <= request.orders; ++n)
-            row.more.push_back(solution.reflection_of_order(n, in, out, at.azimuth));
-        for (int n = 1; n <= request.orders; ++n)
-            row.more.push_back(solution.transmission_of_order(n, in, out, at.azimuth));
+        for (const Side side : both_sides)
+            for (int n = 1; n <= request.orders; ++n)
+                row.more.push_back(solution.of_order(side, n, in, out, at.azimuth));
         return row;
     };
     method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); }, row);

@@ -66,28 +66,12 @@ double error_floor(const LayerSolution& solution, Side side) {
     return std::max(0.01 * max, min_value);
 }
 
-namespace {
-
-/// Place, among `count` errors in ascending order, of the one not exceeded by a share of them.
-std::size_t quantile_place(std::size_t count, double share) {
-    return static_cast<std::size_t>(std::ceil(share * static_cast<double>(count - 1)));
-}
-
-}  // namespace
-
-double error_quantile(std::vector<double>& errors, double share) {
-    if (errors.empty()) return 0;
-    const auto at =
-        errors.begin() + static_cast<std::ptrdiff_t>(quantile_place(errors.size(), share));
-    std::nth_element(errors.begin(), at, errors.end());
-    return *at;
-}
-
 double error_quantile(std::vector<ErrorSample>& samples, double share) {
     if (samples.empty()) return 0;
-    std::sort(samples.begin(), samples.end(),
-              [](const ErrorSample& a, const ErrorSample& b) { return a.error < b.error; });
-    return samples[quantile_place(samples.size(), share)].error;
+    std::ranges::sort(samples, {}, &ErrorSample::error);
+    return samples[static_cast<std::size_t>(
+                       std::ceil(share * static_cast<double>(samples.size() - 1)))]
+        .error;
 }
 
 bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0) >= 40; }
@@ -127,8 +111,8 @@ double energy_defect(const Table& table) {
         return -1;
     double worst = 0;
     const std::size_t mus = table.mu_in.values.size();
-    const auto albedos = static_cast<std::size_t>(w.count);
-    const auto depths = static_cast<std::size_t>(tau.size());
+    const auto albedos = size(w.count);
+    const auto depths = size(tau.size());
     for (std::size_t m = 0; m < table.member_count(); ++m)
         for (std::size_t d = 0; d < depths; ++d) {
             const double depth = table.optical_depth.values[d];
@@ -232,6 +216,9 @@ void look_up(const TableView& table, std::span<ErrorSample> samples) {
     });
 }
 
+namespace {
+
+/// Through slices, one bound at every point.
 void look_up_bound(const TableView& table, std::span<ErrorSample> samples) {
     ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
@@ -248,15 +235,13 @@ void look_up_bound(const TableView& table, std::span<ErrorSample> samples) {
     });
 }
 
-namespace {
-
 /// Few points at a time: threads share them, and what samples in files bring into memory is let go.
 void look_up_by_few(const TableView& view, std::span<ErrorSample> all,
                     const VerifyOptions& options) {
     constexpr std::size_t at_once = 64;
     const auto parts = static_cast<int>((all.size() + at_once - 1) / at_once);
     parallel_for(parts, options.threads, [&](int part) {
-        const std::size_t first = static_cast<std::size_t>(part) * at_once;
+        const std::size_t first = size(part) * at_once;
         (options.bound ? look_up_bound : look_up)(
             view, all.subspan(first, std::min(at_once, all.size() - first)));
         if (options.files) options.files->release();

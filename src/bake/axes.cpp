@@ -26,6 +26,12 @@ Axis axis_part(const AxisView& all, double min, double max) {
     return make_axis(all.scale, min, max, std::max(stencil_size, static_cast<int>(intervals) + 1));
 }
 
+/// Returns an axis over a range; or just its values.
+FamilyAxis family_axis(const FamilyRange& range, int samples) {
+    if (range.values.empty()) return ranging_axis(range, samples);
+    return {range.parameter, {parameter_scale(range.parameter), range.values}, true};
+}
+
 /// The length over whiter ground is that at this absorptance: the light lost in the ground is then
 /// below the tolerances of tables.
 constexpr double min_absorptance = 1e-3;
@@ -110,11 +116,6 @@ std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe) {
     return corners;
 }
 
-FamilyAxis family_axis(const FamilyRange& range, int samples) {
-    if (range.values.empty()) return ranging_axis(range, samples);
-    return {range.parameter, {parameter_scale(range.parameter), range.values}, true};
-}
-
 std::vector<FamilyAxis> family_axes(const Recipe& resolved) {
     std::vector<FamilyAxis> axes;
     for (std::size_t k = 0; k < resolved.family.size(); ++k)
@@ -127,6 +128,7 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     const bool ends_at_infinity = std::isinf(range.max);
     const double max = ends_at_infinity ? deepest : range.max;
     if (range.min == max) return make_axis(AxisScale::logarithmic, max, max, 1);
+    samples_per_octave = std::max(1, samples_per_octave);
     const double steps = samples_per_octave * std::log2(max / range.min);
     // Choices measure the error of a cubic, which needs four samples however narrow the range is.
     const int intervals = std::max(stencil_size - 1, static_cast<int>(std::ceil(steps - 1e-9)));

@@ -37,6 +37,11 @@ struct ProbedLayer {
 
 using ProbedLayers = std::vector<std::vector<ProbedLayer>>;  // [albedo][depth]
 
+/// A share of things that are taken in turn: every so many, from one on.
+struct Share {
+    int index = 0, count = 1;
+};
+
 struct Probes {
     Recipe recipe;  // of one mixture, its discretisation as far as it is chosen
     double max_error;
@@ -50,7 +55,7 @@ struct Probes {
     ProbedLayers layers;  // of all modes; empty until solved
     // Ranks probe some of the albedos each, as many ranks as there are albedos at most. Those beyond
     // do what others do, too, and are not counted.
-    int share = 0, shares = 1;
+    Share share;
     std::size_t all_albedos;  // of all shares
 };
 
@@ -67,9 +72,7 @@ struct ProbedCosines {
     CosinePairs pairs;
 };
 
-ProbedCosines many_cosines(const Recipe& recipe);
-
-/// Half as many, which suffice between depths.
+/// The cosines that suffice between depths.
 ProbedCosines some_cosines(const Recipe& recipe);
 
 /// The few that suffice between albedos, and between members of a family.
@@ -82,27 +85,19 @@ DirectionGrid directions_at(const Recipe& recipe, ProbedCosines cosines,
 /// The probes' own layers, solved when first asked for.
 const ProbedLayers& probed_layers(Probes& probes);
 
-/// Layers probed like these, or with their first modes alone; solutions keep albedo and depth alone.
-ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
-                          const DepthLadder& ladder, const DirectionGrid& directions,
-                          int most_modes = 0);
-
-/// Solves several ladders: [ladder][albedo][depth].
+/// Layers probed like these, or with their first modes alone, of several ladders:
+/// [ladder][albedo][depth]. Solutions keep albedo and depth alone.
 std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<double>& albedos,
                                         const std::vector<DepthLadder>& ladders,
                                         const DirectionGrid& directions, int most_modes = 0);
 
-/// Solves as solve_layers on all ranks, each albedo on one of them.
+/// Solves one ladder likewise on all ranks, each albedo on one of them.
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes);
 
 /// The sides that a recipe asks for.
 std::vector<Side> asked_sides(const Recipe& recipe);
-
-/// A side of a solved layer at all directions.
-ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
-                      double floor);
 
 /// The probes' own layers at other directions of their cosines, without the solutions.
 ProbedLayers probe_again(Probes& probes, const DirectionGrid& directions);
@@ -122,10 +117,12 @@ using Errors = std::vector<ProbedError>;
 /// The share of the probed values, by their weights, that must be within a choice's limit.
 constexpr double probed_share = 0.999;
 
-/// The errors that measure(albedo, depth, errors) adds for all albedos and depths, this share's.
-Errors errors_of_layers(
-    const Probes& probes, std::size_t albedos, std::size_t depths,
-    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+/// Adds the errors of a layer.
+using MeasureLayer = std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>;
+
+/// The errors of all albedos and depths, this share's.
+Errors errors_of_layers(const Probes& probes, std::size_t albedos, std::size_t depths,
+                        const MeasureLayer& measure);
 
 /// The errors that measure(albedo, depth, solution, errors) adds for some albedos at the probes' depths,
 /// solved with the nodes and modes that are chosen.
@@ -144,16 +141,15 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
 double quantile_of_all(const Probes& probes, Errors errors, double share);
 
 /// Same, of one list, for 99.9 %.
-double measure_layers(
-    const Probes& probes, std::size_t albedos, std::size_t depths,
-    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+double measure_layers(const Probes& probes, std::size_t albedos, std::size_t depths,
+                      const MeasureLayer& measure);
 
 /// Calls use(i, j, k) for all directions of a grid, once for those that are the same both ways round.
 template <class Use>
 void for_each_direction(const DirectionGrid& directions, const Use& use) {
     for (int i = 0; i < directions.in_count(); ++i)
         for (int j = directions.pairs().are_symmetric() ? i : 0; j < directions.out_count(); ++j)
-            for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) use(i, j, k);
+            for (int k = 0; k < int_size(directions.azimuth()); ++k) use(i, j, k);
 }
 
 /// The weight of the error at each direction of a grid. It is 1 without a path law, so that 99.9 % of the errors
@@ -257,11 +253,6 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
 /// Tells what was chosen and the error that is left.
 void note_choice(const Probes& probes, const std::string& what, double error,
                  const std::string& of);
-
-/// Extrapolates the choice that brings an error down to `allowed`, by the power law through the errors of the last two
-/// candidates; 0 where they fall more slowly than in proportion.
-double extrapolated(double before, double error_before, double last, double error_last,
-                    double allowed);
 
 /// The error that a candidate leaves.
 using CandidateError = std::function<double(int candidate)>;

@@ -7,6 +7,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/solve.h>
 
@@ -229,8 +230,7 @@ class TableSweep {
             (table.reflection_multiple.size() + table.transmission_multiple.size()) *
             sizeof(float));
         for (const FamilyAxis& axis : table.family)
-            point.members[static_cast<std::size_t>(axis.parameter)] =
-                static_cast<int>(axis.axis.values.size());
+            point.members[static_cast<std::size_t>(axis.parameter)] = int_size(axis.axis.values);
         measure_lookups(point, table.view());
         points_.push_back(point);
     }
@@ -289,7 +289,7 @@ void time_solve(CostPoint& point, const Recipe& recipe) {
             solve_layer(recipe.phase_function, recipe.albedo.max, recipe.optical_depth.max, mu,
                         point.solver, recipe.lower_boundary);
         point.solve_seconds = std::min(point.solve_seconds, processor_seconds() - started);
-        point.solver.modes = std::max(1, static_cast<int>(solution.reflection_modes.size()));
+        point.solver.modes = std::max(1, int_size(solution.modes.reflection));
     }
 }
 

@@ -23,7 +23,7 @@ constexpr double share_of_nodes = 0.2, share_with_path_law = 0.5, share_of_modes
 
 /// Positions of an axis' samples that a stencil reads; weights beyond a short axis are 0.
 int sample_position(const Stencil& stencil, int p, const Axis& axis) {
-    return std::min(stencil.first + p, static_cast<int>(axis.values.size()) - 1);
+    return std::min(stencil.first + p, int_size(axis.values) - 1);
 }
 
 double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers& to) {
@@ -46,11 +46,11 @@ double tail_of_modes(Probes& probes, int kept) {
             const ProbedLayer& layer = layers[a][d];
             add_errors(probes.recipe, layer, directions, errors,
                        [&](Side side, int i, int j, int k) {
-                           const int in = directions.pairs().in[static_cast<std::size_t>(i)];
-                           const int out = directions.pairs().out[static_cast<std::size_t>(j)];
-                           const auto& modes = layer.solution.modes(side);
+                           const int in = directions.pairs().in[size(i)];
+                           const int out = directions.pairs().out[size(j)];
+                           const auto& modes = layer.solution.modes[side];
                            double tail = 0;
-                           for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
+                           for (auto m = size(kept); m < modes.size(); ++m)
                                tail += 2 * std::abs(modes[m](in, out));
                            return layer.side[side].tabulated[directions.at(i, j, k)] + tail;
                        });
@@ -67,17 +67,17 @@ struct SampledCosines {
                    const std::vector<double>& mu) {
         std::vector<int> sample_place(axis.values.size(), -1);
         for (const int probe : probed) {
-            const Stencil stencil = axis.view().stencil(mu[static_cast<std::size_t>(probe)]);
+            const Stencil stencil = axis.view().stencil(mu[size(probe)]);
             places.emplace_back();
             weights.emplace_back();
             for (int p = 0; p < Blend::size; ++p) {
-                const auto sample = static_cast<std::size_t>(sample_position(stencil, p, axis));
+                const auto sample = size(sample_position(stencil, p, axis));
                 if (sample_place[sample] < 0) {
-                    sample_place[sample] = static_cast<int>(samples.size());
+                    sample_place[sample] = int_size(samples);
                     samples.push_back(axis.values[sample]);
                 }
-                places.back()[static_cast<std::size_t>(p)] = sample_place[sample];
-                weights.back()[static_cast<std::size_t>(p)] = double{stencil.weight[p]};
+                places.back()[size(p)] = sample_place[sample];
+                weights.back()[size(p)] = double{stencil.weight[p]};
             }
         }
     }
@@ -99,7 +99,7 @@ MuSamples mu_samples(const Probes& probes, int samples) {
     const auto add_samples = [&](const SampledCosines& along) {
         std::vector<int> places;
         for (const double sample : along.samples) {
-            places.push_back(static_cast<int>(sampled.mu.size()));
+            places.push_back(int_size(sampled.mu));
             sampled.mu.push_back(sample);
         }
         return places;
@@ -126,8 +126,8 @@ void add_mu_errors(const Probes& probes, const ProbedLayer& expected, const Laye
         auto weights = along.weights;
         for (std::size_t i = 0; i < weights.size(); ++i)
             for (std::size_t p = 0; p < Blend::size; ++p)
-                weights[i][p] *= divisor(cosine(static_cast<int>(i))) /
-                                 divisors[static_cast<std::size_t>(along.places[i][p])];
+                weights[i][p] *=
+                    divisor(cosine(static_cast<int>(i))) / divisors[size(along.places[i][p])];
         return weights;
     };
     const auto weights_in = divided(in, [&](int i) { return probed.mu_in(i); });
@@ -137,7 +137,7 @@ void add_mu_errors(const Probes& probes, const ProbedLayer& expected, const Laye
         sampled[side] = evaluate_tabulated(solution, side, samples.grid);
     add_errors(recipe, expected, probed, errors, [&](Side side, int i, int j, int k) {
         const std::vector<double>& values = sampled[side];
-        const auto at_in = static_cast<std::size_t>(i), at_out = static_cast<std::size_t>(j);
+        const auto at_in = size(i), at_out = size(j);
         double found = 0;
         for (std::size_t p = 0; p < Blend::size; ++p)
             for (std::size_t q = 0; q < Blend::size; ++q)
@@ -155,43 +155,37 @@ class MuErrors {
 
     /// Were there no errors in the other half, which is no larger.
     double at_least(int samples) {
-        const Errors& first = first_half(samples);
+        const Errors& first = half(samples, false);
         // A share that has none of these does the others meanwhile: they may be asked for.
-        if (first.empty()) second_half(samples);
+        if (first.empty()) half(samples, true);
         return quantile_of_all(probes_, first, 1 - 2 * (1 - probed_share));
     }
 
     double all(int samples) {
-        Errors errors = second_half(samples);
-        const Errors& others = first_half(samples);
+        Errors errors = half(samples, true);
+        const Errors& others = half(samples, false);
         errors.insert(errors.end(), others.begin(), others.end());
         return quantile_of_all(probes_, std::move(errors), probed_share);
     }
 
   private:
-    const Errors& first_half(int samples) {
-        const auto [at, is_new] = first_half_.try_emplace(samples);
-        if (is_new) at->second = measure_errors(samples, 0, half());
+    /// The errors of the first half of the albedos, or of the second.
+    const Errors& half(int samples, bool is_second) {
+        const auto [at, is_new] = halves_.try_emplace({samples, is_second});
+        // Where this share's of the first half of all shares' albedos end.
+        const std::size_t middle = count_of_share(probes_, (probes_.all_albedos + 1) / 2);
+        if (is_new)
+            at->second = is_second ? measure_errors(samples, middle, probes_.albedos.size())
+                                   : measure_errors(samples, 0, middle);
         return at->second;
     }
-
-    const Errors& second_half(int samples) {
-        const auto [at, is_new] = second_half_.try_emplace(samples);
-        if (is_new) at->second = measure_errors(samples, half(), probes_.albedos.size());
-        return at->second;
-    }
-
-    /// Where this share's of the first half of all shares' albedos end.
-    std::size_t half() const { return count_of_share(probes_, (probes_.all_albedos + 1) / 2); }
 
     /// Takes the albedos from `first` to before `end`.
     Errors measure_errors(int samples, std::size_t first, std::size_t end) const {
-        const auto albedo = [&](std::size_t a) {
-            return probes_.albedos.begin() + static_cast<std::ptrdiff_t>(a);
-        };
+        const double* const albedos = probes_.albedos.data();
         const MuSamples sampled = mu_samples(probes_, samples);
         return errors_of_solutions(
-            probes_, {albedo(first), albedo(end)}, sampled.grid.mu(),
+            probes_, {albedos + first, albedos + end}, sampled.grid.mu(),
             [&](std::size_t a, std::size_t d, const LayerSolution& solution, Errors& errors) {
                 add_mu_errors(probes_, expected_[first + a][d], solution, sampled, errors);
             });
@@ -199,7 +193,7 @@ class MuErrors {
 
     const Probes& probes_;
     const ProbedLayers expected_;
-    std::map<int, Errors> first_half_, second_half_;  // of each candidate
+    std::map<std::pair<int, bool>, Errors> halves_;  // of each candidate
 };
 
 /// Places between samples: no candidate has a sample at one of these. Half of them lie evenly in
@@ -244,7 +238,7 @@ class AzimuthTests {
                 add_errors(
                     recipe, expected_[a][d], directions_, errors,
                     [&](Side side, int i, int j, int k) {
-                        const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
+                        const Stencil& stencil = stencils[size(k)];
                         const auto& values = sampled[side];
                         double found = 0;
                         for (int p = 0; p < Blend::size; ++p)
@@ -287,18 +281,20 @@ std::vector<int> distinct_candidates(
     return distinct;
 }
 
+/// Extrapolates the choice that brings an error down to `allowed`, by the power law through the errors of the last two
+/// candidates; 0 where they fall more slowly than in proportion.
+double extrapolated(double before, double error_before, double last, double error_last,
+                    double allowed) {
+    const double power = std::log(error_before / error_last) / std::log(last / before);
+    return power >= 1 ? std::ceil(last * std::pow(error_last / allowed, 1 / power)) : 0;
+}
+
 }  // namespace
 
 void note_choice(const Probes& probes, const std::string& what, double error,
                  const std::string& of) {
     if (probes.options.note)
         probes.options.note(what + ": " + of + " " + short_number(error) + " (99.9 % of probes)");
-}
-
-double extrapolated(double before, double error_before, double last, double error_last,
-                    double allowed) {
-    const double power = std::log(error_before / error_last) / std::log(last / before);
-    return power >= 1 ? std::ceil(last * std::pow(error_last / allowed, 1 / power)) : 0;
 }
 
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
@@ -412,10 +408,10 @@ Choice choose_nodes(Probes& probes) {
 /// Modes beyond which all others together stay below their share.
 Choice choose_modes(Probes& probes) {
     int low = 1;
-    const auto& solved = probed_layers(probes)[0][0].solution.reflection_modes;
+    const auto& solved = probed_layers(probes)[0][0].solution.modes.reflection;
     // Layers may have more or fewer; all ranks begin with those of the first.
     const std::vector<char> first = shared(probes.options.log, std::vector<char>(solved.size()));
-    auto high = static_cast<int>(first.size());
+    auto high = int_size(first);
     double left = 0;
     while (low < high) {
         const int middle = (low + high) / 2;

@@ -18,13 +18,6 @@ namespace stratus {
 
 namespace {
 
-Axis depth_axis(const Recipe& resolved) {
-    const Discretisation& d = resolved.discretisation;
-    return optical_depth_axis(resolved.optical_depth,
-                              std::max(1, d.optical_depth_samples_per_octave),
-                              d.deepest_optical_depth);
-}
-
 /// Sets an axis by its name in recipes.
 void set(Discretisation& d, const std::string& name, double value) {
     const auto whole = static_cast<int>(std::min(value, 1e6));
@@ -36,7 +29,7 @@ void set(Discretisation& d, const std::string& name, double value) {
 }
 
 Shortfall make_shortfall(const AxisAtCap& axis, const Resolution& resolution) {
-    Shortfall shortfall{axis.name, axis.value, axis.error, resolution.max_error, axis.needed, 0, 1};
+    Shortfall shortfall{axis, resolution.max_error};
     if (axis.needed == 0) return shortfall;
     Recipe finer = resolution.recipe;
     set(finer.discretisation, axis.name, axis.needed);
@@ -93,7 +86,9 @@ TableSize table_size(const Recipe& resolved) {
     const double layers =
         members * static_cast<double>(
                       albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
-                      depth_axis(resolved).values.size());
+                      optical_depth_axis(resolved.optical_depth, d.optical_depth_samples_per_octave,
+                                         d.deepest_optical_depth)
+                          .values.size());
     const double samples = layers * static_cast<double>(direction_axes(resolved).count());
     const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
     const double of_mu = is_narrow(resolved.mu_in, all_cosines) ? 0 : d.mu_samples;

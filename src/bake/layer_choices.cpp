@@ -22,7 +22,7 @@ ProbedLayers solve_between(const Probes& probes) {
     DepthLadder between = probes.ladder;
     between.first *= std::exp2(probes.recipe.orders > 0 ? 1.0 / 12 : 1.0 / 2);
     between.to_infinity = false;
-    return solve_layers(probes, probes.albedos, between, probes.directions);
+    return std::move(solve_ladders(probes, probes.albedos, {between}, probes.directions)[0]);
 }
 
 /// Adds the errors of a blend of layers of other depths, whose samples are divided by the shares
@@ -105,7 +105,7 @@ struct FineDepths {
     }
 
     const ProbedLayer& at(std::size_t albedo, int depth) const {
-        return of_step[depth % fine][albedo][static_cast<std::size_t>(depth / fine)];
+        return of_step[depth % fine][albedo][size(depth / fine)];
     }
 };
 
@@ -115,7 +115,7 @@ double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
     const AxisView axis =
         make_axis(AxisScale::logarithmic, depths.min, depths.max, intervals + 1).view();
     return measure_layers(
-        probes, probes.albedos.size(), static_cast<std::size_t>(intervals),
+        probes, probes.albedos.size(), size(intervals),
         [&](std::size_t a, std::size_t interval, Errors& errors) {
             const ProbedLayer& target =
                 depths.at(a, static_cast<int>(interval) * stride + stride / 2);
@@ -140,12 +140,12 @@ struct Steps {
     std::size_t intervals, stride;
 
     Steps(int candidate, std::size_t fine)
-        : intervals(static_cast<std::size_t>(candidate - 1)), stride(fine / intervals) {}
+        : intervals(size(candidate - 1)), stride(fine / intervals) {}
 
     std::size_t middle(std::size_t interval) const { return interval * stride + stride / 2; }
 
     std::size_t sample(const Stencil& stencil, std::size_t p) const {
-        return std::min(static_cast<std::size_t>(stencil.first) + p, intervals) * stride;
+        return std::min(size(stencil.first) + p, intervals) * stride;
     }
 };
 
@@ -211,8 +211,7 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
     return measure_layers(
         probes, count_of_share(probes, steps.intervals), layers[0].size(),
         [&](std::size_t n, std::size_t d, Errors& errors) {
-            const std::size_t interval = static_cast<std::size_t>(probes.share) +
-                                         n * static_cast<std::size_t>(probes.shares);
+            const std::size_t interval = size(probes.share.index) + n * size(probes.share.count);
             const ProbedLayer& target = layers[steps.middle(interval)][d];
             const double albedo = target.solution.albedo, tau = target.solution.optical_depth;
             const Stencil stencil = axis.stencil(albedo);
@@ -250,8 +249,8 @@ struct FamilyStep {
 FamilyStep solve_family_step(const Recipe& recipe, double max_error, const BakeOptions& options) {
     Probes probes = place_probes(recipe, max_error, options);
     DirectionGrid directions = directions_at(recipe, few_cosines(recipe), probes.path_law);
-    ProbedLayers layers =
-        solve_layers(probes, probes.albedos, ladder_to_deepest(probes), directions);
+    ProbedLayers layers = std::move(
+        solve_ladders(probes, probes.albedos, {ladder_to_deepest(probes)}, directions)[0]);
     return {std::move(probes), std::move(directions), std::move(layers)};
 }
 
@@ -330,7 +329,7 @@ Choice choose_deepest_optical_depth(Probes& probes) {
     const ProbedLayers between = solve_between(probes);
     double left = 0;
     std::size_t last = 0;
-    for (; last + 2 < static_cast<std::size_t>(probes.ladder.octaves); ++last) {
+    for (; last + 2 < size(probes.ladder.octaves); ++last) {
         left = infinity_error(probes, between, last);
         if (left <= probes.max_error) break;
     }

@@ -66,7 +66,7 @@ std::vector<std::vector<double>> gather(const WorkLog& log, const std::vector<do
     if (log.ranks == nullptr) return {numbers};
     std::vector<std::vector<double>> of_rank;
     for (const std::vector<char>& bytes : log.ranks->gather(byte_span(numbers), from_ranks))
-        of_rank.push_back(numbers_in<double>(bytes, "a probe", bytes.size() / sizeof(double)));
+        of_rank.push_back(as_numbers<double>(bytes));
     return of_rank;
 }
 

@@ -28,15 +28,17 @@ std::span<const char> byte_span(const std::vector<Number>& numbers) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Checks that the result of a piece holds `count` numbers.
-///
-/// Errors   std::runtime_error for another count.
 template <class Number>
-void check_size(std::span<const char> result, const std::string& piece, std::size_t count) {
-    if (result.size() != count * sizeof(Number))
-        throw std::runtime_error("finished work: " + piece + " must hold " +
-                                 std::to_string(count * sizeof(Number)) + " bytes, got " +
-                                 std::to_string(result.size()));
+std::vector<char> as_chars(const std::vector<Number>& numbers) {
+    const std::span<const char> bytes = byte_span(numbers);
+    return {bytes.begin(), bytes.end()};
+}
+
+template <class Number>
+std::vector<Number> as_numbers(std::span<const char> bytes) {
+    std::vector<Number> numbers(bytes.size() / sizeof(Number));
+    if (!numbers.empty()) std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    return numbers;
 }
 
 /// The `count` numbers that are the result of a piece.
@@ -45,10 +47,11 @@ void check_size(std::span<const char> result, const std::string& piece, std::siz
 template <class Number>
 std::vector<Number> numbers_in(std::span<const char> result, const std::string& piece,
                                std::size_t count) {
-    check_size<Number>(result, piece, count);
-    std::vector<Number> numbers(count);
-    if (count > 0) std::memcpy(numbers.data(), result.data(), result.size());
-    return numbers;
+    if (result.size() != count * sizeof(Number))
+        throw std::runtime_error("finished work: " + piece + " must hold " +
+                                 std::to_string(count * sizeof(Number)) + " bytes, got " +
+                                 std::to_string(result.size()));
+    return as_numbers<Number>(result);
 }
 
 /// Whether this process has the table: rank 0, or one that works alone.

@@ -12,18 +12,17 @@ namespace {
 
 /// The numbers of all shares, by share.
 std::vector<std::vector<double>> gather(const Probes& probes, const std::vector<double>& numbers) {
-    return gather(probes.options.log, numbers, probes.shares);
+    return gather(probes.options.log, numbers, probes.share.count);
 }
 
 }  // namespace
 
-Errors errors_of_layers(
-    const Probes& probes, std::size_t albedos, std::size_t depths,
-    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
+Errors errors_of_layers(const Probes& probes, std::size_t albedos, std::size_t depths,
+                        const MeasureLayer& measure) {
     std::vector<Errors> of_layer(albedos * depths);
-    parallel_for(static_cast<int>(of_layer.size()), probes.options.threads, [&](int n) {
+    parallel_for(int_size(of_layer), probes.options.threads, [&](int n) {
         stop_if_asked(probes.options.log);
-        const auto at = static_cast<std::size_t>(n);
+        const auto at = size(n);
         measure(at / depths, at % depths, of_layer[at]);
     });
     return joined(std::move(of_layer));
@@ -59,9 +58,9 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
         for (; kept < errors.size() && weight >= 0; weight -= double{errors[kept++].weight}) {
             if (kept < sorted) continue;
             sorted = std::min(errors.size(), 4 * sorted + 64);
-            std::ranges::partial_sort(errors.begin() + static_cast<std::ptrdiff_t>(kept),
-                                      errors.begin() + static_cast<std::ptrdiff_t>(sorted),
-                                      errors.end(), std::ranges::greater{}, &ProbedError::error);
+            std::ranges::partial_sort(errors.data() + kept, errors.data() + sorted,
+                                      errors.data() + errors.size(), std::ranges::greater{},
+                                      &ProbedError::error);
         }
         errors.resize(kept);
     };
@@ -100,9 +99,8 @@ double quantile_of_all(const Probes& probes, Errors errors, double share) {
     return quantiles_of_all(probes, std::move(alone), share)[0];
 }
 
-double measure_layers(
-    const Probes& probes, std::size_t albedos, std::size_t depths,
-    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
+double measure_layers(const Probes& probes, std::size_t albedos, std::size_t depths,
+                      const MeasureLayer& measure) {
     return quantile_of_all(probes, errors_of_layers(probes, albedos, depths, measure),
                            probed_share);
 }
@@ -137,8 +135,7 @@ DirectionWeights::DirectionWeights(const Recipe& recipe, const DirectionGrid& di
     if (directions.path_law() == nullptr) return;
     const auto weights = [&](Range range, const std::vector<int>& of_cosines) {
         std::vector<double> roots;
-        for (const int at : of_cosines)
-            roots.push_back(std::sqrt(directions.mu()[static_cast<std::size_t>(at)]));
+        for (const int at : of_cosines) roots.push_back(std::sqrt(directions.mu()[size(at)]));
         return nearest_lengths(roots, std::sqrt(std::max(range.min, least_judged_cosine)),
                                std::sqrt(range.max));
     };
@@ -163,8 +160,7 @@ DirectionWeights::DirectionWeights(const Recipe& recipe, const DirectionGrid& di
 double DirectionWeights::even(int i, int j, int k) const {
     if (in_.empty()) return 1;
     const double ways = directions_.pairs().are_symmetric() && i < j ? 2 : 1;
-    return ways * in_[static_cast<std::size_t>(i)] * out_[static_cast<std::size_t>(j)] *
-           azimuth_[static_cast<std::size_t>(k)];
+    return ways * in_[size(i)] * out_[size(j)] * azimuth_[size(k)];
 }
 
 bool DirectionWeights::is_forward(Side side, int i, int j, int k) const {
@@ -182,8 +178,7 @@ void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
     const CosinePairs& pairs = directions.pairs();
     add_errors(recipe, expected, directions, errors, [&](Side side, int i, int j, int k) {
         const std::size_t at = directions.at(i, j, k);
-        const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]),
-                   out = static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
+        const auto in = size(pairs.in[size(i)]), out = size(pairs.out[size(j)]);
         double found = 0;
         for (std::size_t p = 0; p < Blend::size; ++p) {
             const double weight = blend.weight[side][p];

@@ -82,7 +82,7 @@ ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& 
         std::vector<int> places;
         const Range roots{std::sqrt(std::max(range.min, min_mu)), std::sqrt(range.max)};
         for (const double root : at_shares(roots, shares)) {
-            places.push_back(static_cast<int>(probed.mu.size()));
+            places.push_back(int_size(probed.mu));
             probed.mu.push_back(std::clamp(root * root, range.min, range.max));
         }
         return places;
@@ -95,6 +95,21 @@ ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& 
     return probed;
 }
 
+ProbedCosines many_cosines(const Recipe& recipe) {
+    std::vector<double> cosines;
+    // However many samples of mu a table has, most of these lie well between two of them.
+    for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.615, 0.665, 0.815, 0.875, 0.95})
+        cosines.push_back(x * x);
+    // Laws of grounds are steep at grazing angles.
+    if (recipe.lower_boundary.law != nullptr) cosines.push_back(0.0003);
+    // Thin layers of a stack are steep at cosines about as large as their depths.
+    for (const StackLayer& layer : recipe.layers)
+        for (const double share : {0.3, 1.0})
+            if (const double mu = share * layer.optical_depth; mu > 0.001 && mu < 0.1)
+                cosines.push_back(mu);
+    return cosines_to_probe(recipe, cosines, {0, 0.12, 0.3, 0.45, 0.7, 0.88, 1});
+}
+
 /// Adds cosines, along axes of all, at which cubics between few samples would miss most.
 void add_cosines_between(const Recipe& recipe, ProbedCosines& probed) {
     const bool narrow_in = is_narrow(recipe.mu_in, all_cosines),
@@ -102,17 +117,12 @@ void add_cosines_between(const Recipe& recipe, ProbedCosines& probed) {
     if (narrow_in && narrow_out) return;
     for (const double x : {0.075, 0.14, 0.32}) {
         if (x * x < least_cosine_of_choices(recipe)) continue;
-        const int place = static_cast<int>(probed.mu.size());
+        const int place = int_size(probed.mu);
         probed.mu.push_back(x * x);
         if (!narrow_in) probed.pairs.in.push_back(place);
         if (!narrow_out) probed.pairs.out.push_back(place);
     }
 }
-
-/// A share of the chunks of albedos: every so many, from one on.
-struct Share {
-    int index = 0, count = 1;
-};
 
 /// Packs of eight (mode, albedo) pairs that the solver fills for `modes` modes of some albedos.
 std::size_t count_packs(std::size_t albedos, std::size_t modes) {
@@ -132,7 +142,7 @@ std::size_t chunk_size(std::size_t albedos, const SolverOptions& solver) {
     std::size_t best = 1, fewest = 0;
     for (std::size_t chunk = 1; chunk <= 8; chunk *= 2) {
         const std::size_t whole = albedos / chunk, rest = albedos % chunk;
-        const auto of = static_cast<std::size_t>(modes);
+        const auto of = size(modes);
         const std::size_t packs =
             whole * count_packs(chunk, of) + (rest > 0 ? count_packs(rest, of) : 0);
         if (chunk > 1 && 10 * packs > 9 * fewest) continue;
@@ -154,19 +164,25 @@ void solve_ladders_with(SolverOptions solver, const Probes& probes,
     solver.exact_fluxes = false;  // no choice is measured on them
     const Recipe& recipe = probes.recipe;
     const std::size_t chunk = chunk_size(albedos.size(), solver);
-    const auto chunks = static_cast<std::size_t>(chunk_count(albedos.size(), chunk));
+    const auto chunks = size(chunk_count(albedos.size(), chunk));
     parallel_for(static_cast<int>(ladders.size() * chunks), probes.options.threads, [&](int n) {
         stop_if_asked(probes.options.log);
-        const std::size_t c = static_cast<std::size_t>(n) % chunks,
-                          ladder = static_cast<std::size_t>(n) / chunks;
+        const std::size_t c = size(n) % chunks, ladder = size(n) / chunks;
         if (static_cast<int>(c) % share.count != share.index) return;
         const std::size_t first = c * chunk, last = std::min(albedos.size(), first + chunk);
         auto solved = solve_material(recipe.layers, recipe.phase_function,
-                                     {albedos.begin() + static_cast<std::ptrdiff_t>(first),
-                                      albedos.begin() + static_cast<std::ptrdiff_t>(last)},
+                                     {albedos.data() + first, albedos.data() + last},
                                      ladders[ladder], mu, solver, recipe.lower_boundary);
         for (std::size_t a = first; a < last; ++a) take(ladder, a, std::move(solved[a - first]));
     });
+}
+
+ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
+                      double floor) {
+    GridValues values = evaluate(solution, side, directions);
+    for (std::size_t n = 0; n < values.closed_form.size(); ++n)
+        values.closed_form[n] += values.tabulated[n];
+    return {std::move(values.tabulated), std::move(values.closed_form), floor};
 }
 
 /// A solved layer at all directions; the solution keeps albedo and depth alone.
@@ -198,12 +214,6 @@ std::vector<ProbedLayers> solve_ladders_with(const SolverOptions& solver, const 
     return layers;
 }
 
-ProbedLayers solve_layers_with(const SolverOptions& solver, const Probes& probes,
-                               const std::vector<double>& albedos, const DepthLadder& ladder,
-                               const DirectionGrid& directions, Share share = {}) {
-    return std::move(solve_ladders_with(solver, probes, albedos, {ladder}, directions, share)[0]);
-}
-
 /// For the first modes alone, unless 0.
 SolverOptions solver_of_first(const Probes& probes, int most_modes) {
     SolverOptions solver = solver_options(probes.recipe);
@@ -220,8 +230,7 @@ Share rank_share(const WorkLog& log, std::size_t albedos) {
 
 std::vector<double> every(Share share, const std::vector<double>& albedos) {
     std::vector<double> some;
-    for (auto a = static_cast<std::size_t>(share.index); a < albedos.size();
-         a += static_cast<std::size_t>(share.count))
+    for (auto a = size(share.index); a < albedos.size(); a += size(share.count))
         some.push_back(albedos[a]);
     return some;
 }
@@ -247,8 +256,8 @@ void list_numbers(ProbedLayer& layer, const List& list) {
 
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options) {
     std::vector<double> albedos = probed_albedos(recipe.albedo);
-    const Share share = rank_share(options.log, albedos.size());
     const std::size_t all_albedos = albedos.size();
+    const Share share = rank_share(options.log, all_albedos);
     albedos = every(share, albedos);
     const std::shared_ptr<const PathOrders> path_law = recipe_path_law(recipe);
     ProbedCosines cosines = many_cosines(recipe);
@@ -265,30 +274,13 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
             probed_ladder(recipe),
             extrapolation_length(recipe.phase_function, recipe.lower_boundary),
             {},
-            share.index,
-            share.count,
+            share,
             all_albedos};
 }
 
 std::size_t count_of_share(const Probes& probes, std::size_t count) {
-    const auto share = static_cast<std::size_t>(probes.share),
-               shares = static_cast<std::size_t>(probes.shares);
-    return (count + shares - 1 - share) / shares;
-}
-
-ProbedCosines many_cosines(const Recipe& recipe) {
-    std::vector<double> cosines;
-    // However many samples of mu a table has, most of these lie well between two of them.
-    for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.615, 0.665, 0.815, 0.875, 0.95})
-        cosines.push_back(x * x);
-    // Laws of grounds are steep at grazing angles.
-    if (recipe.lower_boundary.law != nullptr) cosines.push_back(0.0003);
-    // Thin layers of a stack are steep at cosines about as large as their depths.
-    for (const StackLayer& layer : recipe.layers)
-        for (const double share : {0.3, 1.0})
-            if (const double mu = share * layer.optical_depth; mu > 0.001 && mu < 0.1)
-                cosines.push_back(mu);
-    return cosines_to_probe(recipe, cosines, {0, 0.12, 0.3, 0.45, 0.7, 0.88, 1});
+    const auto& [index, shares] = probes.share;
+    return (count + size(shares - 1 - index)) / size(shares);
 }
 
 ProbedCosines some_cosines(const Recipe& recipe) {
@@ -334,13 +326,6 @@ Errors errors_of_solutions(
     return joined(std::move(of_albedo));
 }
 
-ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
-                          const DepthLadder& ladder, const DirectionGrid& directions,
-                          int most_modes) {
-    return solve_layers_with(solver_of_first(probes, most_modes), probes, albedos, ladder,
-                             directions);
-}
-
 std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<double>& albedos,
                                         const std::vector<DepthLadder>& ladders,
                                         const DirectionGrid& directions, int most_modes) {
@@ -353,12 +338,13 @@ ProbedLayers solve_layers_together(const Probes& probes, const std::vector<doubl
                                    int most_modes) {
     const WorkLog& log = probes.options.log;
     if (albedos.empty() || log.ranks == nullptr || log.ranks->count() == 1)
-        return solve_layers(probes, albedos, ladder, directions, most_modes);
+        return std::move(solve_ladders(probes, albedos, {ladder}, directions, most_modes)[0]);
     const SolverOptions solver = solver_of_first(probes, most_modes);
     const std::size_t chunk = chunk_size(albedos.size(), solver);
     const Share share{log.ranks->rank(),
                       std::min(log.ranks->count(), chunk_count(albedos.size(), chunk))};
-    ProbedLayers layers = solve_layers_with(solver, probes, albedos, ladder, directions, share);
+    ProbedLayers layers =
+        std::move(solve_ladders_with(solver, probes, albedos, {ladder}, directions, share)[0]);
     std::vector<double> numbers;
     for (auto& of_albedo : layers)
         for (ProbedLayer& layer : of_albedo)
@@ -366,9 +352,8 @@ ProbedLayers solve_layers_together(const Probes& probes, const std::vector<doubl
     const std::vector<std::vector<double>> of_rank = gather(log, numbers, share.count);
     std::vector<const double*> next;
     for (const std::vector<double>& of_one : of_rank) next.push_back(of_one.data());
-    const std::size_t depths = static_cast<std::size_t>(ladder.octaves) + ladder.to_infinity;
     for (std::size_t a = 0; a < albedos.size(); ++a) {
-        layers[a].resize(depths);
+        layers[a].resize(size(ladder.count()));
         for (ProbedLayer& layer : layers[a]) {
             const double*& from = next[a / chunk % of_rank.size()];
             list_numbers(layer, [&](double& number) { number = *from++; });
@@ -384,27 +369,18 @@ std::vector<Side> asked_sides(const Recipe& recipe) {
     return sides;
 }
 
-ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
-                      double floor) {
-    GridValues values = evaluate(solution, side, directions);
-    for (std::size_t n = 0; n < values.closed_form.size(); ++n)
-        values.closed_form[n] += values.tabulated[n];
-    return {std::move(values.tabulated), std::move(values.closed_form), floor};
-}
-
 ProbedLayers probe_again(Probes& probes, const DirectionGrid& directions) {
     const ProbedLayers& layers = probed_layers(probes);
     ProbedLayers again(layers.size(), std::vector<ProbedLayer>(layers[0].size()));
-    parallel_for(static_cast<int>(layers.size() * layers[0].size()), probes.options.threads,
-                 [&](int n) {
-                     const std::size_t a = static_cast<std::size_t>(n) / layers[0].size(),
-                                       d = static_cast<std::size_t>(n) % layers[0].size();
-                     const ProbedLayer& layer = layers[a][d];
-                     again[a][d].solution.optical_depth = layer.solution.optical_depth;
-                     for (const Side side : asked_sides(probes.recipe))
-                         again[a][d].side[side] =
-                             probe_side(layer.solution, side, directions, layer.side[side].floor);
-                 });
+    parallel_for(
+        static_cast<int>(layers.size() * layers[0].size()), probes.options.threads, [&](int n) {
+            const std::size_t a = size(n) / layers[0].size(), d = size(n) % layers[0].size();
+            const ProbedLayer& layer = layers[a][d];
+            again[a][d].solution.optical_depth = layer.solution.optical_depth;
+            for (const Side side : asked_sides(probes.recipe))
+                again[a][d].side[side] =
+                    probe_side(layer.solution, side, directions, layer.side[side].floor);
+        });
     return again;
 }
 

@@ -24,8 +24,6 @@ struct RandomLadder {
     DepthLadder depths;
 };
 
-int layer_count(const DepthLadder& depths) { return depths.octaves + (depths.to_infinity ? 1 : 0); }
-
 double count_octaves(const AxisView& tau) {
     return tau.count == 0 ? 0 : std::log2(tau.highest / tau.lowest);
 }
@@ -256,22 +254,13 @@ bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
     });
 }
 
-/// Cosines without repetition.
-class Cosines {
-  public:
-    explicit Cosines(std::vector<double> first) : all_(std::move(first)) {}
-
-    int find_or_add(double mu) {
-        const auto found = std::find(all_.begin(), all_.end(), mu);
-        const auto place = static_cast<int>(found - all_.begin());
-        if (found == all_.end()) all_.push_back(mu);
-        return place;
-    }
-    const std::vector<double>& all() const { return all_; }
-
-  private:
-    std::vector<double> all_;
-};
+/// The place of a cosine in a list without repetition, where it is added unless it is there.
+int find_or_add(std::vector<double>& cosines, double mu) {
+    const auto found = std::ranges::find(cosines, mu);
+    const auto place = static_cast<int>(found - cosines.begin());
+    if (found == cosines.end()) cosines.push_back(mu);
+    return place;
+}
 
 /// Points of the first layers of a random ladder.
 class LadderPoints {
@@ -283,8 +272,8 @@ class LadderPoints {
         ladder_ = random_ladder(range, even_shares(seed, number), random);
         PointSource source(range, peaked, random);
         sides_ = source.sides();
-        const int layers = layer_count(ladder_.depths);
-        while (points_ < most && static_cast<int>(layers_.size()) < layers) {
+        const int layers = ladder_.depths.count();
+        while (points_ < most && int_size(layers_) < layers) {
             const int of_layer = std::min(points_of_layer(range), most - points_);
             layers_.push_back(source.draw(of_layer));
             points_ += of_layer;
@@ -292,10 +281,10 @@ class LadderPoints {
             for (const RandomPoint& point : layers_.back()) {
                 count_ += point.sides.size();
                 places_.push_back(
-                    {mu_.find_or_add(point.at.mu_in), mu_.find_or_add(point.at.mu_out)});
+                    {find_or_add(mu_, point.at.mu_in), find_or_add(mu_, point.at.mu_out)});
             }
         }
-        if (!ladder_.depths.to_infinity) ladder_.depths.octaves = static_cast<int>(layers_.size());
+        if (!ladder_.depths.to_infinity) ladder_.depths.octaves = int_size(layers_);
     }
 
     /// Evenly drawn ones, at most `most`.
@@ -307,9 +296,8 @@ class LadderPoints {
     std::vector<double> values(const SolverOptions& solver) const {
         const PhaseFunction member = phase_function_at(
             phase_function_, range_.second_phase_function, range_.family, ladder_.member);
-        const auto solutions =
-            solve_material(range_.layers, member, {ladder_.albedo}, ladder_.depths, mu_.all(),
-                           solver, range_.lower_boundary);
+        const auto solutions = solve_material(range_.layers, member, {ladder_.albedo},
+                                              ladder_.depths, mu_, solver, range_.lower_boundary);
         std::vector<double> solved;
         const Places* at = places_.data();
         for (std::size_t k = 0; k < layers_.size(); ++k) {
@@ -357,7 +345,7 @@ class LadderPoints {
     std::vector<Side> sides_;
     std::vector<std::vector<RandomPoint>> layers_;
     std::vector<Places> places_;
-    Cosines mu_;
+    std::vector<double> mu_;
     int points_ = 0;
     std::size_t count_ = 0;  // of values
 };
@@ -374,24 +362,20 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
     const bool peaked = range.all_kinds && has_peak(phase_function, range);
     std::vector<LadderPoints> ladders;
     for (int left = options.samples; left > 0;) {
-        const int number = static_cast<int>(ladders.size());
+        const int number = int_size(ladders);
         ladders.emplace_back(phase_function, range, peaked, left, options.seed, number);
         left -= ladders.back().points();
     }
     std::vector<std::vector<ErrorSample>> of_ladder(ladders.size());
     const auto name = [](int piece) { return "ladder " + std::to_string(piece); };
-    const auto solve = [&](int piece) {
-        const std::vector<double> solved = ladders[static_cast<std::size_t>(piece)].values(solver);
-        const std::span<const char> bytes = byte_span(solved);
-        return std::vector<char>(bytes.begin(), bytes.end());
-    };
+    const auto solve = [&](int piece) { return as_chars(ladders[size(piece)].values(solver)); };
     const auto take = [&](int piece, std::span<const char> solved) {
-        const auto k = static_cast<std::size_t>(piece);
+        const auto k = size(piece);
         of_ladder[k] = ladders[k].error_samples(
             numbers_in<double>(solved, name(piece), ladders[k].value_count()));
     };
-    solve_pieces({static_cast<int>(ladders.size()), name, solve, take, options.progress},
-                 options.log, options.threads);
+    solve_pieces({int_size(ladders), name, solve, take, options.progress}, options.log,
+                 options.threads);
     std::vector<ErrorSample> samples;
     for (const auto& some : of_ladder) samples.insert(samples.end(), some.begin(), some.end());
     return samples;

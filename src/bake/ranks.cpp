@@ -2,6 +2,7 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 
 #include "rank_messages.h"
 
@@ -85,7 +86,7 @@ struct Ranks::State {
     }
 
     std::vector<std::vector<char>> gather(std::span<const char> bytes, int from_ranks) {
-        const auto count = static_cast<std::size_t>(from_ranks);
+        const auto count = size(from_ranks);
         std::vector<std::vector<char>> of_rank(count);
         std::vector<std::size_t> sizes(count);
         std::vector<char> all;
@@ -126,7 +127,7 @@ struct Ranks::State {
     };
 
     std::string rank_name(int number) const {
-        const Place& place = places[static_cast<std::size_t>(number)];
+        const Place& place = places[size(number)];
         return "rank " + std::to_string(number) + " (" + place.machine + ", process " +
                std::to_string(place.process) + ")";
     }
@@ -189,7 +190,7 @@ struct Ranks::State {
 
     void handle(const RankMessage& message) {
         const auto head = from_raw_bytes<Head>(message.bytes);
-        const auto from = static_cast<std::size_t>(message.from);
+        const auto from = size(message.from);
         note_life(from, head.kind == Kind::leaving);
         const std::span<const char> bytes = std::span(message.bytes).subspan(sizeof head);
         switch (head.kind) {
@@ -326,7 +327,7 @@ struct Ranks::State {
     /// The lowest of the other ranks on rank 0's machine watches its process, and tells its loss.
     bool watches_first() const {
         for (int r = 1; r < rank; ++r)
-            if (is_watched[static_cast<std::size_t>(r)]) return false;
+            if (is_watched[size(r)]) return false;
         return is_watched[0];
     }
 

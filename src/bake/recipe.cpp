@@ -23,10 +23,10 @@ constexpr double min_stack_depth = 1e-6;
 Range read_range(const Section& recipe, const char* key) {
     const Section section = recipe.section(key);
     const Range range{section.number("min"), section.number("max")};
-    require(range.min <= range.max, caller, section.at("min"), "at most max", range.min);
+    section.require(range.min <= range.max, "min", "at most max", range.min);
     const double width = range.max - range.min;
-    require(range.min == range.max || width >= 1e-9, caller, section.at("max"),
-            "equal to min or 1e-9 above it", range.max);
+    section.require(range.min == range.max || width >= 1e-9, "max", "equal to min or 1e-9 above it",
+                    range.max);
     return range;
 }
 
@@ -41,10 +41,10 @@ Range read_directions(const Section& recipe, const char* key) {
 Range read_albedo(const Section& recipe, const PhaseFunction& phase_function) {
     if (!recipe.is("albedo", "phase_function")) return read_range(recipe, "albedo");
     const std::optional<double> albedo = phase_function.albedo();
-    require(albedo.has_value(), caller, recipe.at("albedo"),
-            "a table { min = ..., max = ... } unless the phase function is of "
-            "droplets (mie) or has a geometric_albedo",
-            "\"phase_function\"");
+    recipe.require(albedo.has_value(), "albedo",
+                   "a table { min = ..., max = ... } unless the phase function is of "
+                   "droplets (mie) or has a geometric_albedo",
+                   "\"phase_function\"");
     return {*albedo, *albedo};
 }
 
@@ -87,8 +87,8 @@ void read_sides(const Section& section, Recipe& recipe) {
     if (!section.has("sides")) return;
     recipe.reflection = recipe.transmission = false;
     for (const std::string& side : section.texts("sides", 1, 2)) {
-        require(side == "reflection" || side == "transmission", caller, section.at("sides"),
-                "a list out of \"reflection\", \"transmission\"", side);
+        section.require(side == "reflection" || side == "transmission", "sides",
+                        "a list out of \"reflection\", \"transmission\"", side);
         (side == "reflection" ? recipe.reflection : recipe.transmission) = true;
     }
 }
@@ -99,7 +99,141 @@ std::string quoted(const std::string& text) {
     return out.str();
 }
 
+// ---- [family]
+
+constexpr std::size_t most_values = 64;
+
+bool is_length(PhaseParameter parameter) { return std::string(parameter_unit(parameter)) == "um"; }
+
+/// A length with its unit, in um.
+double read_length(const Section& section, const char* key, const std::string& text) {
+    double value = 0;
+    const std::size_t end = read_number(text, value);
+    const std::string unit = end > 0 ? text.substr(end) : "";
+    section.require((unit == "um" || unit == "nm") && value > 0 && std::isfinite(value), key,
+                    "lengths above 0 in um or nm, as in \"10um\"", '"' + text + '"');
+    return unit == "um" ? value : value / 1000;
+}
+
+/// The numbers of a list, lengths in um.
+std::vector<double> read_list(const Section& section, const char* key, PhaseParameter parameter,
+                              std::size_t least, std::size_t most) {
+    if (!is_length(parameter)) return section.numbers(key, least, most);
+    std::vector<double> lengths;
+    for (const std::string& text : section.texts(key, least, most))
+        lengths.push_back(read_length(section, key, text));
+    return lengths;
+}
+
+/// `[min, max]`, or `{ values = [...] }`.
+FamilyRange read_axis(const Section& family, PhaseParameter parameter) {
+    const char* const key = parameter_name(parameter);
+    std::vector<double> values;
+    if (!family.is_table(key)) {
+        values = read_list(family, key, parameter, 2, 2);
+        family.require(values[0] < values[1], key, "a range, its end above its start", values[1]);
+        return {parameter, {values[0], values[1]}, {}};
+    }
+    const Section section = family.section(key);
+    values = read_list(section, "values", parameter, 2, most_values);
+    for (std::size_t n = 1; n < values.size(); ++n)
+        section.require(values[n] > values[n - 1], "values", "ascending", values[n]);
+    return {parameter, {values.front(), values.back()}, values};
+}
+
+/// The range of mixtures given at the top of a recipe; all of them unless it is given.
+Range read_mixture(const Section& file) {
+    if (!file.has("mixture")) return {0, 1};
+    const Section section = file.section("mixture");
+    const Range range{section.number("min"), section.number("max")};
+    section.require(range.min < range.max, "max",
+                    "above min: one mixture alone is a sum in phase_function", range.max);
+    section.require(range.max - range.min >= 1e-9, "max", "1e-9 above min", range.max);
+    return range;
+}
+
+std::string value_text(PhaseParameter parameter, double value) {
+    const std::string number = shortest_text(value);
+    if (is_length(parameter)) return '"' + number + "um\"";
+    return number.find_first_not_of("-0123456789") == std::string::npos ? number + ".0" : number;
+}
+
+std::string list_text(PhaseParameter parameter, const std::vector<double>& values) {
+    std::vector<std::string> texts;
+    for (const double value : values) texts.push_back(value_text(parameter, value));
+    return std::string("[").append(joined(texts)).append("]");
+}
+
+/// Reads [family], or second_phase_function with or without `mixture`, into a recipe whose phase
+/// function and discretisation have been read. Axes lie in the order of PhaseParameter.
+void read_family(const Section& file, const PhaseSource& source, Recipe& recipe) {
+    const Section family = file.section("family");
+    const Section discretisation = file.section("discretisation");
+    const bool mixes = file.has("second_phase_function");
+    if (mixes) recipe.second_phase_function = file.phase_function("second_phase_function", source);
+    for (const Section* const section : {&file, &family})
+        section->require(mixes || !section->has("mixture"), "mixture",
+                         "absent where there is no second_phase_function", "given");
+    family.require(!file.has("mixture") || !family.has("mixture"), "mixture",
+                   "given once, here or at the top", "both");
+    for (const PhaseParameter parameter : all_parameters) {
+        const char* const key = parameter_name(parameter);
+        const std::string samples = samples_key(parameter);
+        const bool is_mixed = parameter == PhaseParameter::mixture && mixes;
+        const bool is_given = family.has(key);
+        if (is_given)
+            recipe.family.push_back(read_axis(family, parameter));
+        else if (is_mixed)
+            recipe.family.push_back({parameter, read_mixture(file), {}});
+        const bool is_range = !recipe.family.empty() &&
+                              recipe.family.back().parameter == parameter &&
+                              recipe.family.back().values.empty();
+        if (discretisation.has(samples.c_str())) {
+            const int count = discretisation.count(samples.c_str());
+            discretisation.require(
+                is_range, samples.c_str(),
+                parameter == PhaseParameter::mixture
+                    ? "absent where there is no second_phase_function"
+                    : std::string("absent where [family] has no range of ") + key,
+                count);
+            if (recipe.family.size() <= max_family_axes)
+                recipe.discretisation.family_samples[recipe.family.size() - 1] = count;
+        }
+    }
+    require(recipe.family.size() <= max_family_axes, caller, family.here(),
+            "of one or two parameters", recipe.family.size());
+    for (const FamilyRange& axis : recipe.family) {
+        if (axis.parameter == PhaseParameter::mixture) continue;
+        for (const double value : {axis.range.min, axis.range.max})
+            family.placed(parameter_name(axis.parameter), [&] {
+                return with_parameter(recipe.phase_function, axis.parameter, value);
+            });
+    }
+    file.require(
+        recipe.family.empty() || is_mixture_alone(recipe) || !file.is("albedo", "phase_function"),
+        "albedo", "a table { min = ..., max = ... } where there is [family]", "\"phase_function\"");
+}
+
+/// The lines that `read_family` reads, of a resolved recipe.
+std::string family_text(const Recipe& recipe) {
+    if (recipe.family.empty()) return "";
+    std::ostringstream out;
+    out << "[family]\n";
+    for (const FamilyRange& axis : recipe.family) {
+        out << parameter_name(axis.parameter) << " = ";
+        if (axis.values.empty())
+            out << list_text(axis.parameter, {axis.range.min, axis.range.max}) << "\n";
+        else
+            out << "{ values = " << list_text(axis.parameter, axis.values) << " }\n";
+    }
+    return out.str();
+}
+
 }  // namespace
+
+std::string samples_key(PhaseParameter parameter) {
+    return std::string(parameter_name(parameter)) + "_samples";
+}
 
 Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lower_boundary) {
     check_layers(layers, lower_boundary.is_present(), caller);
@@ -140,16 +274,17 @@ Recipe read_layer(const Section& section, const PhaseSource& source) {
 void read_layer_choices(const Section& section, const PhaseSource& source, Recipe& recipe) {
     const Section discretisation = section.section("discretisation");
     recipe.discretisation = read_discretisation(discretisation);
-    read_family(section, caller, source, recipe);
-    require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), caller, section.at("orders"),
-            "\"all\" where there is [below]", recipe.orders);
-    require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, caller,
-            discretisation.at("scheme"), "\"harmonic\" where orders are counted", "classic");
+    read_family(section, source, recipe);
+    section.require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), "orders",
+                    "\"all\" where there is [below]", recipe.orders);
+    discretisation.require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic,
+                           "scheme", "\"harmonic\" where orders are counted", "classic");
     const double deepest = recipe.discretisation.deepest_optical_depth;
     if (deepest > 0)
-        require(std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min, caller,
-                discretisation.at("deepest_optical_depth"),
-                "at least optical_depth.min, in a recipe whose optical_depth.max is inf", deepest);
+        discretisation.require(
+            std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min,
+            "deepest_optical_depth",
+            "at least optical_depth.min, in a recipe whose optical_depth.max is inf", deepest);
 }
 
 }  // namespace
@@ -177,16 +312,15 @@ Recipe make_recipe(const toml::table& parsed, const TomlFile& file, const PhaseS
         if (section.has(key)) *range = read_directions(section, key);
     check_directions(recipe);
     read_sides(section, recipe);
-    require(!recipe.lower_boundary.law || recipe.lower_boundary.law->text().rfind("table:", 0) != 0,
-            caller, section.at("below"), "ocean or rpv in recipes, for tables name no other file",
-            "a table");
-    require(!recipe.lower_boundary.is_present() || !recipe.transmission, caller,
-            section.at("sides"), "[\"reflection\"] where there is [below], which lets nothing pass",
-            "transmission");
-    require(recipe.optical_depth.min < infinity || !recipe.transmission, caller,
-            section.at("sides"),
-            "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
-            section.has("sides") ? "transmission" : "no sides, which bakes both");
+    const LowerBoundary& below = recipe.lower_boundary;
+    section.require(!below.law || !below.law->text().starts_with("table:"), "below",
+                    "ocean or rpv in recipes, for tables name no other file", "a table");
+    section.require(!below.is_present() || !recipe.transmission, "sides",
+                    "[\"reflection\"] where there is [below], which lets nothing pass",
+                    "transmission");
+    section.require(recipe.optical_depth.min < infinity || !recipe.transmission, "sides",
+                    "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
+                    section.has("sides") ? "transmission" : "no sides, which bakes both");
     if (is_stack)
         read_directional(section.section("discretisation"), recipe.discretisation);
     else
@@ -316,143 +450,6 @@ std::string resolved_text(const Recipe& recipe) {
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::layer)
         out << "[below]\nphase_function = " << quoted(recipe.lower_boundary.phase_function.text())
             << "\nalbedo = " << recipe.lower_boundary.albedo << "\n";
-    return out.str();
-}
-
-namespace {
-
-constexpr std::size_t most_values = 64;
-
-bool is_length(PhaseParameter parameter) { return std::string(parameter_unit(parameter)) == "um"; }
-
-/// A length with its unit, in um.
-double read_length(const Section& section, const char* key, const char* caller,
-                   const std::string& text) {
-    double value = 0;
-    const std::size_t end = read_number(text, value);
-    const std::string unit = end > 0 ? text.substr(end) : "";
-    require((unit == "um" || unit == "nm") && value > 0 && std::isfinite(value), caller,
-            section.at(key), "lengths above 0 in um or nm, as in \"10um\"", '"' + text + '"');
-    return unit == "um" ? value : value / 1000;
-}
-
-/// The numbers of a list, lengths in um.
-std::vector<double> read_list(const Section& section, const char* key, const char* caller,
-                              PhaseParameter parameter, std::size_t least, std::size_t most) {
-    if (!is_length(parameter)) return section.numbers(key, least, most);
-    std::vector<double> lengths;
-    for (const std::string& text : section.texts(key, least, most))
-        lengths.push_back(read_length(section, key, caller, text));
-    return lengths;
-}
-
-/// `[min, max]`, or `{ values = [...] }`.
-FamilyRange read_axis(const Section& family, const char* caller, PhaseParameter parameter) {
-    const char* const key = parameter_name(parameter);
-    std::vector<double> values;
-    if (!family.is_table(key)) {
-        values = read_list(family, key, caller, parameter, 2, 2);
-        require(values[0] < values[1], caller, family.at(key), "a range, its end above its start",
-                values[1]);
-        return {parameter, {values[0], values[1]}, {}};
-    }
-    const Section section = family.section(key);
-    values = read_list(section, "values", caller, parameter, 2, most_values);
-    for (std::size_t n = 1; n < values.size(); ++n)
-        require(values[n] > values[n - 1], caller, section.at("values"), "ascending", values[n]);
-    return {parameter, {values.front(), values.back()}, values};
-}
-
-/// The range of mixtures given at the top of a recipe; all of them unless it is given.
-Range read_mixture(const Section& file, const char* caller) {
-    if (!file.has("mixture")) return {0, 1};
-    const Section section = file.section("mixture");
-    const Range range{section.number("min"), section.number("max")};
-    require(range.min < range.max, caller, section.at("max"),
-            "above min: one mixture alone is a sum in phase_function", range.max);
-    require(range.max - range.min >= 1e-9, caller, section.at("max"), "1e-9 above min", range.max);
-    return range;
-}
-
-std::string value_text(PhaseParameter parameter, double value) {
-    const std::string number = shortest_text(value);
-    if (is_length(parameter)) return '"' + number + "um\"";
-    return number.find_first_not_of("-0123456789") == std::string::npos ? number + ".0" : number;
-}
-
-std::string list_text(PhaseParameter parameter, const std::vector<double>& values) {
-    std::vector<std::string> texts;
-    for (const double value : values) texts.push_back(value_text(parameter, value));
-    return std::string("[").append(joined(texts)).append("]");
-}
-
-}  // namespace
-
-std::string samples_key(PhaseParameter parameter) {
-    return std::string(parameter_name(parameter)) + "_samples";
-}
-
-void read_family(const Section& file, const char* caller, const PhaseSource& source,
-                 Recipe& recipe) {
-    const Section family = file.section("family");
-    const Section discretisation = file.section("discretisation");
-    const bool mixes = file.has("second_phase_function");
-    if (mixes) recipe.second_phase_function = file.phase_function("second_phase_function", source);
-    require(mixes || !file.has("mixture"), caller, file.at("mixture"),
-            "absent where there is no second_phase_function", "given");
-    require(mixes || !family.has("mixture"), caller, family.at("mixture"),
-            "absent where there is no second_phase_function", "given");
-    require(!file.has("mixture") || !family.has("mixture"), caller, family.at("mixture"),
-            "given once, here or at the top", "both");
-    for (const PhaseParameter parameter : all_parameters) {
-        const char* const key = parameter_name(parameter);
-        const std::string samples = samples_key(parameter);
-        const bool is_mixed = parameter == PhaseParameter::mixture && mixes;
-        const bool is_given = family.has(key);
-        if (is_given)
-            recipe.family.push_back(read_axis(family, caller, parameter));
-        else if (is_mixed)
-            recipe.family.push_back({parameter, read_mixture(file, caller), {}});
-        const bool is_range = !recipe.family.empty() &&
-                              recipe.family.back().parameter == parameter &&
-                              recipe.family.back().values.empty();
-        if (discretisation.has(samples.c_str())) {
-            const int count = discretisation.count(samples.c_str());
-            require(is_range, caller, discretisation.at(samples.c_str()),
-                    parameter == PhaseParameter::mixture
-                        ? "absent where there is no second_phase_function"
-                        : std::string("absent where [family] has no range of ") + key,
-                    count);
-            if (recipe.family.size() <= max_family_axes)
-                recipe.discretisation.family_samples[recipe.family.size() - 1] = count;
-        }
-    }
-    require(recipe.family.size() <= max_family_axes, caller, family.here(),
-            "of one or two parameters", recipe.family.size());
-    for (const FamilyRange& axis : recipe.family) {
-        if (axis.parameter == PhaseParameter::mixture) continue;
-        for (const double value : {axis.range.min, axis.range.max})
-            family.placed(parameter_name(axis.parameter), [&] {
-                return with_parameter(recipe.phase_function, axis.parameter, value);
-            });
-    }
-    require(
-        recipe.family.empty() || is_mixture_alone(recipe) || !file.is("albedo", "phase_function"),
-        caller, file.at("albedo"), "a table { min = ..., max = ... } where there is [family]",
-        "\"phase_function\"");
-}
-
-std::string family_text(const Recipe& recipe) {
-    if (recipe.family.empty()) return "";
-    std::ostringstream out;
-    out << "[family]\n";
-    for (const FamilyRange& axis : recipe.family) {
-        out << parameter_name(axis.parameter) << " = ";
-        if (axis.values.empty())
-            out << list_text(axis.parameter, {axis.range.min, axis.range.max}) << "\n";
-        else
-            out << "{ values = " << list_text(axis.parameter, axis.values) << " }\n";
-    }
     return out.str();
 }
 

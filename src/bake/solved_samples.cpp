@@ -11,8 +11,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -21,22 +19,6 @@
 #endif
 
 namespace stratus {
-namespace {
-
-template <class Number>
-std::vector<char> as_chars(const std::vector<Number>& numbers) {
-    const std::span<const char> bytes = byte_span(numbers);
-    return {bytes.begin(), bytes.end()};
-}
-
-template <class Number>
-std::vector<Number> as_numbers(const std::vector<char>& bytes) {
-    std::vector<Number> numbers(bytes.size() / sizeof(Number));
-    if (!numbers.empty()) std::memcpy(numbers.data(), bytes.data(), bytes.size());
-    return numbers;
-}
-
-}  // namespace
 
 SolvedSamples::SolvedSamples(const Recipe& resolved, const BakeOptions& options, Table& table)
     : units_(resolved),
@@ -50,9 +32,7 @@ SolvedSamples::SolvedSamples(const Recipe& resolved, const BakeOptions& options,
 }
 
 void SolvedSamples::make_room() {
-    const std::size_t layers =
-        table_.member_count() * table_.albedo.values.size() * table_.optical_depth.values.size();
-    const std::size_t mus = table_.mu_in.values.size();
+    const std::size_t layers = table_.layer_count(), mus = table_.mu_in.values.size();
     table_.reflection_multiple.resize(sides_.reflection ? 1 : 0);
     table_.transmission_multiple.resize(sides_.transmission ? 1 : 0);
     table_.spherical_albedo.resize(layers);
@@ -70,13 +50,12 @@ bool SolvedSamples::is_first_rank() const { return stratus::is_first_rank(option
 int SolvedSamples::in_full(std::vector<int> layers, const Use& use) {
     layers = as_numbers<int>(shared(options_.log, as_chars(layers)));
     if (layers.empty()) return 0;
-    DirectionList all(numbers_.count());
-    std::iota(all.begin(), all.end(), std::size_t{0});
+    const DirectionList all = numbers_.all();
     const auto is_asked_for = [&](int layer) {
         return std::ranges::find(layers, layer) != layers.end();
     };
     solve("in full", units_.holding(layers), is_asked_for, {all, all}, use);
-    return static_cast<int>(layers.size());
+    return int_size(layers);
 }
 
 void SolvedSamples::at(const PerSide<DirectionList>& directions, const Use& use) {
@@ -106,12 +85,10 @@ void SolvedSamples::solve(const std::string& stage, const std::vector<Unit>& uni
     for (const Side side : both_sides)
         for (std::size_t m = 0; m < some.size() && positions[side].size() < numbers_.count(); ++m)
             some[m][side] = std::make_unique<GridPositions>(units_.grid(m), side, positions[side]);
-    const auto unit = [&](int piece) -> const Unit& {
-        return units[static_cast<std::size_t>(piece)];
-    };
+    const auto unit = [&](int piece) -> const Unit& { return units[size(piece)]; };
     const std::string request = "request " + std::to_string(requests_++) + ", ";
     Pieces pieces;
-    pieces.count = static_cast<int>(units.size());
+    pieces.count = int_size(units);
     pieces.name = [&](int piece) { return request + units_.unit_name(unit(piece)); };
     pieces.solve = [&](int piece) {
         return solve_unit(unit(piece), is_asked_for, positions, some[unit(piece).member]);
@@ -176,7 +153,7 @@ std::vector<char> SolvedSamples::solve_unit(const Unit& unit, const Choice& is_a
 
 template <class Visit>
 void SolvedSamples::for_each_flux(int layer, const Visit& visit) {
-    const std::size_t mus = table_.mu_in.values.size(), at = static_cast<std::size_t>(layer);
+    const std::size_t mus = table_.mu_in.values.size(), at = size(layer);
     visit(std::span(table_.spherical_albedo).subspan(at, 1));
     for (std::vector<float>* const flux : {&table_.plane_albedo, &table_.diffuse_transmittance})
         if (!flux->empty()) visit(std::span(*flux).subspan(at * mus, mus));
@@ -251,8 +228,7 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
         if (is_first && !is_filed) multiple[side]->resize(counts[side]);
 
     const DirectionNumbers numbers(table.view());
-    DirectionList all(numbers.count());
-    std::iota(all.begin(), all.end(), std::size_t{0});
+    const DirectionList all = numbers.all();
     const std::vector<std::size_t> positions = numbers.positions(all);
     const Rounding rounded(resolved.tolerance);
     samples.at({all, all}, [&](int layer, Side side, const std::vector<float>& found) {
@@ -264,7 +240,7 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
             if (numbers.is_symmetric())
                 whole[(pair % outs * outs + pair / outs) * azimuths + at % azimuths] = sample;
         }
-        const std::size_t first = static_cast<std::size_t>(layer) * in_layer;
+        const std::size_t first = size(layer) * in_layer;
         if (is_filed)
             options.samples->write(side, first, whole);
         else

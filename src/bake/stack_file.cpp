@@ -14,8 +14,7 @@ namespace stratus {
 namespace {
 
 /// A layer in red, green and blue; one that is alike in all where there are no lists.
-std::vector<StackLayer> read_colours(const Section& section, const char* caller,
-                                     const PhaseSource& source) {
+std::vector<StackLayer> read_colours(const Section& section, const PhaseSource& source) {
     const bool phases = section.is_list("phase_function"),
                depths = section.is_list("optical_depth");
     const std::vector<PhaseFunction> phase_functions =
@@ -25,8 +24,8 @@ std::vector<StackLayer> read_colours(const Section& section, const char* caller,
                                 depth = section.three("optical_depth");
     std::vector<StackLayer> colours;
     for (std::size_t c = 0; c < (phases || depths || section.is_list("albedo") ? 3 : 1); ++c) {
-        require(!depths || depth[c] < infinity, caller, section.at("optical_depth"),
-                "finite where there are three", depth[c]);
+        section.require(!depths || depth[c] < infinity, "optical_depth",
+                        "finite where there are three", depth[c]);
         colours.push_back({phase_functions[phases ? c : 0], albedo[c], depth[c]});
     }
     return colours;
@@ -41,7 +40,7 @@ std::vector<Stack> read_stacks(const Section& file, const TomlFile& origin,
     for (const toml::node& node : file.tables("layers")) {
         sections.emplace_back(*node.as_table(), origin, stack_keys(),
                               "layer " + std::to_string(sections.size() + 1), "layers");
-        layers.push_back(read_colours(sections.back(), origin.caller, source));
+        layers.push_back(read_colours(sections.back(), source));
         colours = std::max(colours, layers.back().size());
     }
     std::vector<Stack> stacks(colours);
@@ -54,9 +53,9 @@ std::vector<Stack> read_stacks(const Section& file, const TomlFile& origin,
     }
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const bool last = k + 1 == layers.size() && !stacks[0].lower_boundary.is_present();
-        require(last || !std::isinf(layers[k][0].optical_depth), origin.caller,
-                sections[k].at("optical_depth"), "finite where a layer or [below] lies under it",
-                layers[k][0].optical_depth);
+        sections[k].require(last || !std::isinf(layers[k][0].optical_depth), "optical_depth",
+                            "finite where a layer or [below] lies under it",
+                            layers[k][0].optical_depth);
     }
     return stacks;
 }
@@ -88,8 +87,8 @@ double absorptance(const Stack& stack, const SolvedFluxes& fluxes, int orders) {
 
 Stack read_layers(const Section& file, const TomlFile& origin, const PhaseSource& source) {
     std::vector<Stack> stacks = read_stacks(file, origin, source);
-    require(stacks.size() == 1, origin.caller, file.at("layers"),
-            "without lists of three where one colour is solved", "red, green and blue");
+    file.require(stacks.size() == 1, "layers", "without lists of three where one colour is solved",
+                 "red, green and blue");
     return std::move(stacks[0]);
 }
 

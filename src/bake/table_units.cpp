@@ -92,9 +92,8 @@ void TableUnits::place_axes() {
     if (mixture_range(recipe_) != nullptr)
         header_.second_phase_function = recipe_.second_phase_function;
     header_.albedo = albedo_axis(recipe_.albedo, d.albedo_samples, d.albedo_scale);
-    header_.optical_depth =
-        optical_depth_axis(recipe_.optical_depth, std::max(1, d.optical_depth_samples_per_octave),
-                           d.deepest_optical_depth);
+    header_.optical_depth = optical_depth_axis(
+        recipe_.optical_depth, d.optical_depth_samples_per_octave, d.deepest_optical_depth);
     DirectionAxes directions = direction_axes(recipe_);
     header_.mu_in = std::move(directions.mu_in);
     header_.mu_out = std::move(directions.mu_out);
@@ -111,7 +110,7 @@ void TableUnits::place_cosines() {
     pairs_.exchangeable = recipe_.layers.empty();
     if (header_.mu_out.values == mu_) return;
     pairs_.out.resize(header_.mu_out.values.size());
-    std::iota(pairs_.out.begin(), pairs_.out.end(), static_cast<int>(mu_.size()));
+    std::iota(pairs_.out.begin(), pairs_.out.end(), int_size(mu_));
     mu_.insert(mu_.end(), header_.mu_out.values.begin(), header_.mu_out.values.end());
 }
 
@@ -123,15 +122,14 @@ int TableUnits::runs() const {
 }
 
 std::vector<Unit> TableUnits::all() const {
-    std::vector<int> layers(header_.member_count() * header_.albedo.values.size() *
-                            header_.optical_depth.values.size());
+    std::vector<int> layers(header_.layer_count());
     std::iota(layers.begin(), layers.end(), 0);
     return holding(layers);
 }
 
 std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
     const AxisView tau = header_.optical_depth.view();
-    const int depths = tau.size(), albedos = static_cast<int>(header_.albedo.values.size());
+    const int depths = tau.size(), albedos = int_size(header_.albedo.values);
     struct Run {
         std::set<std::size_t> albedos;
         std::set<int> octaves;
@@ -142,9 +140,8 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
         const int depth = layer % depths;
         const bool is_infinite = depth == tau.count;
         const int deepest = is_infinite ? std::max(0, tau.count - 1) : depth;
-        Run& run =
-            runs_by_member[{static_cast<std::size_t>(layer / depths / albedos), deepest % runs()}];
-        run.albedos.insert(static_cast<std::size_t>(layer / depths % albedos));
+        Run& run = runs_by_member[{size(layer / depths / albedos), deepest % runs()}];
+        run.albedos.insert(size(layer / depths % albedos));
         if (is_infinite)
             run.to_infinity = true;
         else
@@ -156,12 +153,12 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
         const std::vector<std::size_t> of_run(run.albedos.begin(), run.albedos.end());
         DepthLadder ladder{1, 0, run.to_infinity};
         if (tau.count > 0) {
-            ladder.first = header_.optical_depth.values[static_cast<std::size_t>(key.second)];
+            ladder.first = header_.optical_depth.values[size(key.second)];
             ladder.octaves =
                 run.to_infinity ? (tau.count - 1) / runs() + 1 : *run.octaves.rbegin() + 1;
-            ladder.asked.assign(static_cast<std::size_t>(ladder.count()), run.to_infinity);
+            ladder.asked.assign(size(ladder.count()), run.to_infinity);
             for (int octave = 0; octave < ladder.octaves; ++octave)
-                ladder.asked[static_cast<std::size_t>(octave)] = run.octaves.count(octave) > 0;
+                ladder.asked[size(octave)] = run.octaves.count(octave) > 0;
         }
         for (std::size_t first = 0; first < of_run.size(); first += at_once)
             units.push_back({key.first,

@@ -165,11 +165,9 @@ Section::Section(const toml::table& table, const TomlFile& file, Keys keys, cons
 
 Section Section::section(const char* key, const std::string& kind) const {
     static const toml::table empty;
-    const Key& its = row(key);
-    const bool required = std::string_view(its.default_value) == "(required)";
-    require(has(key) || !required, file_.caller, at(key), "present", "nothing");
-    require(!has(key) || is_table(key), file_.caller, at(key), allowed(its),
-            "another kind of value");
+    const bool required = std::string_view(row(key).default_value) == "(required)";
+    require(has(key) || !required, key, "present", "nothing");
+    require_allowed(!has(key) || is_table(key), key, "another kind of value");
     return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_,
             full_name(name_, key), kind.empty() ? full_name(kind_, key) : kind};
 }
@@ -184,9 +182,14 @@ const Key& Section::row(const char* key) const {
 const toml::node& Section::node(const char* key, toml::table& defaults) const {
     const Key& its = row(key);
     if (const toml::node* const given = table_.get(key)) return *given;
-    require(*its.default_value != '(', file_.caller, at(key), "present", "nothing");
+    require(*its.default_value != '(', key, "present", "nothing");
     defaults = toml::parse("value = " + std::string(its.default_value));
     return *defaults.get("value");
+}
+
+template <class Value>
+void Section::require_allowed(bool holds, const char* key, const Value& met) const {
+    require(holds, key, allowed(row(key)), met);
 }
 
 template <class T>
@@ -194,7 +197,7 @@ T Section::value(const char* key) const {
     toml::table defaults;
     const toml::node& met = node(key, defaults);
     const auto value = met.value<T>();
-    if (!value) require(false, file_.caller, at(key), allowed(row(key)), toml_text(met));
+    if (!value) require_allowed(false, key, toml_text(met));
     return *value;
 }
 
@@ -208,20 +211,19 @@ bool Section::flag(const char* key) const { return value<bool>(key); }
 
 double Section::number(const char* key) const {
     const double met = value<double>(key);
-    require(NumberRange(row(key).range).holds(met), file_.caller, at(key), allowed(row(key)), met);
+    require_allowed(NumberRange(row(key).range).holds(met), key, met);
     return met;
 }
 
 double Section::number(const char* key, double min, double max, const char* allowed) const {
     const double met = value<double>(key);
-    require(met >= min && met <= max, file_.caller, at(key), allowed, met);
+    require(met >= min && met <= max, key, allowed, met);
     return met;
 }
 
 int Section::count(const char* key) const {
     const auto met = value<std::int64_t>(key);
-    require(NumberRange(row(key).range).holds(static_cast<double>(met)), file_.caller, at(key),
-            allowed(row(key)), met);
+    require_allowed(NumberRange(row(key).range).holds(static_cast<double>(met)), key, met);
     return static_cast<int>(met);
 }
 
@@ -229,9 +231,9 @@ const toml::array& Section::list(const char* key, std::size_t least, std::size_t
                                  toml::table& defaults) const {
     const toml::node& met = node(key, defaults);
     const toml::array* const list = met.as_array();
-    if (list == nullptr) require(false, file_.caller, at(key), allowed(row(key)), toml_text(met));
-    require(list->size() >= least && list->size() <= most, file_.caller, at(key), allowed(row(key)),
-            list->empty() ? "an empty list" : std::to_string(list->size()) + " of them");
+    if (list == nullptr) require_allowed(false, key, toml_text(met));
+    require_allowed(list->size() >= least && list->size() <= most, key,
+                    list->empty() ? "an empty list" : std::to_string(list->size()) + " of them");
     return *list;
 }
 
@@ -241,8 +243,7 @@ std::vector<double> Section::numbers(const char* key, std::size_t least, std::si
     std::vector<double> values;
     for (const toml::node& node : list(key, least, most, defaults)) {
         const auto one = node.value<double>();
-        if (!one || !range.holds(*one))
-            require(false, file_.caller, at(key), allowed(row(key)), toml_text(node));
+        if (!one || !range.holds(*one)) require_allowed(false, key, toml_text(node));
         values.push_back(*one);
     }
     return values;
@@ -263,7 +264,7 @@ std::vector<std::string> Section::texts(const char* key, std::size_t least,
     std::vector<std::string> values;
     for (const toml::node& node : list(key, least, most, defaults)) {
         const auto one = node.value_exact<std::string>();
-        if (!one) require(false, file_.caller, at(key), allowed(row(key)), toml_text(node));
+        if (!one) require_allowed(false, key, toml_text(node));
         values.push_back(*one);
     }
     return values;
@@ -271,15 +272,14 @@ std::vector<std::string> Section::texts(const char* key, std::size_t least,
 
 std::string Section::choice(const char* key, const std::vector<std::string>& choices) const {
     const std::string met = text(key);
-    require(std::ranges::find(choices, met) != choices.end(), file_.caller, at(key),
-            allowed(row(key)), met);
+    require_allowed(is_listed(met, choices), key, met);
     return met;
 }
 
 const toml::array& Section::tables(const char* key) const {
     const toml::array* const met = table_.get_as<toml::array>(key);
-    require(met != nullptr && met->is_homogeneous<toml::table>(), file_.caller, at(key),
-            allowed(row(key)), has(key) ? "another value" : "nothing");
+    require_allowed(met != nullptr && met->is_homogeneous<toml::table>(), key,
+                    has(key) ? "another value" : "nothing");
     return *met;
 }
 
@@ -301,15 +301,17 @@ std::string Section::told(const char* key, const char* what) const {
 
 PhaseFunction Section::phase_function(const char* key, const PhaseSource& source) const {
     const std::string met = text(key);
-    return placed(key, [&] { return read_phase_function(met, source.directory, source.notes); });
+    return placed(
+        key, [&] { return read_phase_function(met, source.directory.string(), source.notes); });
 }
 
 std::vector<PhaseFunction> Section::phase_functions(const char* key, std::size_t count,
                                                     const PhaseSource& source) const {
     std::vector<PhaseFunction> functions;
     for (const std::string& text : texts(key, count, count))
-        functions.push_back(
-            placed(key, [&] { return read_phase_function(text, source.directory, source.notes); }));
+        functions.push_back(placed(key, [&] {
+            return read_phase_function(text, source.directory.string(), source.notes);
+        }));
     return functions;
 }
 

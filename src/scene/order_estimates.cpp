@@ -222,7 +222,7 @@ class Estimates {
     static void add(const LayerSolution& layer, Side side, const SeenPair& pair, int in, int out,
                     OrderEstimates& found) {
         if (side == Side::transmission && std::isinf(layer.optical_depth)) return;
-        const auto& modes = layer.modes(side);
+        const auto& modes = layer.modes[side];
         const double mean = modes.empty() ? 0 : modes[0](in, out);
         const std::vector<SolvedValue> values = layer.values(side, in, out, pair.azimuths);
         for (std::size_t k = 0; k < values.size(); ++k) {

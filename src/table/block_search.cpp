@@ -130,10 +130,6 @@ class BlockSearch {
     std::vector<Candidate> found_;
 };
 
-}  // namespace
-
-namespace {
-
 /// Blocks of the fewest functions, which are looked up the fastest, or of the most where those are many. Families
 /// keep to the fewest: to search their many layers twice would take longer than all else in a bake.
 FoundBlocks find_blocks(const LayerSums& sums, const SampleRange& members) {

@@ -2,6 +2,7 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
 
@@ -222,8 +223,8 @@ std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
     optical_depth = in_range("optical_depth", 0.0, infinity, optical_depth);
     const int cosines = table.mu_in.count;
     if (is_unknown(albedo, optical_depth))
-        return std::vector<double>(static_cast<std::size_t>(cosines), double{not_a_number});
-    std::vector<double> sum(static_cast<std::size_t>(cosines));
+        return std::vector<double>(size(cosines), double{not_a_number});
+    std::vector<double> sum(size(cosines));
     const double clamped_albedo = std::clamp(albedo, table.albedo.lowest, table.albedo.highest);
     if (clamped_albedo == 0) return sum;
     const LayerBlend blend = layer_blend(table, Side::transmission, albedo, optical_depth,
@@ -238,13 +239,11 @@ std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
             static_cast<int>(layer / table.optical_depth.size() % table.albedo.count));
         const double share = double{term.share} * sampled_albedo / clamped_albedo;
         for (int i = 0; i < cosines; ++i)
-            sum[static_cast<std::size_t>(i)] +=
-                share * double{table.mu_in_weight[term.depth * cosines + i]} *
-                double{table.diffuse_transmittance[layer * cosines + i]};
+            sum[size(i)] += share * double{table.mu_in_weight[term.depth * cosines + i]} *
+                            double{table.diffuse_transmittance[layer * cosines + i]};
     }
     for (int i = 0; i < cosines; ++i)
-        sum[static_cast<std::size_t>(i)] *=
-            intercepted_share(blend.optical_depth, table.mu_in.value(i));
+        sum[size(i)] *= intercepted_share(blend.optical_depth, table.mu_in.value(i));
     return sum;
 }
 

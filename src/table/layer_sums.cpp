@@ -120,9 +120,8 @@ class SideSearch {
         for (std::size_t m = 0; m < table.member_count(); ++m)
             sums_.shapes.emplace_back(table, side, m);
         everywhere_ = sums_.numbers().all();
-        sums_.values.resize(table.member_count() * table.albedo.values.size() *
-                            table.optical_depth.values.size());
-        sums_.importance.resize(sums_.values.size());
+        sums_.values.resize(table.layer_count());
+        sums_.importance.resize(table.layer_count());
     }
 
     const DirectionList& sketch() const { return sums_.sketch; }
@@ -206,7 +205,7 @@ class SideSearch {
         while (missed.size() < most_missed) {
             const auto worst = std::max_element(error.begin(), error.end());
             if (*worst <= allowed_) break;
-            const auto pivot = static_cast<std::size_t>(worst - error.begin());
+            const auto pivot = size(worst - error.begin());
             missed.push_back(static_cast<int>(pivot));
             remove_direction(left[pivot], left, error);
         }
@@ -380,14 +379,13 @@ std::vector<int> pilot_depth_samples(const AxisView& depth) {
         samples.push_back(d);
     if (depth.ends_at_infinity) samples.push_back(depth.count);
     std::vector<int> some;
-    for (const int n : spread(static_cast<int>(samples.size()), pilot_depths))
-        some.push_back(samples[size(n)]);
+    for (const int n : spread(int_size(samples), pilot_depths)) some.push_back(samples[size(n)]);
     return some;
 }
 
 /// Layers all over the table.
 std::vector<int> pilot_layers(const Table& table) {
-    const auto count = [](const Axis& axis) { return static_cast<int>(axis.values.size()); };
+    const auto count = [](const Axis& axis) { return int_size(axis.values); };
     const std::vector<int> depths = pilot_depth_samples(table.optical_depth.view());
     std::vector<int> layers;
     for (const int member : spread(static_cast<int>(table.member_count()), pilot_members))

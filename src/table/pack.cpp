@@ -239,14 +239,12 @@ class HeldSamples : public LayerSamples {
     int in_full(std::vector<int> layers, const Use& use) override {
         const DirectionList all = numbers_.all();
         for (const int layer : layers) use_layer(layer, {all, all}, use);
-        return static_cast<int>(layers.size());
+        return int_size(layers);
     }
 
     void at(const PerSide<DirectionList>& directions, const Use& use) override {
         if (directions.reflection.empty() && directions.transmission.empty()) return;
-        const std::size_t layers = table_.member_count() * table_.albedo.values.size() *
-                                   table_.optical_depth.values.size();
-        for (std::size_t layer = 0; layer < layers; ++layer)
+        for (std::size_t layer = 0; layer < table_.layer_count(); ++layer)
             use_layer(static_cast<int>(layer), directions, use);
     }
 

@@ -59,18 +59,7 @@ std::shared_ptr<const PathOrders> path_orders(const TensorFile& file) {
         std::move(samples));
 }
 
-/// The axes of a family, whose parameters are known.
-void read_family_axes(const TensorFile& file, Table& table) {
-    for (FamilyAxis& axis : table.family) {
-        const std::string name = axis.name();
-        axis.is_discrete = file.text(name + scale_suffix) == discrete_scale_name;
-        if (!axis.is_discrete) axis.axis.scale = read_scale(file, name);
-        axis.axis.values = copied(file.numbers<double>(name, 1));
-    }
-}
-
-}  // namespace
-
+/// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
 PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std::size_t width,
                             const PhaseFunction& phase_function) {
     if (!file.has(name)) {
@@ -91,6 +80,18 @@ PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std
             list_text(samples.shape));
     return PhaseCurve::of_samples(copied(samples), static_cast<int>(width));
 }
+
+/// The axes of a family, whose parameters are known.
+void read_family_axes(const TensorFile& file, Table& table) {
+    for (FamilyAxis& axis : table.family) {
+        const std::string name = axis.name();
+        axis.is_discrete = file.text(name + scale_suffix) == discrete_scale_name;
+        if (!axis.is_discrete) axis.axis.scale = read_scale(file, name);
+        axis.axis.values = copied(file.numbers<double>(name, 1));
+    }
+}
+
+}  // namespace
 
 Table packed_header(const TensorFile& file) {
     check_format(file);
@@ -392,7 +393,7 @@ PathSheet squared_path_sheet(const PathOrders& law, int first, int highest_order
     const int steps = path_sheet_steps(law);
     std::vector<double> albedo;
     for (int i = first; i <= steps; ++i) albedo.push_back(path_sheet_albedo(i, steps));
-    return PathSheet(law, albedo.data(), static_cast<int>(albedo.size()), highest_order, 2);
+    return PathSheet(law, albedo.data(), int_size(albedo), highest_order, 2);
 }
 
 PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& own) {

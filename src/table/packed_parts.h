@@ -119,10 +119,6 @@ PerSide<SideMemory> packed_member(const TensorFile& file, const Table& header, s
 /// families whose members differ in it. Errors as above.
 PathSheetView path_sheet(const TensorFile& file, const Table& header, PathSheet& own);
 
-/// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
-PhaseCurve read_phase_curve(const TensorFile& file, const std::string& name, std::size_t width,
-                            const PhaseFunction& phase_function);
-
 void require_aligned(const void* data, const std::string& name);
 
 template <class Number>

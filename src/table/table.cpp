@@ -171,9 +171,12 @@ void work_out_weights(Table& table) {
 
 }  // namespace
 
+std::size_t Table::layer_count() const noexcept {
+    return member_count() * albedo.values.size() * optical_depth.values.size();
+}
+
 std::size_t Table::sample_count() const noexcept {
-    return member_count() * albedo.values.size() * optical_depth.values.size() *
-           mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
+    return layer_count() * mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
 }
 
 bool Table::varies_parameters() const noexcept { return has_family() && !is_mixture(family); }

@@ -107,8 +107,7 @@ void climb_orders(const ClimbTask& task, double fraction,
     const double first_depth = task.albedos[0].first_depth;
     const int doublings = count_doublings(task.directions.mu.minCoeff(), first_depth);
     OrderedLadder layers(task.directions, task.moments, fraction, modes,
-                         static_cast<int>(order_weights[0].size()) - 1,
-                         std::ldexp(first_depth, -doublings));
+                         int_size(order_weights[0]) - 1, std::ldexp(first_depth, -doublings));
     const std::vector<PhaseKernels> kernels = layers.kernels();
     climb(layers, doublings, task.ladder, [&](int depth, bool) {
         for (std::size_t lane = 0; lane < modes.size(); ++lane)
@@ -154,7 +153,7 @@ void fill_modes(std::span<const int> solved, std::vector<AzimuthalMode>& modes) 
     std::vector<AzimuthalMode> all;
     for (int mode = 0; mode <= solved[modes.size() - 1]; ++mode) {
         const std::vector<double>& x = of_parity[mode % 2];
-        const auto next = static_cast<std::size_t>(std::ranges::lower_bound(x, mode) - x.begin());
+        const auto next = size(std::ranges::lower_bound(x, mode) - x.begin());
         if (next < x.size() && x[next] == mode) {
             all.push_back({*values[mode % 2][next]});
             continue;

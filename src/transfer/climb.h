@@ -28,7 +28,7 @@ struct ClimbTask {
     std::vector<Albedo> albedos;
     bool between_requested = false;  // modes above 0 of climb_harmonic: R, T and kernels are those
                                      // between requested directions alone
-    bool completed = false;  // peaks between nodes stay in their direction (simd/phase_kernels.cpp)
+    bool completed = false;  // peaks between nodes stay in their direction (simd/phase_kernels.h)
 };
 
 /// Called for each mode of each albedo at each depth of the ladder that is asked for, infinity last,
@@ -55,7 +55,7 @@ void climb_orders(const ClimbTask& task, double fraction,
 // order count, each with all moments of the peak. Three things make them cheap.
 //
 //   Unresolved peaks: nodes, mu = x^2, crowd at grazing angles and are too far apart elsewhere. What
-//   the peak scatters between two nodes stays in its direction (simd/phase_kernels.cpp), so that many
+//   the peak scatters between two nodes stays in its direction (simd/phase_kernels.h), so that many
 //   more moments are solved than the nodes hold, 4 to a node. Requested directions are nodes of almost
 //   no weight then, since they need this as well; each comes twice, so that T into the same direction
 //   is that into its copy, without what stays.

@@ -14,9 +14,6 @@ namespace stratus {
 
 namespace {
 
-template <class Number>
-constexpr bool in_lanes = lanes_per<Number> > 1;
-
 /// Numbers to a register, of the widest kind.
 template <class Number>
 constexpr int in_register = lane_count / lanes_per<Number>;
@@ -39,12 +36,12 @@ class Handout {
     Number* rows(long count, long stride) {
         Number* start = next_;
         next_ += count * stride;
-        if constexpr (!in_lanes<Number>) std::fill(start, next_, Number{});
+        if constexpr (!is_pack<Number>) std::fill(start, next_, Number{});
         return start;
     }
     Number* vector(int size) {
         Number* start = rows(1, padded_stride<Number>(size));
-        if constexpr (in_lanes<Number>) std::fill(start, next_, Number{});
+        if constexpr (is_pack<Number>) std::fill(start, next_, Number{});
         return start;
     }
     SimdMatrix<Number> matrix(const SimdLayer<Number>& layer) {
@@ -76,22 +73,6 @@ void set_size(SimdLayer<Number>& layer, int gauss, int directions) {
     layer.elimination_stride = padded_stride<Number>(layer.right_side + directions + 1);
 }
 
-template <class Number>
-double extract_lane(const Number& x, int lane) {
-    if constexpr (in_lanes<Number>)
-        return x[lane];
-    else
-        return x;
-}
-
-template <class Number>
-void set_lane(Number& x, int lane, double value) {
-    if constexpr (in_lanes<Number>)
-        x[lane] = value;
-    else
-        x = value;
-}
-
 /// Where cosines count as grazing: the higher, the more doublings are spared, and the more
 /// scattering mixes both groups. `strength`: the largest share of light scattered into a term of the
 /// phase function's series.
@@ -109,8 +90,8 @@ double scattering_strength(const std::vector<DoublingTask>& tasks,
 /// Doublings spared that pay for parting the directions, of so many.
 constexpr int worthwhile_doublings = 4, worthwhile_directions = 12;
 
-}  // namespace
-
+/// Grazing directions are those below the widest gap between cosines of about `limit`; none where
+/// a depth takes so few doublings that it does not pay to part them.
 DirectionGroups group_directions(const Directions& directions, double optical_depth, double limit) {
     std::vector<double> mu(directions.mu.begin(), directions.mu.end());
     std::sort(mu.begin(), mu.end());
@@ -136,6 +117,8 @@ DirectionGroups group_directions(const Directions& directions, double optical_de
     }
     return groups;
 }
+
+}  // namespace
 
 template <class Number>
 void DoublingLadder<Number>::allocate(const std::vector<double>& moments,
@@ -168,7 +151,7 @@ template <class Number>
 void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     const auto prepare = [this](const DirectionGroups::Group& from, SimdLayer<Number>& layer) {
         layer = layer_;
-        set_size(layer, from.gauss, static_cast<int>(from.places.size()));
+        set_size(layer, from.gauss, int_size(from.places));
         layer.mu = from.mu.data();
         layer.weight = nullptr;
         layer.s = from.s.data();
@@ -214,7 +197,7 @@ DoublingLadder<Number>::DoublingLadder(const Directions& directions,
                                        bool between_requested, bool completed)
     : directions_(directions),
       steps_(chosen_functions<DoublingSteps<Number>>()),
-      tasks_(static_cast<int>(tasks.size())) {
+      tasks_(int_size(tasks)) {
     PhaseSeries<Number> phase{};
     phase.completed = completed;
     allocate(moments, phase);

@@ -49,10 +49,6 @@ struct DirectionGroups {
     Group grazing, steep;
 };
 
-/// Grazing directions are those below the widest gap between cosines of about `limit`; none where
-/// a depth takes so few doublings that it does not pay to part them.
-DirectionGroups group_directions(const Directions& directions, double optical_depth, double limit);
-
 /// Number: Pack or double (simd/doubling_steps.h).
 template <class Number>
 class DoublingLadder {

@@ -23,7 +23,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 MatrixXd tabulate_cosines(const std::vector<double>& azimuths, int modes) {
-    MatrixXd cosines(static_cast<Eigen::Index>(azimuths.size()), modes);
+    MatrixXd cosines(std::ssize(azimuths), modes);
     for (Eigen::Index k = 0; k < cosines.rows(); ++k)
         for (Eigen::Index m = 0; m < modes; ++m)
             cosines(k, m) = (m ? 2 : 1) * std::cos(static_cast<double>(m) * azimuths[size(k)]);
@@ -37,8 +37,8 @@ struct PairTable {
 
 /// The modes of R or T between mu(in) and mu(out).
 VectorXd mode_terms(const LayerSolution& layer, Side side, int in, int out) {
-    const std::vector<AzimuthalMode>& modes = layer.modes(side);
-    VectorXd terms(static_cast<Eigen::Index>(modes.size()));
+    const std::vector<AzimuthalMode>& modes = layer.modes[side];
+    VectorXd terms(std::ssize(modes));
     for (Eigen::Index m = 0; m < terms.size(); ++m) terms(m) = modes[size(m)](in, out);
     return terms;
 }
@@ -46,8 +46,8 @@ VectorXd mode_terms(const LayerSolution& layer, Side side, int in, int out) {
 /// The Fourier series between mu(in) and each of some mu(out), azimuths x out.
 MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<const int> out,
                    const MatrixXd& cosines) {
-    const auto count = static_cast<Eigen::Index>(layer.modes(side).size());
-    MatrixXd terms(count, static_cast<Eigen::Index>(out.size()));
+    const auto count = std::ssize(layer.modes[side]);
+    MatrixXd terms(count, std::ssize(out));
     for (Eigen::Index j = 0; j < terms.cols(); ++j)
         terms.col(j) = mode_terms(layer, side, in, out[size(j)]);
     return cosines.leftCols(count) * terms;
@@ -105,21 +105,20 @@ double tabulated_boundary(const LayerSolution& layer, int in, int out) {
     return layer.lower_boundary.has_closed_form() ? 0 : seen_boundary(layer, 1, in, out);
 }
 
+/// Copies what is the same both ways between two cosines to the other way.
+void mirror(const DirectionGrid& grid, int i, int j, GridValues& values) {
+    for (std::vector<double>* const all : {&values.closed_form, &values.tabulated})
+        if (!all->empty())
+            std::copy_n(all->data() + grid.at(i, j, 0), grid.azimuth().size(),
+                        all->data() + grid.at(j, i, 0));
+}
+
 void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     GridValues& values) {
     // R is symmetric in the cosines, of a stack, too.
     const bool symmetric = side == Side::reflection && grid.pairs().in == grid.pairs().out;
-    const std::ptrdiff_t azimuths = std::ssize(grid.azimuth());
     for (int i = 0; i < grid.in_count(); ++i)
-        for (int j = 0; j < grid.out_count(); ++j) {
-            if (symmetric && j < i) {
-                for (std::vector<double>* const all : {&values.closed_form, &values.tabulated})
-                    if (!all->empty())
-                        std::copy_n(all->begin() + static_cast<std::ptrdiff_t>(grid.at(j, i, 0)),
-                                    azimuths,
-                                    all->begin() + static_cast<std::ptrdiff_t>(grid.at(i, j, 0)));
-                continue;
-            }
+        for (int j = symmetric ? i : 0; j < grid.out_count(); ++j) {
             const int in = grid.pairs().in[size(i)], out = grid.pairs().out[size(j)];
             const double ground =
                 side == Side::reflection ? tabulated_boundary(solution, in, out) : 0;
@@ -131,6 +130,7 @@ void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGri
                     values.closed_form[at] = here[k].single - tabulated;
                 values.tabulated[at] = here[k].multiple + tabulated;
             }
+            if (symmetric) mirror(grid, i, j, values);
         }
 }
 
@@ -167,10 +167,10 @@ namespace {
 /// Evaluates as `evaluate` does; `closed_form` is empty unless asked for.
 GridValues evaluate_parts(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                           bool asks_closed_form) {
-    const auto n = static_cast<Eigen::Index>(grid.mu().size());
+    const auto n = std::ssize(grid.mu());
     require(solution.mu.size() == n, "evaluate", "cosines of the solution", std::to_string(n),
             solution.mu.size());
-    const auto modes = static_cast<Eigen::Index>(solution.reflection_modes.size());
+    const auto modes = std::ssize(solution.modes.reflection);
     require(modes <= grid.cosines().cols(), "evaluate", "modes of the solution",
             "at most " + std::to_string(grid.cosines().cols()), modes);
     GridValues values{std::vector<double>(asks_closed_form ? grid.size() : 0),
@@ -218,10 +218,7 @@ GridValues evaluate_parts(const LayerSolution& solution, Side side, const Direct
                     values.closed_form[at] +=
                         once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
             }
-            if (!symmetric) continue;
-            for (std::vector<double>* all : {&values.closed_form, &values.tabulated})
-                if (!all->empty())
-                    std::copy_n(all->data() + first, azimuths, all->data() + grid.at(j, i, 0));
+            if (symmetric) mirror(grid, i, j, values);
         }
     }
     return values;
@@ -320,9 +317,8 @@ class RestOfPaths {
     void add(Side side, const SketchedPair& pair, const MatrixXd& rest,
              std::vector<std::vector<double>>& values) const {
         for (const auto& [optical_depth, depth] : depths_) {
-            const PathWeights along =
-                path_weights(side, static_cast<int>(depth.orders[0].size()), optical_depth,
-                             any_.mu(pair.in), any_.mu(pair.out));
+            const PathWeights along = path_weights(side, int_size(depth.orders[0]), optical_depth,
+                                                   any_.mu(pair.in), any_.mu(pair.out));
             const Eigen::Index orders = std::max(0, along.count - 2);
             const MatrixXd terms =
                 Eigen::Map<const VectorXd>(along.of_order + 2, orders).asDiagonal() *
@@ -379,8 +375,7 @@ std::vector<SolvedValue> LayerSolution::values(Side side, int in, int out,
         phase.push_back(phase_function(cosines.back()));
         boundary_phase.push_back(boundary_phase_value(lower_boundary, geometry));
     }
-    const MatrixXd series_cosines =
-        tabulate_cosines(azimuths, static_cast<int>(reflection_modes.size()));
+    const MatrixXd series_cosines = tabulate_cosines(azimuths, int_size(modes.reflection));
     const VectorXd series = sum_modes(*this, side, in, {&out, 1}, series_cosines);
     std::vector<double> multiple(series.begin(), series.end());
     add_corrections(*this, side, in, out, {cosines, phase, boundary_phase}, multiple);

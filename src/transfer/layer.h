@@ -8,6 +8,7 @@
 // exp(-tau / mu), is kept apart as a diagonal.
 #pragma once
 
+#include <stratus/base/direction.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solver_options.h>
 
@@ -19,11 +20,8 @@ namespace stratus {
 
 struct AzimuthalMode;  // solve.h
 
-/// One azimuthal mode of a homogeneous layer.
-struct ModeMatrices {
-    Eigen::MatrixXd reflection;    // n x n, n = directions.size()
-    Eigen::MatrixXd transmission;  // n x n, diffuse
-};
+/// One azimuthal mode of a homogeneous layer: n x n, n = directions.size(); T is diffuse.
+using ModeMatrices = PerSide<Eigen::MatrixXd>;
 
 /// The mode's phase kernels between all directions: P+ into the same hemisphere, P- into the other;
 /// unscaled.

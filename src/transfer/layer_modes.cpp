@@ -159,8 +159,11 @@ LayerMode StackModes::layer(std::size_t k, int mode) {
     return {none, none, none, beam_along(directions_, depths_[k])};
 }
 
-const PhaseKernels* StackModes::kernels(std::size_t k, int mode) {
-    return mode < layers_[k].count() ? &layers_[k].kernels(mode) : nullptr;
+std::vector<const PhaseKernels*> StackModes::kernels(int mode) {
+    std::vector<const PhaseKernels*> all;
+    for (LayerModes& layer : layers_)
+        all.push_back(mode < layer.count() ? &layer.kernels(mode) : nullptr);
+    return all;
 }
 
 Beam StackModes::beam(std::size_t end) const {

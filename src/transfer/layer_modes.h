@@ -101,9 +101,9 @@ class StackModes {
 
     /// Returns a layer in a mode; where nothing is scattered into the mode, the beam alone.
     LayerMode layer(std::size_t k, int mode);
-    /// Returns null where the layer scatters nothing into the mode. Valid until another mode is asked
-    /// for.
-    const PhaseKernels* kernels(std::size_t k, int mode);
+    /// Returns those of each layer; null where one scatters nothing into the mode. Valid until another
+    /// mode is asked for.
+    std::vector<const PhaseKernels*> kernels(int mode);
 
     /// Returns the beam below the first `end` layers.
     Beam beam(std::size_t end) const;

@@ -3,11 +3,10 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/transfer/stack.h>
 
 #include "layer.h"
-#include "mode_recorder.h"
-#include "options.h"
-#include "paths.h"
+#include "stack_solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,19 +48,12 @@ Divided divide(const std::vector<StackLayer>& layers, const std::vector<double>&
         bottoms = {0};
     }
     for (const double level : levels)
-        divided.above.push_back(static_cast<std::size_t>(
-            level == 0 ? 0 : std::ranges::upper_bound(bottoms, level) - bottoms.begin()));
+        divided.above.push_back(
+            size(level == 0 ? 0 : std::ranges::upper_bound(bottoms, level) - bottoms.begin()));
     return divided;
 }
 
 }  // namespace
-
-SingleLayers::SingleLayers(const std::vector<StackLayer>& layers) {
-    for (const StackLayer& layer : layers) {
-        albedos.push_back(layer.albedo);
-        depths.push_back(layer.optical_depth);
-    }
-}
 
 SingleLayers::SingleLayers(const std::vector<StackLayer>& layers,
                            const std::vector<Truncation>& truncations,
@@ -96,52 +88,29 @@ MatrixXd SingleLayers::factors(std::size_t k, std::size_t above, const VectorXd&
 
 namespace {
 
-class InsideRun {
+class InsideRun : StackSolver {
   public:
     InsideRun(const Divided& divided, const LowerBoundary& boundary,
               const std::vector<double>& levels, const std::vector<double>& mu,
               const SolverOptions& options)
-        : options_(options),
-          solution_(blank(divided.pieces, boundary, options)),
-          directions_(
-              stack_directions(solution_.truncations, solution_.boundary_truncation, mu, options)),
-          boundary_modes_(solution_.lower_boundary, solution_.boundary_truncation, directions_),
-          single_(solution_.pieces, solution_.truncations, &Truncation::albedo),
-          pieces_(solution_.pieces, solution_.truncations, directions_) {
+        : StackSolver(divided.pieces, boundary, mu, options, false),
+          solution_(blank<InsideSolution>(divided.pieces, boundary)),
+          single_(solution_.layers, solution_.truncations, &Truncation::albedo) {
         for (std::size_t l = 0; l < levels.size(); ++l)
             solution_.levels.push_back(blank_level(levels[l], divided.above[l]));
         for (LightAtLevel& level : solution_.levels)
             recorders_.emplace_back(directions_, level, single_factors(level),
-                                    pieces_.beam(level.pieces_above));
+                                    layer_modes_.beam(level.pieces_above));
     }
 
     InsideSolution run() {
-        const FlushSubnormals flush(std::ranges::min(pieces_.depths()));
-        solve_modes(
-            options_, std::max({1, boundary_modes_.count(), pieces_.count()}),
-            [&](int mode) { solve_mode(mode); },
-            [&](int count) {
-                return std::ranges::all_of(recorders_, [&](const ModeRecorder& recorder) {
-                    return recorder.is_negligible(count, options_.mode_tolerance);
-                });
-            });
+        solve_modes([&](int first, int end) {
+            for (int mode = first; mode < end; ++mode) solve_mode(mode);
+        });
         return std::move(solution_);
     }
 
   private:
-    static InsideSolution blank(const std::vector<StackLayer>& pieces,
-                                const LowerBoundary& boundary, const SolverOptions& options) {
-        InsideSolution solution;
-        solution.pieces = pieces;
-        const StackTruncation truncation(pieces, options, false);
-        solution.truncations = truncation.layers;
-        if (truncation.follows_paths)
-            solution.path = std::make_shared<const StackPath>(pieces, truncation.layers);
-        solution.lower_boundary = boundary;
-        solution.boundary_truncation = choose_truncation(boundary, options);
-        return solution;
-    }
-
     LightAtLevel blank_level(double optical_depth, std::size_t above) const {
         LightAtLevel level;
         level.mu = solved_cosines(directions_);
@@ -154,7 +123,7 @@ class InsideRun {
 
     /// Each piece has factors of its own; the lower boundary counts as one more piece.
     std::vector<SingleFactors> single_factors(const LightAtLevel& level) const {
-        const std::size_t pieces = solution_.pieces.size(), above = level.pieces_above;
+        const std::size_t pieces = solution_.layers.size(), above = level.pieces_above;
         const auto count = level.mu.size();
         const MatrixXd none = MatrixXd::Zero(count, count);
         std::vector<SingleFactors> all;
@@ -179,16 +148,15 @@ class InsideRun {
     }
 
     void solve_mode(int mode) {
-        const std::size_t pieces = pieces_.size();
+        const std::size_t pieces = layer_modes_.size();
         const int N = directions_.nodes;
         std::vector<LayerMode> below(pieces + 1);     // the first k pieces
         below[pieces] = boundary_modes_.layer(mode);  // reflects nothing where there is none
         for (std::size_t k = pieces; k-- > 0;) {
-            const LayerMode piece = pieces_.layer(k, mode);
+            const LayerMode piece = layer_modes_.layer(k, mode);
             below[k] = piece.is_opaque() ? piece : add(piece, below[k + 1], N);
         }
-        std::vector<const PhaseKernels*> kernels;
-        for (std::size_t k = 0; k < pieces; ++k) kernels.push_back(pieces_.kernels(k, mode));
+        std::vector<const PhaseKernels*> kernels = layer_modes_.kernels(mode);
         const PhaseKernels of_boundary{MatrixXd::Zero(directions_.size(), directions_.size()),
                                        boundary_modes_.once(mode)};
         kernels.push_back(&of_boundary);
@@ -197,14 +165,15 @@ class InsideRun {
             for (std::size_t l = 0; l < solution_.levels.size(); ++l)
                 if (solution_.levels[l].pieces_above == k)
                     record(mode, l, light_between(above, below[k], N), kernels);
-            if (k == pieces || std::isinf(pieces_.depths()[k])) break;
-            above = k == 0 ? pieces_.layer(0, mode) : add(above, pieces_.layer(k, mode), N);
+            if (k == pieces || std::isinf(layer_modes_.depths()[k])) break;
+            above =
+                k == 0 ? layer_modes_.layer(0, mode) : add(above, layer_modes_.layer(k, mode), N);
         }
     }
 
     void record(int mode, std::size_t l, const LightBetween& light,
                 const std::vector<const PhaseKernels*>& kernels) {
-        recorders_[l].record({light.upward, {}, light.downward, {}}, kernels, nothing_below_);
+        recorders_[l].record({light.upward, {}, light.downward, {}}, kernels, nullptr);
         if (mode == 0) record_fluxes(light, recorders_[l].beam(), solution_.levels[l]);
     }
 
@@ -221,20 +190,12 @@ class InsideRun {
         level.actinic_flux =
             (both.transpose() * s.cwiseQuotient(directions_.mu.head(N))).cwiseProduct(unscale) +
             beam.tail(count).cwiseQuotient(level.mu);
-        const std::size_t here = std::min(level.pieces_above, solution_.pieces.size() - 1);
-        level.heating_rate = (1 - solution_.pieces[here].albedo) * level.actinic_flux;
+        const std::size_t here = std::min(level.pieces_above, solution_.layers.size() - 1);
+        level.heating_rate = (1 - solution_.layers[here].albedo) * level.actinic_flux;
     }
 
-    const SolverOptions& options_;
     InsideSolution solution_;
-    const Directions directions_;
-    BoundaryModes boundary_modes_;
-    const LowerBoundary nothing_{};  // the lower boundary counts as a piece
-    const Truncation untruncated_{};
-    BoundaryModes nothing_below_{nothing_, untruncated_, directions_};
     const SingleLayers single_;
-    StackModes pieces_;
-    std::vector<ModeRecorder> recorders_;
 };
 
 }  // namespace
@@ -262,20 +223,28 @@ InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBo
     return InsideRun(divide(layers, within), boundary, within, mu, options).run();
 }
 
-std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSolution& light,
-                                        const std::vector<double>& scattered_again, Side side,
+namespace {
+
+/// Diffuse light at the level below the first `above` layers of a stack or an InsideSolution, going up
+/// (Side::reflection) or down. `scattered_again`: Legendre coefficients of what is added to the modes;
+/// empty: those of the path law.
+template <class Solved>
+std::vector<SolvedValue> light_at_level(const Solved& solved, const ModeSolution& light,
+                                        std::vector<double> scattered_again, Side side,
                                         std::size_t above, int in, int out,
                                         const std::vector<double>& azimuths) {
     const std::vector<StackLayer>& layers = solved.layers;
-    const LowerBoundary& lower_boundary = solved.lower_boundary;
     const bool upward = side == Side::reflection;
     const std::size_t first = upward ? above : 0, end = upward ? layers.size() : above;
     const double mu_in = light.mu(in), mu_out = light.mu(out);
-    const SingleLayers plain(layers),
+    if (scattered_again.empty() && solved.path)
+        scattered_again = solved.path->legendre(side, above, mu_in, mu_out);
+    const SingleLayers plain(layers, std::vector<Truncation>(layers.size()), &Truncation::albedo),
         corrected(layers, solved.truncations, &Truncation::single_scattering_albedo);
-    const LowerBoundary boundary_corrected = truncated(lower_boundary, solved.boundary_truncation);
+    const LowerBoundary boundary_corrected =
+        truncated(solved.lower_boundary, solved.boundary_truncation);
     std::vector<double> modes, cosines;
-    for (const AzimuthalMode& mode : light.modes(side)) modes.push_back(mode(out, in));
+    for (const AzimuthalMode& mode : light.modes[side]) modes.push_back(mode(out, in));
     for (const double azimuth : azimuths)
         cosines.push_back(cos_scattering_angle(side, {mu_in, mu_out, azimuth}));
     const std::vector<double> again = sum_legendre(scattered_again, cosines);
@@ -285,18 +254,17 @@ std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSo
         for (std::size_t k = first; k < end; ++k) {
             const double phase = layers[k].phase_function(cosines[a]);
             single += plain.scattered(k, above, phase, mu_in, mu_out);
-            if (!solved.follows_paths)
-                truncated += corrected.scattered(k, above, phase, mu_in, mu_out);
+            if (!solved.path) truncated += corrected.scattered(k, above, phase, mu_in, mu_out);
         }
         // The path law is added to single scattering by the layers as they are.
-        if (solved.follows_paths) truncated = single;
-        if (upward && lower_boundary.is_present()) {
+        if (solved.path) truncated = single;
+        if (upward && solved.lower_boundary.is_present()) {
             const auto by_boundary = [&](const SingleLayers& by, const LowerBoundary& boundary) {
                 return direct_transmittance(by.depth(0, above), mu_in) *
                        single_reflection_of_boundary(boundary, by.depth(above, layers.size()),
                                                      {mu_in, mu_out, azimuths[a]});
             };
-            single += by_boundary(plain, lower_boundary);
+            single += by_boundary(plain, solved.lower_boundary);
             truncated += by_boundary(corrected, boundary_corrected);
         }
         all.push_back(put_together(single, truncated, sum_modes(modes, azimuths[a]) + again[a]));
@@ -304,14 +272,30 @@ std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSo
     return all;
 }
 
-std::vector<SolvedValue> InsideSolution::values(std::size_t level, Side side, int in, int out,
-                                                const std::vector<double>& azimuths) const {
+}  // namespace
+
+std::vector<SolvedValue> InsideSolution::values(Side side, int in, int out,
+                                                const std::vector<double>& azimuths,
+                                                std::size_t level) const {
     const LightAtLevel& light = levels[level];
-    std::vector<double> along_path;
-    if (path) along_path = path->legendre(side, light.pieces_above, light.mu(in), light.mu(out));
-    return light_at_level(
-        {pieces, truncations, lower_boundary, boundary_truncation, path != nullptr}, light,
-        along_path, side, light.pieces_above, in, out, azimuths);
+    return light_at_level(*this, light, {}, side, light.pieces_above, in, out, azimuths);
+}
+
+/// Light at the level above all layers, or below.
+std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
+                                               const std::vector<double>& azimuths) const {
+    if (alone) return alone->values(side, in, out, azimuths);
+    const bool reflected = side == Side::reflection;
+    if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    std::vector<double> scattered_back;
+    if (backward_path)
+        scattered_back = backward_path->legendre(side, layers[0].albedo, layers[0].optical_depth,
+                                                 mu(in), mu(out));
+    std::vector<SolvedValue> all = light_at_level(*this, *this, scattered_back, side,
+                                                  reflected ? 0 : layers.size(), in, out, azimuths);
+    if (order > 1)  // orders are not truncated: what is not scattered once is all there is
+        for (SolvedValue& value : all) value = {value.multiple, 0, value.multiple};
+    return all;
 }
 
 }  // namespace stratus

@@ -26,7 +26,6 @@ class StackPath;  // paths.h
 struct SingleLayers {
     std::vector<double> albedos, depths;
 
-    explicit SingleLayers(const std::vector<StackLayer>& layers);
     /// `albedo`: that of the truncation which counts.
     SingleLayers(const std::vector<StackLayer>& layers, const std::vector<Truncation>& truncations,
                  double (Truncation::*albedo)(double) const);
@@ -42,25 +41,9 @@ struct SingleLayers {
     Eigen::MatrixXd factors(std::size_t k, std::size_t above, const Eigen::VectorXd& mu) const;
 };
 
-/// The layers and the lower boundary whose light is seen at a level.
-struct SolvedLayers {
-    const std::vector<StackLayer>& layers;
-    const std::vector<Truncation>& truncations;
-    const LowerBoundary& lower_boundary;
-    const Truncation& boundary_truncation;
-    bool follows_paths;
-};
-
-/// Diffuse light at the level below the first `above` layers, going up (Side::reflection) or down.
-/// `scattered_again`: Legendre coefficients of what is added to the modes.
-std::vector<SolvedValue> light_at_level(const SolvedLayers& solved, const ModeSolution& light,
-                                        const std::vector<double>& scattered_again, Side side,
-                                        std::size_t above, int in, int out,
-                                        const std::vector<double>& azimuths);
-
 /// Light at a level. What ModeSolution calls plane_albedo is the upward flux, diffuse_transmittance the
-/// downward one without the beam; reflection_modes and transmission_modes are the light of orders
-/// n >= 2 that goes up and down.
+/// downward one without the beam; modes are the light of orders n >= 2 that goes up (Side::reflection)
+/// and down.
 struct LightAtLevel : ModeSolution {
     double optical_depth = 0;
     std::size_t pieces_above = 0;  // of InsideSolution
@@ -75,7 +58,7 @@ struct LightAtLevel : ModeSolution {
 /// A stack solved at levels.
 struct InsideSolution {
     std::vector<LightAtLevel> levels;       // as asked
-    std::vector<StackLayer> pieces;         // the layers, divided at the levels
+    std::vector<StackLayer> layers;         // divided at the levels
     std::vector<Truncation> truncations;    // of these
     std::shared_ptr<const StackPath> path;  // null unless a layer's peak is narrow
     LowerBoundary lower_boundary;
@@ -84,8 +67,8 @@ struct InsideSolution {
     /// pi I / (mu0 F0) of the diffuse light at a level, going up (Side::reflection) or down, between
     /// mu(in) and mu(out) at azimuths in radians. `single` is light scattered once, by the layers or
     /// the lower boundary.
-    std::vector<SolvedValue> values(std::size_t level, Side side, int in, int out,
-                                    const std::vector<double>& azimuths) const;
+    std::vector<SolvedValue> values(Side side, int in, int out, const std::vector<double>& azimuths,
+                                    std::size_t level = 0) const;
 };
 
 /// Solves a stack on a lower boundary at levels, lit from above by beams at the cosines `mu`.

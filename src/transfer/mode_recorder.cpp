@@ -2,6 +2,7 @@
 
 #include "layer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -29,33 +30,31 @@ MatrixXd ModeRecorder::unscaled(const MatrixXd& matrix) const {
 }
 
 void ModeRecorder::record(const LayerMode& all, const std::vector<const PhaseKernels*>& kernels,
-                          BoundaryModes& boundary) {
+                          BoundaryModes* boundary) {
     const int mode = recorded_++;
     const auto count = solution_.mu.size();
-    MatrixXd reflection = unscaled(all.reflection);
-    MatrixXd transmission =
-        all.is_opaque() ? MatrixXd::Zero(count, count) : unscaled(all.transmission);
+    ModeMatrices again{unscaled(all.reflection),
+                       all.is_opaque() ? MatrixXd::Zero(count, count) : unscaled(all.transmission)};
     for (std::size_t k = 0; k < layers_.size(); ++k) {
         if (!kernels[k]) continue;
-        reflection -=
+        again.reflection -=
             layers_[k].reflection.cwiseProduct(kernels[k]->other.bottomRightCorner(count, count));
         if (!all.is_opaque())
-            transmission -= layers_[k].transmission.cwiseProduct(
+            again.transmission -= layers_[k].transmission.cwiseProduct(
                 kernels[k]->same.bottomRightCorner(count, count));
     }
-    if (mode < boundary.count()) {
+    if (boundary && mode < boundary->count()) {
         const VectorXd beam = beam_.unscattered.tail(count);
-        reflection -= beam.asDiagonal() * boundary.once(mode).bottomRightCorner(count, count) *
-                      beam.asDiagonal();
+        again.reflection -= beam.asDiagonal() *
+                            boundary->once(mode).bottomRightCorner(count, count) *
+                            beam.asDiagonal();
     }
-    const auto keep = [&](Side side, std::vector<AzimuthalMode>& modes, MatrixXd values) {
-        AzimuthalMode kept =
-            is_symmetric_ ? AzimuthalMode::symmetric(values) : AzimuthalMode{std::move(values)};
+    for (const Side side : both_sides) {
+        AzimuthalMode kept = is_symmetric_ ? AzimuthalMode::symmetric(again[side])
+                                           : AzimuthalMode{std::move(again[side])};
         if (take_ == nullptr || !(*take_)(solution_, side, mode, kept))
-            modes.push_back(std::move(kept));
-    };
-    keep(Side::reflection, solution_.reflection_modes, std::move(reflection));
-    keep(Side::transmission, solution_.transmission_modes, std::move(transmission));
+            solution_.modes[side].push_back(std::move(kept));
+    }
     if (mode == 0) record_fluxes(all);
 }
 
@@ -127,13 +126,13 @@ void ModeRecorder::record_fluxes_below(const MatrixXd& diffuse, const MatrixXd& 
 }
 
 bool ModeRecorder::is_negligible(int count, double tolerance) const {
-    const auto adds = [&](const std::vector<AzimuthalMode>& modes,
-                          MatrixXd SingleFactors::*single) {
-        const auto last = std::span(modes).last(static_cast<std::size_t>(count));
+    const auto adds = [&](Side side) {
+        const std::vector<AzimuthalMode>& modes = solution_.modes[side];
+        const auto last = std::span(modes).last(size(count));
         for (Eigen::Index out = 0; out < solution_.mu.size(); ++out)
             for (Eigen::Index in = 0; in < solution_.mu.size(); ++in) {
                 double all = std::abs(modes[0](in, out));
-                for (const SingleFactors& layer : layers_) all += (layer.*single)(in, out);
+                for (const SingleFactors& layer : layers_) all += layer[side](in, out);
                 const auto is_more = [&](const AzimuthalMode& mode) {
                     return 2 * std::abs(mode(in, out)) > tolerance * all;
                 };
@@ -141,8 +140,7 @@ bool ModeRecorder::is_negligible(int count, double tolerance) const {
             }
         return false;
     };
-    return !adds(solution_.reflection_modes, &SingleFactors::reflection) &&
-           !adds(solution_.transmission_modes, &SingleFactors::transmission);
+    return std::ranges::none_of(both_sides, adds);
 }
 
 }  // namespace stratus

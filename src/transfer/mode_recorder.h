@@ -8,7 +8,6 @@
 #include "layer_modes.h"
 #include "simd/doubling_steps.h"
 
-#include <algorithm>
 #include <vector>
 
 #ifdef __SSE2__
@@ -18,9 +17,7 @@
 namespace stratus {
 
 /// Single scattering between the cosines of a solution, per unit of phase kernel.
-struct SingleFactors {
-    Eigen::MatrixXd reflection, transmission;
-};
+using SingleFactors = PerSide<Eigen::MatrixXd>;
 
 class ModeRecorder {
   public:
@@ -31,9 +28,10 @@ class ModeRecorder {
                  const TakeMode* take = nullptr);
 
     /// Records the next mode: R and T of the whole, lower boundary included. `kernels` of each
-    /// layer; null where that layer scatters nothing into the mode.
+    /// layer; null where that layer scatters nothing into the mode. `boundary`: null where it does not
+    /// count by itself.
     void record(const LayerMode& all, const std::vector<const PhaseKernels*>& kernels,
-                BoundaryModes& boundary);
+                BoundaryModes* boundary);
 
     /// Mode 0: the flux that reaches the lower boundary through `above`.
     void record_boundary(const LayerMode& above, bool is_conservative, BoundaryModes& boundary);
@@ -74,18 +72,6 @@ void solve_groups(int modes, int group, bool may_stop, Solve solve, IsNegligible
         solve(first, end);
         if (may_stop && first > 0 && is_negligible(end - first)) return;
     }
-}
-
-/// Calls solve(mode) for `count` modes, or as many as the options ask for; without such, until modes are
-/// negligible.
-template <class Solve, class IsNegligible>
-void solve_modes(const SolverOptions& options, int count, Solve solve, IsNegligible is_negligible) {
-    solve_groups(
-        options.modes ? std::min(options.modes, count) : count, lane_count, options.modes == 0,
-        [&](int first, int end) {
-            for (int mode = first; mode < end; ++mode) solve(mode);
-        },
-        is_negligible);
 }
 
 // Numbers below 2.2e-308 taken as 0 while a solution is made.

@@ -113,8 +113,8 @@ SolvedValue put_together(double single, double corrected, double orders) {
 }
 
 int count_modes(const std::vector<double>& moments) {
-    int count = static_cast<int>(moments.size());
-    while (count > 1 && moments[static_cast<std::size_t>(count - 1)] == 0) --count;
+    int count = int_size(moments);
+    while (count > 1 && moments[size(count - 1)] == 0) --count;
     return count;
 }
 
@@ -123,14 +123,13 @@ Eigen::VectorXd solved_cosines(const Directions& directions) {
     return directions.mu.tail(asked ? asked : directions.nodes);
 }
 
-NodeMap joint_map(NodeMap a, NodeMap b) { return a == NodeMap::forward ? NodeMap::forward : b; }
-
 Directions stack_directions(const std::vector<Truncation>& truncations,
                             const Truncation& boundary_truncation, const std::vector<double>& mu,
                             const SolverOptions& options) {
+    if (options.grazing) return gauss_directions(options.nodes, NodeMap::square, mu);
     NodeMap map = choose_node_map(boundary_truncation.moments, options.nodes);
     for (const Truncation& truncation : truncations)
-        map = joint_map(map, choose_node_map(truncation.moments, options.nodes));
+        if (map != NodeMap::forward) map = choose_node_map(truncation.moments, options.nodes);
     return gauss_directions(options.nodes, map, mu);
 }
 

@@ -54,10 +54,8 @@ int count_modes(const std::vector<double>& moments);
 /// The cosines of a solution: the requested ones, or the Gauss nodes.
 Eigen::VectorXd solved_cosines(const Directions& directions);
 
-/// The map that serves both.
-NodeMap joint_map(NodeMap a, NodeMap b);
-
-/// One set of directions for all layers, dense near mu = 1 if any layer needs it.
+/// One set of directions for all layers, dense near mu = 1 if any layer needs it, or at grazing angles if
+/// the options ask for these.
 Directions stack_directions(const std::vector<Truncation>& truncations,
                             const Truncation& boundary_truncation, const std::vector<double>& mu,
                             const SolverOptions& options);

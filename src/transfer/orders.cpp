@@ -5,9 +5,7 @@
 
 #include "climb.h"
 #include "layer.h"
-#include "mode_recorder.h"
-#include "options.h"
-#include "simd/doubling_steps.h"
+#include "stack_solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,9 +22,17 @@ VectorXd weights_of_orders(double albedo, int highest) {
     return weights;
 }
 
+std::vector<VectorXd> weights_of_each_order(double albedo, int highest) {
+    const VectorXd powers = weights_of_orders(albedo, highest);
+    std::vector<VectorXd> weights;
+    for (int n = 1; n <= highest; ++n)
+        weights.push_back(powers(n) * VectorXd::Unit(powers.size(), n));
+    return weights;
+}
+
 double sum_paths(Side side, const LayerSolution& layer, int lowest, double in, double out) {
     const double f = layer.truncation.fraction;
-    const int highest = f > 0 ? static_cast<int>(layer.order_weights.size()) - 1 : 1;
+    const int highest = f > 0 ? int_size(layer.order_weights) - 1 : 1;
     const PathWeights paths = path_weights(side, highest + 1, layer.optical_depth, in, out);
     double sum = 0;
     for (int n = lowest; n < paths.count; ++n)
@@ -134,28 +140,18 @@ OrderedMode add(const OrderedMode& above, const OrderedMode& below, int nodes) {
     return sum;
 }
 
-class OrderedStackRun {
+class OrderedStackRun : StackSolver {
   public:
     OrderedStackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                     const std::vector<double>& mu, const SolverOptions& options)
-        : options_(options),
-          layers_(layers),
-          truncations_(choose_truncations(layers, options)),
-          boundary_truncation_(choose_truncation(boundary, options)),
-          directions_(stack_directions(truncations_, boundary_truncation_, mu, options)),
-          boundary_modes_(boundary, boundary_truncation_, directions_) {
+        : StackSolver(layers, boundary, mu, options, false) {
         const VectorXd beam = beam_along(directions_, total_depth(layers)),
                        none = VectorXd::Zero(beam.size());
-        StackSolution blank;
-        blank.layers = layers;
-        blank.lower_boundary = boundary;
-        blank.boundary_truncation = boundary_truncation_;
-        blank.mu = solved_cosines(directions_);
-        blank.truncations = truncations_;
-        orders_.resize(size(options.orders) + 1, blank);
-        const auto count = blank.mu.size();
+        orders_.resize(size(options.orders) + 1, blank<StackSolution>(layers, boundary));
+        const Eigen::Index count = solved_cosines(directions_).size();
         const SingleFactors nothing{MatrixXd::Zero(count, count), MatrixXd::Zero(count, count)};
         for (std::size_t n = 0; n < orders_.size(); ++n) {
+            orders_[n].mu = solved_cosines(directions_);
             orders_[n].order = static_cast<int>(n);
             recorders_.emplace_back(directions_, orders_[n], std::vector{nothing},
                                     Beam{n == 0 ? beam : none, none});
@@ -163,31 +159,11 @@ class OrderedStackRun {
     }
 
     std::vector<StackSolution> run() {
-        const FlushSubnormals flush(
-            std::ranges::min(layers_, {}, &StackLayer::optical_depth).optical_depth);
-        int modes = std::max(1, boundary_modes_.count());
-        for (const Truncation& truncation : truncations_)
-            modes = std::max(modes, count_modes(truncation.moments));
-        solve_groups(
-            options_.modes ? std::min(options_.modes, modes) : modes, lane_count,
-            options_.modes == 0, [this](int first, int end) { solve_modes(first, end); },
-            [this](int count) {
-                return std::ranges::all_of(recorders_, [&](const ModeRecorder& recorder) {
-                    return recorder.is_negligible(count, options_.mode_tolerance);
-                });
-            });
+        solve_modes([this](int first, int end) { solve_group(first, end); });
         return std::move(orders_);
     }
 
   private:
-    static std::vector<Truncation> choose_truncations(const std::vector<StackLayer>& layers,
-                                                      const SolverOptions& options) {
-        std::vector<Truncation> all;
-        for (const StackLayer& layer : layers)
-            all.push_back(choose_truncation(layer.phase_function, options, false));
-        return all;
-    }
-
     Series nothing() const { return {{}, std::vector<MatrixXd>(size(options_.orders) + 1)}; }
 
     /// Modes `first` to before `end` of a layer of one of any depth.
@@ -202,17 +178,13 @@ class OrderedStackRun {
         if (first >= count) return all;
         const DepthTarget target = choose_target(layer.optical_depth, false, moments[1]);
         const DepthLadder ladder = ladder_to(target);
-        const VectorXd powers = weights_of_orders(layer.albedo, options_.orders);
-        std::vector<VectorXd> weights;
-        for (int n = 1; n <= options_.orders; ++n)
-            weights.push_back(powers(n) * VectorXd::Unit(powers.size(), n));
         const ClimbTask task{directions_,
                              moments,
                              ladder,
                              {{layer.albedo, 1 - layer.albedo,
                                ladder.octaves > 0 ? ladder.first : first_depth_to_infinity}}};
         climb_orders(
-            task, 0, weights, first, count,
+            task, 0, weights_of_each_order(layer.albedo, options_.orders), first, count,
             [&](int mode, std::size_t order, int depth, ModeMatrices solved, const PhaseKernels&) {
                 if (depth + 1 < ladder.octaves) return false;
                 solved = reach(target, mode, 0, directions_, std::move(solved));
@@ -237,15 +209,16 @@ class OrderedStackRun {
         return all;
     }
 
-    void solve_modes(int first, int end) {
+    void solve_group(int first, int end) {
+        const std::vector<StackLayer>& layers = orders_[0].layers;
         std::vector<OrderedMode> sums =
-            layer_modes(layers_[0], truncations_[0].moments, first, end);
+            layer_modes(layers[0], truncation_.layers[0].moments, first, end);
         const auto add_below = [&](const std::vector<OrderedMode>& below) {
             for (std::size_t m = 0; m < sums.size(); ++m)
                 sums[m] = add(sums[m], below[m], directions_.nodes);
         };
-        for (std::size_t k = 1; k < layers_.size(); ++k)
-            add_below(layer_modes(layers_[k], truncations_[k].moments, first, end));
+        for (std::size_t k = 1; k < layers.size(); ++k)
+            add_below(layer_modes(layers[k], truncation_.layers[k].moments, first, end));
         if (orders_[0].lower_boundary.is_present()) {
             const std::vector<OrderedMode> below = boundary_modes(first, end);
             if (first == 0) record_boundary(between(sums[0], below[0], directions_.nodes));
@@ -262,14 +235,13 @@ class OrderedStackRun {
         for (std::size_t n = 0; n < orders_.size(); ++n) {
             LayerMode mode{part(sum.reflection, n), {}, {}, {}};
             if (!sum.is_opaque()) mode.transmission = part(sum.transmission, n);
-            if (orders_[n].reflection_modes.empty() && !sum.is_opaque())
+            if (orders_[n].modes.reflection.empty() && !sum.is_opaque())
                 orders_[n].spherical_albedo_below =
                     uniform_mean(directions_, part(sum.reflection_below, n));
-            recorders_[n].record(mode, {nullptr}, boundary_modes_);
+            recorders_[n].record(mode, {nullptr}, nullptr);
             if (n > 1) continue;
             // Single scattering has its closed form.
-            orders_[n].reflection_modes.back().values.setZero();
-            orders_[n].transmission_modes.back().values.setZero();
+            for (const Side side : both_sides) orders_[n].modes[side].back().values.setZero();
         }
     }
 
@@ -287,14 +259,7 @@ class OrderedStackRun {
         }
     }
 
-    const SolverOptions& options_;
-    const std::vector<StackLayer>& layers_;
-    const std::vector<Truncation> truncations_;
-    const Truncation boundary_truncation_;
-    const Directions directions_;
-    BoundaryModes boundary_modes_;
     std::vector<StackSolution> orders_;
-    std::vector<ModeRecorder> recorders_;
 };
 
 }  // namespace

@@ -21,6 +21,9 @@ namespace stratus {
 /// 1, w, w^2, ...: the weights of all orders up to `highest`.
 Eigen::VectorXd weights_of_orders(double albedo, int highest);
 
+/// The weights of each order from 1 on by itself: all others are 0.
+std::vector<Eigen::VectorXd> weights_of_each_order(double albedo, int highest);
+
 /// sum_n weights(n) f^(n-1) n times path_weights of order n, from order `lowest` on: single
 /// scattering of the truncated problem, order by order, per unit of phase function.
 double sum_paths(Side side, const LayerSolution& layer, int lowest, double in, double out);

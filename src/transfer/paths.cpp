@@ -153,8 +153,7 @@ using PowerSums = std::array<double, growth_terms + 1>;
 /// The sum of weight growth(from + slope x) over these points, for several rises side by side.
 ArrayXd sum_growth(const PowerSums& power_sums, const ArrayXd& from, const ArrayXd& slope) {
     ArrayXXd sums(from.size(), growth_terms + 1);
-    for (Index j = 0; j <= growth_terms; ++j)
-        sums.col(j).setConstant(power_sums[static_cast<std::size_t>(j)]);
+    for (Index j = 0; j <= growth_terms; ++j) sums.col(j).setConstant(power_sums[size(j)]);
     ArrayXd all = ArrayXd::Zero(from.size());
     double share = 1;  // 1 / (k + 1)!
     for (Index k = 1; k <= growth_terms; ++k) {
@@ -214,7 +213,7 @@ StackTruncation::StackTruncation(const std::vector<StackLayer>& stack, const Sol
 
 StackPath::StackPath(const std::vector<StackLayer>& layers,
                      const std::vector<Truncation>& truncations)
-    : depth_(static_cast<Index>(layers.size())), truncated_(depth_.size()) {
+    : depth_(std::ssize(layers)), truncated_(depth_.size()) {
     std::vector<std::vector<double>> chi;
     std::size_t moments = 0, kept = 0;
     for (std::size_t k = 0; k < layers.size(); ++k) {

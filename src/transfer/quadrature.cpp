@@ -10,7 +10,7 @@
 namespace stratus {
 
 NodeMap choose_node_map(const std::vector<double>& moments, int nodes) {
-    const auto N = static_cast<std::size_t>(nodes);
+    const auto N = size(nodes);
     const double chi = N < moments.size() ? std::abs(moments[N]) : 0;
     return chi > std::pow(10.0, -nodes / 4.0) ? NodeMap::forward : NodeMap::grazing;
 }
@@ -78,7 +78,7 @@ Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& e
         require(mu >= 1e-100 && mu <= 1, "gauss_directions", "mu", "in [1e-100, 1]", mu);
 
     Directions directions = gauss_nodes(nodes, map);
-    const auto size = nodes + static_cast<Eigen::Index>(extra.size());
+    const auto size = nodes + std::ssize(extra);
     for (Eigen::VectorXd* vector : {&directions.mu, &directions.weight, &directions.s})
         vector->conservativeResize(size);
     for (Eigen::Index i = nodes; i < size; ++i) {

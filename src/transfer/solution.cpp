@@ -58,8 +58,8 @@ Eigen::VectorXd LayerSolution::path_orders() const {
 
 PathWeights LayerSolution::path_weights(Side side, int in, int out) const {
     const Eigen::VectorXd orders = path_orders();
-    PathWeights weights = stratus::path_weights(side, static_cast<int>(orders.size()),
-                                                optical_depth, mu(in), mu(out));
+    PathWeights weights =
+        stratus::path_weights(side, int_size(orders), optical_depth, mu(in), mu(out));
     for (int n = 0; n < weights.count; ++n) weights.of_order[n] *= orders(n);
     return weights;
 }

@@ -39,8 +39,8 @@ struct LadderProblem {
     std::vector<Eigen::VectorXd> order_weights;  // of each albedo; empty: all orders
     DepthLadder ladder;
     std::vector<DepthTarget> targets;  // depths that the last ones of the ladder lead to
-    const std::vector<double>& mu;
-    const SolverOptions& options;
+    std::vector<double> mu;
+    SolverOptions options;
     const LowerBoundary& boundary;
     const TakeMode* take = nullptr;  // null: all modes are kept
 };
@@ -52,13 +52,8 @@ class LadderRun {
           truncation_(choose_truncation(problem.phase_function, problem.options,
                                         problem.boundary.is_present())),
           boundary_truncation_(choose_truncation(problem.boundary, problem.options)),
-          directions_(gauss_directions(
-              problem.options.nodes,
-              problem.options.grazing
-                  ? NodeMap::square
-                  : joint_map(choose_node_map(truncation_.moments, problem.options.nodes),
-                              choose_node_map(boundary_truncation_.moments, problem.options.nodes)),
-              problem.mu)),
+          directions_(
+              stack_directions({truncation_}, boundary_truncation_, problem.mu, problem.options)),
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
           task_{directions_,
                 truncation_.moments,
@@ -94,23 +89,21 @@ class LadderRun {
     std::vector<std::vector<LayerSolution>> run() {
         const FlushSubnormals flush(problem_.targets.front().optical_depth);
         // Enough modes at a time to fill the packs; orders are solved for all albedos at once.
-        const int albedos = static_cast<int>(problem_.albedos.size());
+        const int albedos = int_size(problem_.albedos);
         const int group =
             by_order() ? lane_count : std::max(2, lane_count / std::min(lane_count, albedos));
         const SolverOptions& options = problem_.options;
         const std::vector<int> modes = modes_to_solve();
         solve_groups(
-            static_cast<int>(modes.size()), group, options.modes == 0,
+            int_size(modes), group, options.modes == 0,
             [&](int first, int end) {
                 solve_modes(std::span(modes).subspan(size(first), size(end - first)));
             },
             [this](int count) { return is_negligible(count); });
         if (options.grazing)
             for (auto& of_albedo : results_)
-                for (LayerSolution& solution : of_albedo) {
-                    fill_modes(modes, solution.reflection_modes);
-                    fill_modes(modes, solution.transmission_modes);
-                }
+                for (LayerSolution& solution : of_albedo)
+                    for (const Side side : both_sides) fill_modes(modes, solution.modes[side]);
         return std::move(results_);
     }
 
@@ -145,21 +138,15 @@ class LadderRun {
         const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
         const auto count = solution.mu.size();
         SingleFactors factors{MatrixXd(count, count), MatrixXd(count, count)};
-        const auto reflection = [&](double in, double out) {
-            if (!by_order()) return single_reflection(1, w, tau, in, out);
-            return (1 - truncation_.fraction) * sum_paths(Side::reflection, solution, 1, in, out);
-        };
-        const auto transmission = [&](double in, double out) {
-            if (!by_order()) return single_transmission(1, w, tau, in, out);
-            return (1 - truncation_.fraction) * sum_paths(Side::transmission, solution, 1, in, out);
-        };
-        for (Eigen::Index j = 0; j < count; ++j)
-            for (Eigen::Index i = 0; i <= j; ++i) {
-                factors.reflection(i, j) = factors.reflection(j, i) =
-                    reflection(solution.mu(i), solution.mu(j));
-                factors.transmission(i, j) = factors.transmission(j, i) =
-                    transmission(solution.mu(i), solution.mu(j));
-            }
+        for (const Side side : both_sides)
+            for (Eigen::Index j = 0; j < count; ++j)
+                for (Eigen::Index i = 0; i <= j; ++i) {
+                    const double in = solution.mu(i), out = solution.mu(j);
+                    factors[side](i, j) = factors[side](j, i) =
+                        by_order()
+                            ? (1 - truncation_.fraction) * sum_paths(side, solution, 1, in, out)
+                            : single_scattering(side, 1, w, tau, in, out);
+                }
         return factors;
     }
 
@@ -209,7 +196,7 @@ class LadderRun {
                 const PhaseKernels& kernels) {
         require_finite(layer, mode, directions_);
         const DepthLadder& ladder = problem_.ladder;
-        const int before = ladder.place(ladder.count()) - static_cast<int>(problem_.targets.size());
+        const int before = ladder.place(ladder.count()) - int_size(problem_.targets);
         const int place = ladder.place(depth) - before;
         if (place < 0) {
             if (mode == 0) half_transmittance_ = uniform_mean(directions_, layer.transmission);
@@ -229,11 +216,10 @@ class LadderRun {
             if (mode == 0) recorder.record_boundary(all, problem_.albedos[a] == 1, boundary_modes_);
             all = over_boundary(all, mode);
         }
-        recorder.record(all, {&kernels}, boundary_modes_);
-        if (target.regime == DepthRegime::thin && !problem_.boundary.is_present()) {
-            results_[a][at].reflection_modes.back().values.setZero();  // rounding
-            results_[a][at].transmission_modes.back().values.setZero();
-        }
+        recorder.record(all, {&kernels}, &boundary_modes_);
+        if (target.regime == DepthRegime::thin && !problem_.boundary.is_present())
+            for (const Side side : both_sides)  // rounding
+                results_[a][at].modes[side].back().values.setZero();
         return is_limit;
     }
 
@@ -311,30 +297,17 @@ void refine_fluxes(const LadderProblem& problem,
                                ? problem.options.nodes < nodes_for_fluxes
                                : any.path != nullptr && any.truncation.fraction > cut_share;
     if (!cut_early || !problem.options.exact_fluxes) return;
-    SolverOptions options = problem.options;
+    LadderProblem of_fluxes = problem;
+    of_fluxes.mu.assign(any.mu.begin(), any.mu.end());
+    SolverOptions& options = of_fluxes.options;
     options.nodes = std::max(nodes_for_fluxes, options.nodes);
     options.moments = 0;
     options.modes = 1;
     options.truncate = Truncate::delta_m;
-    const std::vector<double> mu(any.mu.begin(), any.mu.end());
-    LadderProblem of_fluxes{problem.phase_function,
-                            problem.albedos,
-                            problem.order_weights,
-                            problem.ladder,
-                            problem.targets,
-                            mu,
-                            options,
-                            problem.boundary};
     const std::vector<std::vector<LayerSolution>> fluxes = LadderRun(of_fluxes).run();
     for (std::size_t a = 0; a < solutions.size(); ++a)
-        for (std::size_t d = 0; d < solutions[a].size(); ++d) {
-            LayerSolution& to = solutions[a][d];
-            const LayerSolution& from = fluxes[a][d];
-            to.plane_albedo = from.plane_albedo;
-            to.diffuse_transmittance = from.diffuse_transmittance;
-            to.spherical_albedo = from.spherical_albedo;
-            to.total_transmittance = from.total_transmittance;
-        }
+        for (std::size_t d = 0; d < solutions[a].size(); ++d)
+            static_cast<ModeFluxes&>(solutions[a][d]) = fluxes[a][d];
 }
 
 /// result[albedo][target].
@@ -420,16 +393,10 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
     const LowerBoundary none;
     check(albedos, options, none);
     const DepthTarget target = choose_target(optical_depth, false, phase_function.asymmetry());
-    const VectorXd all = weights_of_orders(albedo, options.orders);
-    std::vector<VectorXd> weights;
-    for (int n = 1; n <= options.orders; ++n) {
-        weights.push_back(VectorXd::Zero(options.orders + 1));
-        weights.back()(n) = all(n);
-    }
     std::vector<LayerSolution> orders;
     for (auto& of_order : solve_problem({phase_function,
                                          albedos,
-                                         std::move(weights),
+                                         weights_of_each_order(albedo, options.orders),
                                          ladder_to(target),
                                          {target},
                                          mu,

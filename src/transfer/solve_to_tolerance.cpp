@@ -40,9 +40,7 @@ constexpr int least_patience = 96;  // nodes before a tolerance can be given up 
 int nodes_that_hold(const PhaseFunction& phase_function, int moments_to_a_node, double rest) {
     constexpr int most = 248;
     const std::vector<double> moments = phase_function.moments(moments_to_a_node * most + 1);
-    const auto left = [&](int nodes) {
-        return std::abs(moments[static_cast<std::size_t>(moments_to_a_node * nodes)]);
-    };
+    const auto left = [&](int nodes) { return std::abs(moments[size(moments_to_a_node * nodes)]); };
     if (left(most) > rest) return least_patience;
     int nodes = least_patience;
     while (left(nodes) > rest) nodes = more_nodes(nodes);
@@ -321,16 +319,6 @@ void judge(const Class& fluxes, Solved& solved) {
     solved.nodes = fluxes.found.nodes;
 }
 
-/// The light at one level as Group asks for it.
-struct OneLevel {
-    InsideSolution solution;
-
-    std::vector<SolvedValue> values(Side side, int in, int out,
-                                    const std::vector<double>& azimuths) const {
-        return solution.values(0, side, in, out, azimuths);
-    }
-};
-
 }  // namespace
 
 SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
@@ -371,7 +359,7 @@ SolvedGeometries solve_geometries_inside(const std::vector<StackLayer>& layers,
     solve_places(
         geometries, places, false, patience_for(layers), options,
         [&](const std::vector<double>& mu, const SolverOptions& with) {
-            return OneLevel{solve_inside(layers, boundary, {level}, mu, with)};
+            return solve_inside(layers, boundary, {level}, mu, with);
         },
         all);
     return all;

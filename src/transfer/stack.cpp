@@ -5,10 +5,8 @@
 
 #include "layer.h"
 #include "light_inside.h"
-#include "mode_recorder.h"
-#include "options.h"
 #include "orders.h"
-#include "paths.h"
+#include "stack_solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -52,53 +50,44 @@ StackSolution as_stack(const LayerSolution& layer, const StackLayer& of) {
     return solution;
 }
 
-class StackRun {
+class StackRun : StackSolver {
   public:
     StackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
              const std::vector<double>& mu, const SolverOptions& options)
-        : options_(options),
-          truncation_(layers, options, layers.size() == 1),
-          boundary_truncation_(choose_truncation(boundary, options)),
-          directions_(stack_directions(truncation_.layers, boundary_truncation_, mu, options)),
-          boundary_modes_(boundary, boundary_truncation_, directions_),
-          layers_(layers, truncation_.layers, directions_) {
-        solution_.layers = layers;
-        solution_.lower_boundary = boundary;
-        solution_.boundary_truncation = boundary_truncation_;
+        : StackSolver(layers, boundary, mu, options, layers.size() == 1),
+          solution_(blank<StackSolution>(layers, boundary)) {
         solution_.mu = solved_cosines(directions_);
-        solution_.truncations = truncation_.layers;
-        if (truncation_.follows_paths)
-            solution_.path = std::make_shared<const StackPath>(layers, truncation_.layers);
         if (truncation_.layers[0].backward)
             solution_.backward_path = std::make_shared<const BackwardPath>(
                 path_moments(layers[0].phase_function), truncation_.layers[0].moments);
     }
 
     StackSolution run() {
-        const FlushSubnormals flush(std::ranges::min(layers_.depths()));
-        ModeRecorder recorder(directions_, solution_, single_factors(),
-                              layers_.beam(layers_.size()));
-        solve_modes(
-            options_, std::max({1, boundary_modes_.count(), layers_.count()}),
-            [&](int mode) { solve_mode(mode, recorder); },
-            [&](int count) { return recorder.is_negligible(count, options_.mode_tolerance); });
+        const FlushSubnormals flush(std::ranges::min(layer_modes_.depths()));
+        recorders_.emplace_back(directions_, solution_, single_factors(),
+                                layer_modes_.beam(layer_modes_.size()));
+        solve_modes([&](int first, int end) {
+            for (int mode = first; mode < end; ++mode) solve_mode(mode);
+        });
         return std::move(solution_);
     }
 
   private:
     std::vector<SingleFactors> single_factors() const {
         const SingleLayers single(solution_.layers, solution_.truncations, &Truncation::albedo);
+        const std::size_t count = solution_.layers.size();
         std::vector<SingleFactors> all;
-        for (std::size_t k = 0; k < layers_.size(); ++k)
-            all.push_back({single.factors(k, 0, solution_.mu),
-                           single.factors(k, layers_.size(), solution_.mu)});
+        for (std::size_t k = 0; k < count; ++k)
+            all.push_back(
+                {single.factors(k, 0, solution_.mu), single.factors(k, count, solution_.mu)});
         return all;
     }
 
-    void solve_mode(int mode, ModeRecorder& recorder) {
-        LayerMode sum = layers_.layer(0, mode);
-        for (std::size_t k = 1; k < layers_.size(); ++k)
-            sum = add(sum, layers_.layer(k, mode), directions_.nodes);
+    void solve_mode(int mode) {
+        LayerMode sum = layer_modes_.layer(0, mode);
+        for (std::size_t k = 1; k < layer_modes_.size(); ++k)
+            sum = add(sum, layer_modes_.layer(k, mode), directions_.nodes);
+        ModeRecorder& recorder = recorders_[0];
         if (solution_.lower_boundary.is_present()) {
             if (mode == 0)
                 recorder.record_boundary(sum, is_conservative(solution_.layers), boundary_modes_);
@@ -107,18 +96,9 @@ class StackRun {
             solution_.spherical_albedo_below =  // rounding is taken off
                 std::clamp(uniform_mean(directions_, sum.reflection_below), 0.0, 1.0);
         }
-        std::vector<const PhaseKernels*> kernels;
-        for (std::size_t k = 0; k < layers_.size(); ++k)
-            kernels.push_back(layers_.kernels(k, mode));
-        recorder.record(sum, kernels, boundary_modes_);
+        recorder.record(sum, layer_modes_.kernels(mode), &boundary_modes_);
     }
 
-    const SolverOptions& options_;
-    const StackTruncation truncation_;
-    const Truncation boundary_truncation_;
-    const Directions directions_;
-    BoundaryModes boundary_modes_;
-    StackModes layers_;
     StackSolution solution_;
 };
 
@@ -137,10 +117,9 @@ StackSolution sum_orders(const std::vector<StackSolution>& orders) {
     sum.order = 0;
     for (std::size_t n = 1; n < orders.size(); ++n) {
         const StackSolution& order = orders[n];
-        for (std::size_t m = 0; m < sum.reflection_modes.size(); ++m) {
-            sum.reflection_modes[m].values += order.reflection_modes[m].values;
-            sum.transmission_modes[m].values += order.transmission_modes[m].values;
-        }
+        for (const Side side : both_sides)
+            for (std::size_t m = 0; m < sum.modes[side].size(); ++m)
+                sum.modes[side][m].values += order.modes[side][m].values;
         sum.plane_albedo += order.plane_albedo;
         sum.diffuse_transmittance += order.diffuse_transmittance;
         sum.spherical_albedo += order.spherical_albedo;
@@ -199,25 +178,6 @@ LayerSolution as_one_layer(StackSolution solution) {
 
 bool StackSolution::is_opaque() const {
     return lower_boundary.is_present() || std::isinf(layers.back().optical_depth);
-}
-
-std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
-                                               const std::vector<double>& azimuths) const {
-    if (alone) return alone->values(side, in, out, azimuths);
-    const bool reflected = side == Side::reflection;
-    if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
-    const std::size_t above = reflected ? 0 : layers.size();
-    std::vector<double> along_path;
-    if (path) along_path = path->legendre(side, above, mu(in), mu(out));
-    if (backward_path)
-        along_path = backward_path->legendre(side, layers[0].albedo, layers[0].optical_depth,
-                                             mu(in), mu(out));
-    std::vector<SolvedValue> all =
-        light_at_level({layers, truncations, lower_boundary, boundary_truncation, path != nullptr},
-                       *this, along_path, side, above, in, out, azimuths);
-    if (order > 1)  // orders are not truncated: what is not scattered once is all there is
-        for (SolvedValue& value : all) value = {value.multiple, 0, value.multiple};
-    return all;
 }
 
 SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {

@@ -104,8 +104,7 @@ TruncatedPath::TruncatedPath(PathLaw law, const Truncation& truncation) : law_(s
 }
 
 Eigen::MatrixXd TruncatedPath::rest(std::span<const PathWeights> weights) const {
-    Eigen::MatrixXd of_order =
-        Eigen::MatrixXd::Zero(rest_.cols(), static_cast<Eigen::Index>(weights.size()));
+    Eigen::MatrixXd of_order = Eigen::MatrixXd::Zero(rest_.cols(), std::ssize(weights));
     for (Eigen::Index k = 0; k < of_order.cols(); ++k) {
         const PathWeights& here = weights[size(k)];
         const Eigen::Index orders = std::max(0, here.count - 2);
@@ -115,7 +114,7 @@ Eigen::MatrixXd TruncatedPath::rest(std::span<const PathWeights> weights) const 
 }
 
 Eigen::MatrixXd TruncatedPath::rest_of_orders(std::span<const double> cosines) const {
-    Eigen::MatrixXd polynomial(rest_.rows(), static_cast<Eigen::Index>(cosines.size()));
+    Eigen::MatrixXd polynomial(rest_.rows(), std::ssize(cosines));
     for (Eigen::Index k = 0; k < polynomial.cols(); ++k) {
         const double x = cosines[size(k)];
         double before = 0, here = 1;

@@ -32,16 +32,12 @@ TEST(ErrorQuantile, BoundsItsShareOfErrors) {
     EXPECT_EQ(error_quantile(samples, 1), 1);
     EXPECT_TRUE(std::is_sorted(samples.begin(), samples.end(),
                                [](const auto& a, const auto& b) { return a.error < b.error; }));
-    EXPECT_EQ(error_quantile(errors, 0.9991), 1) << "the next one, not the one before";
-    for (const double share : {0.0, 0.5, 0.999, 1.0})
-        EXPECT_EQ(error_quantile(errors, share), error_quantile(samples, share));
+    EXPECT_EQ(error_quantile(samples, 0.9991), 1) << "the next one, not the one before";
 }
 
 TEST(ErrorQuantile, IsZeroWithoutSamples) {
     std::vector<ErrorSample> none;
     EXPECT_EQ(error_quantile(none, 0.5), 0);
-    std::vector<double> no_errors;
-    EXPECT_EQ(error_quantile(no_errors, 0.5), 0);
 }
 
 TEST(Verification, AllowsOneInAThousandUpToFiveTimesTheTolerance) {

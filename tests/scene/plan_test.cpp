@@ -121,7 +121,7 @@ TEST(OrderEstimates, AreNotExceededByRays) {
             const SolvedValue value = layer.reflection(0, 1, at.azimuth);
             EXPECT_LE(value.multiple / value.total, estimates.multiple.change)
                 << "g " << g << ", " << estimates.multiple.where;
-            const double mean = layer.reflection_modes[0](0, 1);
+            const double mean = layer.modes.reflection[0](0, 1);
             EXPECT_LE(std::abs(value.multiple - mean) / value.total,
                       estimates.azimuth.change + 1e-6);
         }

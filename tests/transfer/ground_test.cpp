@@ -88,7 +88,7 @@ TEST(Ground, SendsUpALayersLightInWhicheverWayItIsSolved) {
         double sum = 0;
         for (const StackSolution& order : orders) sum += order.reflection(1, 2, 0.3).total;
         EXPECT_NEAR(sum, all.reflection(1, 2, 0.3).total, 1e-6) << text;
-        EXPECT_NEAR(inside.values(0, Side::reflection, 1, 2, {0.3})[0].total,
+        EXPECT_NEAR(inside.values(Side::reflection, 1, 2, {0.3})[0].total,
                     all.reflection(1, 2, 0.3).total, 1e-6);
         // A single layer takes another way, by a ladder of depths.
         const StackLayer& top = layers[0];

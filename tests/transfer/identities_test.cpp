@@ -94,9 +94,9 @@ TEST(LayerSolution, ReportsThePeakCorrections) {
     for (int in = 0; in < layer.mu.size(); ++in)
         for (int out = 0; out < layer.mu.size(); ++out) {
             const Geometry at{layer.mu(in), layer.mu(out), 1.1};
-            expect_sum(Side::reflection, layer.reflection_modes, in, out,
+            expect_sum(Side::reflection, layer.modes.reflection, in, out,
                        cos_scattering_angle_reflected(at), layer.reflection(in, out, 1.1));
-            expect_sum(Side::transmission, layer.transmission_modes, in, out,
+            expect_sum(Side::transmission, layer.modes.transmission, in, out,
                        cos_scattering_angle_transmitted(at), layer.transmission(in, out, 1.1));
         }
     const PeakCorrection none =
@@ -184,7 +184,7 @@ TEST(SolveLayer, StopsWhenModesAreNegligible) {
     }
     const auto modes = [](const PhaseFunction& phase_function) {
         return solve_layer(phase_function, 0.99, 3, cosines, with_nodes(24))
-            .reflection_modes.size();
+            .modes.reflection.size();
     };
     EXPECT_EQ(modes(isotropic), 1u);
     EXPECT_EQ(modes(rayleigh), 3u);
@@ -197,8 +197,8 @@ TEST(SolveLayer, SolvesTheRequestedModes) {
         options.modes = modes;
         const LayerSolution layer = solve_layer(forward, 0.9, 1, cosines, options);
         // 3/2 N moments of a narrow peak have no more modes
-        EXPECT_EQ(layer.reflection_modes.size(), static_cast<std::size_t>(std::min(modes, 12)));
-        EXPECT_EQ(layer.transmission_modes.size(), layer.reflection_modes.size());
+        EXPECT_EQ(layer.modes.reflection.size(), static_cast<std::size_t>(std::min(modes, 12)));
+        EXPECT_EQ(layer.modes.transmission.size(), layer.modes.reflection.size());
     }
 }
 
@@ -260,7 +260,7 @@ TEST(SolveLayer, FlushesSubnormalNumbersForItselfAlone) {
     _mm_setcsr(before);
     for (std::size_t m = 0; m < 128; ++m)
         EXPECT_TRUE(
-            plain.reflection_modes[m].values.isApprox(flushed.reflection_modes[m].values, 1e-14))
+            plain.modes.reflection[m].values.isApprox(flushed.modes.reflection[m].values, 1e-14))
             << m;
 }
 #endif

@@ -38,13 +38,13 @@ void expect_what_leaves(const std::vector<StackLayer>& layers, const LowerBounda
         EXPECT_NEAR(top.diffuse_transmittance(in), 0, 1e-15);
         EXPECT_NEAR(bottom.diffuse_transmittance(in), outside.diffuse_transmittance(in), 1e-13);
         for (int out = 0; out < 3; ++out) {
-            const auto up = inside.values(1, Side::reflection, in, out, azimuths);
-            const auto down = inside.values(0, Side::transmission, in, out, azimuths);
+            const auto up = inside.values(Side::reflection, in, out, azimuths, 1);
+            const auto down = inside.values(Side::transmission, in, out, azimuths);
             for (std::size_t k = 0; k < azimuths.size(); ++k) {
                 const SolvedValue R = outside.reflection(in, out, azimuths[k]);
                 EXPECT_NEAR(up[k].total, R.total, tolerance * R.total + 1e-12);
                 EXPECT_NEAR(up[k].single, R.single, 1e-13 * R.single);
-                EXPECT_NEAR(inside.values(1, Side::transmission, in, out, azimuths)[k].total, 0,
+                EXPECT_NEAR(inside.values(Side::transmission, in, out, azimuths, 1)[k].total, 0,
                             1e-14);
                 if (ground.is_present()) continue;
                 const SolvedValue T = outside.transmission(in, out, azimuths[k]);
@@ -80,8 +80,8 @@ TEST(LightInside, FollowsThePathsOfNarrowPeaks) {
         for (const Side side : {Side::reflection, Side::transmission})
             for (int in = 0; in < 3; ++in)
                 for (int out = 0; out < 3; ++out) {
-                    const auto found = few.values(l, side, in, out, azimuths);
-                    const auto expected = exact.values(l, side, in, out, azimuths);
+                    const auto found = few.values(side, in, out, azimuths, l);
+                    const auto expected = exact.values(side, in, out, azimuths, l);
                     for (std::size_t k = 0; k < azimuths.size(); ++k)
                         EXPECT_NEAR(found[k].total, expected[k].total, 1e-3 * expected[k].total)
                             << levels[l] << ' ' << in << ' ' << out << ' ' << azimuths[k];
@@ -141,7 +141,7 @@ TEST(LightInside, IsUniformDeepInAConservativeLayer) {
         EXPECT_NEAR(deep.actinic_flux(i), std::sqrt(3.0) * H, 1e-7 * H);
         EXPECT_NEAR(deep.plane_albedo(i), deep.diffuse_transmittance(i) + deep.direct_flux(i),
                     1e-12);
-        const double up = solution.values(0, Side::reflection, i, 0, {1.0})[0].total;
+        const double up = solution.values(Side::reflection, i, 0, {1.0})[0].total;
         EXPECT_NEAR(4 * up, deep.actinic_flux(i), 1e-6 * up);  // pi I, and 4 pi J
     }
     EXPECT_NEAR(deep.actinic_flux(2), std::sqrt(3.0) * 2.9078, 1e-4);  // H(1) as printed
@@ -261,8 +261,8 @@ TEST(LightInside, MeetsItsTolerance) {
     const SolvedGeometries radiance =
         solve_geometries_inside(layers, {}, 1, {{0.3, 0.7, 1}, {1, 0.5, 0}}, options);
     const InsideSolution at_one = solve_inside(layers, {}, {1}, {0.3, 0.7, 0.5, 1}, with_nodes(72));
-    const double up = at_one.values(0, Side::reflection, 0, 1, {1})[0].total;
-    const double down = at_one.values(0, Side::transmission, 3, 2, {0})[0].total;
+    const double up = at_one.values(Side::reflection, 0, 1, {1})[0].total;
+    const double down = at_one.values(Side::transmission, 3, 2, {0})[0].total;
     EXPECT_NEAR(radiance.at[0].reflection.total, up, 1e-5 * up);
     EXPECT_NEAR(radiance.at[1].transmission.total, down, 1e-5 * down);
 }

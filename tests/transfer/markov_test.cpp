@@ -86,14 +86,63 @@ TEST(MarkovChain, SumsItsOrdersToItsInverse) {
         for (const double azimuth : chain_azimuths) {
             double R = 0, T = 0;
             for (int n = 300; n > 0; --n) {
-                R += one_by_one.reflection_of_order(n, in, 2, azimuth);
-                T += one_by_one.transmission_of_order(n, in, 2, azimuth);
+                R += one_by_one.of_order(Side::reflection, n, in, 2, azimuth);
+                T += one_by_one.of_order(Side::transmission, n, in, 2, azimuth);
             }
             for (const MarkovSolution* of : {&all, &one_by_one}) {
                 EXPECT_NEAR(of->reflection(in, 2, azimuth).value.total / R, 1, 1e-12);
                 EXPECT_NEAR(of->transmission(in, 2, azimuth).value.total / T, 1, 1e-12);
             }
         }
+}
+
+/// Order 2 of an isotropic layer from its source function: light of depth t' that scatters again at
+/// t arrives with E_1(|t - t'|)/2, and both beams are exponentials, so that one integral over
+/// v = |t - t'| remains:
+///
+///     R_2 = w^2/(8 mu mu0) int E_1(v) (exp(-v/mu) + exp(-v/mu0)) c(1/mu + 1/mu0, tau - v) dv
+///     T_2 = w^2/(8 mu mu0) int E_1(v) (exp(-(tau - v)/mu) c(1/mu0 - 1/mu, tau - v)
+///                                    + exp(-v/mu0 - tau/mu) c(1/mu0 - 1/mu, tau - v)) dv
+///
+/// with c(a, L) = int_0^L exp(-a s) ds.
+SolvedValue second_order(double albedo, double tau, double mu0, double mu, bool reflected) {
+    const auto c = [](double a, double length) {
+        return a == 0 ? length : -std::expm1(-a * length) / a;
+    };
+    const double a = reflected ? 1 / mu + 1 / mu0 : 1 / mu0 - 1 / mu;
+    boost::math::quadrature::tanh_sinh<double> integrate;
+    const double integral = integrate.integrate(
+        [&](double v) {
+            if (v == 0) return 0.0;  // E_1 is infinite there and its weight 0
+            const double pair = reflected
+                                    ? std::exp(-v / mu) + std::exp(-v / mu0)
+                                    : std::exp(-(tau - v) / mu) + std::exp(-v / mu0 - tau / mu);
+            return boost::math::expint(1, v) * pair * c(a, tau - v);
+        },
+        0.0, tau);
+    const double value = albedo * albedo / (8 * mu * mu0) * integral;
+    return {value, 0, value};
+}
+
+TEST(MarkovChain, HasTheSecondOrderOfTheIsotropicLayer) {
+    for (const double tau : {0.1, 1.0, 4.0}) {
+        const MarkovSolution chain = solve_markov({}, 0.8, tau, chain_cosines, chain_of(24, 32, 2));
+        for (int in = 0; in < 5; ++in)
+            for (int out = 0; out < 5; ++out) {
+                const double mu0 = chain_cosines[static_cast<std::size_t>(in)];
+                const double mu = chain_cosines[static_cast<std::size_t>(out)];
+                const double R = second_order(0.8, tau, mu0, mu, true).multiple;
+                const double T = second_order(0.8, tau, mu0, mu, false).multiple;
+                // 1e-8: error of 24 nodes
+                EXPECT_NEAR(chain.of_order(Side::reflection, 2, in, out, 0), R,
+                            chain.reflection(in, out, 0).error + 1e-8 * R)
+                    << tau << ' ' << mu0 << ' ' << mu;
+                EXPECT_NEAR(chain.of_order(Side::transmission, 2, in, out, 0), T,
+                            chain.transmission(in, out, 0).error + 1e-8 * T)
+                    << tau << ' ' << mu0 << ' ' << mu;
+                EXPECT_LT(chain.reflection(in, out, 0).error, 5e-3 * R);
+            }
+    }
 }
 
 TEST(MarkovChain, ConvergesAsTheSquareOfTheSublayers) {
@@ -166,7 +215,7 @@ TEST(MarkovChain, KeepsItsRelativeAccuracyInThinLayers) {
 TEST(MarkovChain, StopsAfterOrderOne) {
     const MarkovSolution once = solve_markov({}, 1, 1, chain_cosines, chain_of(8, 16, 1));
     EXPECT_EQ(once.reflection(1, 2, 0).value.multiple, 0);
-    EXPECT_EQ(once.reflection_of_order(1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
+    EXPECT_EQ(once.of_order(Side::reflection, 1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
     EXPECT_EQ(once.reflection(1, 2, 0).error, 0);
     EXPECT_LT(once.layer.spherical_albedo + once.layer.total_transmittance, 0.9);
 }

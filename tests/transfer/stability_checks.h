@@ -51,7 +51,7 @@ inline std::vector<LayerValue> values_of(const LayerSolution& layer) {
 }
 
 inline void expect_finite(const LayerSolution& layer, const std::vector<LayerValue>& values) {
-    for (const auto* modes : {&layer.reflection_modes, &layer.transmission_modes})
+    for (const auto* modes : {&layer.modes.reflection, &layer.modes.transmission})
         for (const AzimuthalMode& mode : *modes) ASSERT_TRUE(mode.values.allFinite()) << at(layer);
     for (const LayerValue& of : values) EXPECT_TRUE(std::isfinite(of.value.total)) << at(layer);
 }

@@ -412,14 +412,14 @@ TEST(LayerSolution, ReportsTheBoundaryCorrection) {
     ASSERT_GT(layer.boundary_truncation.fraction, 0);
     const Geometry at{0.4, 0.9, 1};
     const double cosine = cos_scattering_angle_reflected(at);
-    EXPECT_NEAR(sum_modes(layer.reflection_modes, 0, 1, 1) +
+    EXPECT_NEAR(sum_modes(layer.modes.reflection, 0, 1, 1) +
                     layer.peak_correction(Side::reflection, 0, 1)(dust(cosine), cosine) +
                     layer.boundary_correction(0, 1) * haze(cosine),
                 layer.reflection(0, 1, 1).multiple, 1e-14);
     // the truncated beam reaches a surface less attenuated
     const LayerSolution over =
         solve_layer(haze, 0.8, 0.3, {0.4, 0.9}, stack_options(8), LowerBoundary::surface(0.4));
-    EXPECT_NEAR(sum_modes(over.reflection_modes, 0, 1, 1) +
+    EXPECT_NEAR(sum_modes(over.modes.reflection, 0, 1, 1) +
                     over.peak_correction(Side::reflection, 0, 1)(haze(cosine), cosine) +
                     over.boundary_correction(0, 1),
                 over.reflection(0, 1, 1).multiple, 1e-14);

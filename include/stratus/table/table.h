@@ -181,6 +181,9 @@ struct Table {
     std::vector<float> mu_in_weight, mu_out_weight;
     PhaseCurve phase_curve;
 
+    /// Number of layers: of members, albedos and optical depths.
+    std::size_t layer_count() const noexcept;
+
     /// Number of samples of one side.
     std::size_t sample_count() const noexcept;
 

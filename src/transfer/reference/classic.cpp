@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 PhaseKernels reference_phase_kernels(const Directions& directions,
                                      const std::vector<double>& moments, int mode) {
     const auto n = directions.size();
-    const auto L = static_cast<int>(moments.size());
+    const auto L = int_size(moments);
     // Rows l - m = k of sqrt((l-m)!/(l+m)!) P_l^m at all directions.
     MatrixXd legendre = MatrixXd::Zero(std::max(1, L - mode), n);
     for (int k = 0; k < L - mode; ++k) {
@@ -37,7 +37,7 @@ PhaseKernels reference_phase_kernels(const Directions& directions,
     }
     MatrixXd even = MatrixXd::Zero(n, n), odd = MatrixXd::Zero(n, n);
     for (int k = 0; k < L - mode; ++k) {
-        const double c = (2 * (mode + k) + 1) * moments[static_cast<std::size_t>(mode + k)];
+        const double c = (2 * (mode + k) + 1) * moments[size(mode + k)];
         (k % 2 ? odd : even) += c * legendre.row(k).transpose() * legendre.row(k);
     }
     if (mode == 0) {  // scale symmetrically until every row integrates to 1 (Sinkhorn)

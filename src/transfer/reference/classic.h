@@ -1,7 +1,7 @@
 // Textbook doubling of one mode, kept as a reference solver, and the reference solvers' phase kernels.
 //
 // Its start, its doubling and the kernels are independent of the solver's on purpose, so that
-// comparing it or the Markov chain with the solver also checks simd/phase_kernels.cpp. Nodes, truncation, single scattering and the sum over modes are shared with the solver and not checked.
+// comparing it or the Markov chain with the solver also checks simd/phase_kernels.h. Nodes, truncation, single scattering and the sum over modes are shared with the solver and not checked.
 #pragma once
 
 #include <stratus/transfer/solver_options.h>

@@ -319,7 +319,7 @@ IsotropicSolution solve_isotropic(double albedo, double optical_depth,
     for (const double cosine : mu)
         require(cosine >= 1e-12 && cosine <= 1, "solve_isotropic", "mu", "in [1e-12, 1]", cosine);
     if (std::isinf(optical_depth))
-        return solve_semi_infinite(albedo, VectorXd::Map(mu.data(), static_cast<Index>(mu.size())));
+        return solve_semi_infinite(albedo, VectorXd::Map(mu.data(), std::ssize(mu)));
     const Directions directions = gauss_directions(nodes, NodeMap::grazing, mu);
     Descent descent(albedo, directions);
     double start = 0;

@@ -169,7 +169,7 @@ class MarkovRun {
         layer.mu =
             mu.empty() ? directions_.mu : directions_.mu.tail(directions_.size() - options.nodes);
         const auto count = layer.mu.size();
-        solution_.reflection_error = solution_.transmission_error = MatrixXd::Zero(count, count);
+        for (const Side side : both_sides) solution_.error[side] = MatrixXd::Zero(count, count);
         solution_.order.resize(size(std::max(0, options.orders - 1)));
     }
 
@@ -202,8 +202,8 @@ class MarkovRun {
                 sum.value += of.value;
                 sum.error += of.error;
                 if (options_.orders == 0) continue;
-                solution_.order[order].reflection_modes.push_back({asked_reflection(of.value)});
-                solution_.order[order].transmission_modes.push_back({asked_transmission(of.value)});
+                for (const Side side : both_sides)
+                    solution_.order[order][side].push_back({asked(side, of.value)});
             }
             record(mode, sum);
             if (!options_.modes && mode > 0 && is_negligible(mode) && is_negligible(mode - 1))
@@ -213,23 +213,16 @@ class MarkovRun {
     }
 
   private:
-    MatrixXd asked_reflection(const MatrixXd& all) const {
+    MatrixXd asked(Side side, const MatrixXd& all) const {
         const Eigen::Index n = directions_.size(), count = solution_.layer.mu.size();
-        return all.block(n - count, n - count, count, count);
-    }
-
-    MatrixXd asked_transmission(const MatrixXd& all) const {
-        const Eigen::Index n = directions_.size(), count = solution_.layer.mu.size();
-        return all.block(2 * n - count, n - count, count, count);
+        return all.block((side == Side::reflection ? n : 2 * n) - count, n - count, count, count);
     }
 
     void record(int mode, const Extrapolated& multiple) {
-        LayerSolution& layer = solution_.layer;
-        layer.reflection_modes.push_back({asked_reflection(multiple.value)});
-        layer.transmission_modes.push_back({asked_transmission(multiple.value)});
-        const double times = mode == 0 ? 1 : 2;
-        solution_.reflection_error += times * asked_reflection(multiple.error);
-        solution_.transmission_error += times * asked_transmission(multiple.error);
+        for (const Side side : both_sides) {
+            solution_.layer.modes[side].push_back({asked(side, multiple.value)});
+            solution_.error[side] += (mode == 0 ? 1.0 : 2.0) * asked(side, multiple.error);
+        }
         if (mode == 0) record_fluxes(multiple);
     }
 
@@ -260,12 +253,13 @@ class MarkovRun {
     }
 
     bool is_negligible(int mode) const {
-        const auto adds = [&](const std::vector<AzimuthalMode>& modes) {
+        const auto adds = [&](Side side) {
+            const std::vector<AzimuthalMode>& modes = solution_.layer.modes[side];
             return (2 * modes[size(mode)].values.array().abs() >
                     mode_tolerance * modes[0].values.array().abs())
                 .any();
         };
-        return !adds(solution_.layer.reflection_modes) && !adds(solution_.layer.transmission_modes);
+        return std::ranges::none_of(both_sides, adds);
     }
 
     const MarkovOptions options_;
@@ -277,21 +271,16 @@ class MarkovRun {
 }  // namespace
 
 MarkovValue MarkovSolution::reflection(int in, int out, double azimuth) const {
-    return {layer.reflection(in, out, azimuth), reflection_error(in, out)};
+    return {layer.reflection(in, out, azimuth), error.reflection(in, out)};
 }
 
 MarkovValue MarkovSolution::transmission(int in, int out, double azimuth) const {
-    return {layer.transmission(in, out, azimuth), transmission_error(in, out)};
+    return {layer.transmission(in, out, azimuth), error.transmission(in, out)};
 }
 
-double MarkovSolution::reflection_of_order(int n, int in, int out, double azimuth) const {
-    if (n == 1) return layer.reflection(in, out, azimuth).single;
-    return sum_modes(order.at(size(n - 2)).reflection_modes, in, out, azimuth);
-}
-
-double MarkovSolution::transmission_of_order(int n, int in, int out, double azimuth) const {
-    if (n == 1) return layer.transmission(in, out, azimuth).single;
-    return sum_modes(order.at(size(n - 2)).transmission_modes, in, out, azimuth);
+double MarkovSolution::of_order(Side side, int n, int in, int out, double azimuth) const {
+    if (n == 1) return layer.values(side, in, out, {azimuth})[0].single;
+    return sum_modes(order.at(size(n - 2))[side], in, out, azimuth);
 }
 
 MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,

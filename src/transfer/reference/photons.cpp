@@ -330,7 +330,7 @@ std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<In
             options.photons / batches + (batch < options.photons % batches ? 1 : 0);
         slots[size(at)] = run.run(beam, photons, random);
     };
-    const auto count = static_cast<int>(slots.size());
+    const auto count = int_size(slots);
     if (options.parallel_for)
         options.parallel_for(count, work);
     else

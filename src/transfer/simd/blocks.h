@@ -21,9 +21,6 @@ constexpr int word_bytes = 16, block = 3;
 #endif
 using Word = double __attribute__((vector_size(word_bytes), aligned(word_bytes), may_alias));
 
-template <class Number>
-constexpr bool is_pack = lanes_per<Number> > 1;
-
 /// One register of each Number, or of as many columns as it holds.
 template <class Number>
 struct Register {
@@ -79,6 +76,10 @@ template <class Number, int I, int J>
 
 template <int I, int J>
 struct Tile {};
+
+// The columns where for_each_block begins in row i.
+constexpr auto whole_rows = [](int) { return 0; };
+constexpr auto from_diagonal = [](int i) { return i; };
 
 /// Calls body(register, i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
 /// first_column(i0) or, with columns in registers, the first of its register; smaller blocks at the
@@ -137,24 +138,7 @@ template <class Number>
         accumulate(in, depth, x, 1, K + j0, stride, 1.0, sum);
         for (int j = 0; j < J; ++j) in(out, j0 + j * in.columns) = sum[0][j];
     };
-    for_each_block<Number>(
-        1, columns, [](int) { return 0; }, blocks);
-}
-
-template <class Number>
-[[gnu::always_inline]] inline double extract_lane(const Number& x, int lane) {
-    if constexpr (is_pack<Number>)
-        return x[lane];
-    else
-        return x;
-}
-
-template <class Number>
-[[gnu::always_inline]] inline void set_lane(Number& x, int lane, double value) {
-    if constexpr (is_pack<Number>)
-        x[lane] = value;
-    else
-        x = value;
+    for_each_block<Number>(1, columns, whole_rows, blocks);
 }
 
 [[gnu::always_inline]] inline double square_root(double x) { return __builtin_sqrt(x); }
@@ -164,15 +148,6 @@ template <class Vector>
     for (int lane = 0; lane < lanes_per<Vector>; ++lane) x[lane] = __builtin_sqrt(x[lane]);
     return x;
 }
-
-/// Factors the symmetric positive leading block of m = [C | U^T] (gauss rows) as L L^T and leaves
-/// L^-1 [C | U^T]; the diagonal holds 1 / L_ii.
-template <class Number>
-void eliminate(int gauss, int columns, Number* m, long stride);
-
-/// Solves L^T u = x in place, L^T as `eliminate` left it.
-template <class Number>
-void back_substitute(int gauss, const Number* m, long stride, Number* x);
 
 // P C^-1 P, the product behind doubling, the thin start and the extraction of R and T.
 //
@@ -187,13 +162,6 @@ struct Scaled {
     double p;
     SimdMatrix<Number> matrix;
 };
-
-/// Eliminates for P C^-1 P from the direction `first` on, and leaves rho in vector[0]. A vector
-/// `along`, if not null, is replaced by P C^-1 along = X^T (L^-1 along) + rho along, for all
-/// directions.
-template <class Number>
-void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<Number> C,
-                   Number* along, int first = 0);
 
 /// After eliminate_for: stores combine(register, place, i, j, kernel of P C^-1 P) in both triangles
 /// of `out`, from the direction `first` on; `out` may be P's kernel.
@@ -224,8 +192,7 @@ template <class Number, class Combine>
             store_upper(in, out, stride, i, j, combine(in, i, j, value));
         });
     };
-    for_each_block<Number>(
-        n - first, n - first, [](int i) { return i; }, blocks);
+    for_each_block<Number>(n - first, n - first, from_diagonal, blocks);
     mirror(first, n, out, stride);
 }
 
@@ -237,25 +204,5 @@ template <class Number>
     multiply(layer.gauss, x, F.K, layer.stride, n, out);
     for (int i = 0; i < n; ++i) out[i] += F.d[i] * x[i];
 }
-
-/// out = Y s, the light absorbed under uniform illumination, from Y or from Z and the gap.
-template <class Number>
-void absorb_uniform(const SimdLayer<Number>& layer, Number* out);
-
-/// The smallest symmetric change of Y (or of Z where the gap is carried) after which Y s = a in
-/// conserving lanes.
-template <class Number>
-void restore_absorption(SimdLayer<Number>& layer);
-
-/// C^-1 into `out`, from the direction `first` on. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no
-/// identity is subtracted, so that thin layers keep their relative accuracy.
-template <class Number>
-void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out,
-            int first = 0);
-
-/// After `invert` from a direction `first` other than 0: the columns of C^-1 from there on, in the
-/// rows of the Gauss nodes before it, too: -C_NN^-1 K_C / c.
-template <class Number>
-void invert_gauss_rows(const SimdLayer<Number>& layer, SimdMatrix<Number> out, int first);
 
 }  // namespace stratus::STRATUS_ISA

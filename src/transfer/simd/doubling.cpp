@@ -16,7 +16,9 @@
 //
 // Six levels leave a relative error below 2e-13 in the row of the smallest cosine at z_0 = 1/2, and
 // (z/z_0)^12 times that elsewhere.
-#include "blocks.h"
+#include "congruence.h"
+#include "decoupling.h"
+#include "phase_kernels.h"
 
 namespace stratus::STRATUS_ISA {
 
@@ -92,9 +94,6 @@ void thin_layer(SimdLayer<Number>& layer) {
     layer.has_gap = false;
 }
 
-template void thin_layer(SimdLayer<Pack>&);
-template void thin_layer(SimdLayer<double>&);
-
 // Doubling as an arithmetic-harmonic mean, and the extraction of R and T.
 //
 // Light in a layer is the sum of a part symmetric and a part antisymmetric about the mid-plane. Two
@@ -113,38 +112,6 @@ template void thin_layer(SimdLayer<double>&);
 //
 // Mode 0 conserves energy: the light absorbed under uniform illumination, a = Y s, is known exactly
 // at the start and doubles as a' = Z Z'^-1 a; the matrices are corrected to it after every step.
-
-template <class Number>
-void absorb_uniform(const SimdLayer<Number>& layer, Number* out) {
-    apply(layer, layer.has_gap ? layer.Z : layer.Y, layer.uniform, out);
-    if (!layer.has_gap) return;
-    Number* gap = layer.vector[2];
-    apply(layer, layer.Y, layer.uniform, gap);
-    for (int i = 0; i < layer.directions; ++i) out[i] -= gap[i];
-}
-
-template <class Number>
-void restore_absorption(SimdLayer<Number>& layer) {
-    const int N = layer.gauss, n = layer.directions;
-    const Number* s = layer.uniform;
-    Number* e = layer.vector[1];
-    absorb_uniform(layer, e);
-    Number ss{}, es{};
-    for (int i = 0; i < N; ++i) ss += s[i] * s[i];
-    for (int i = 0; i < n; ++i) e[i] = layer.conserving * (layer.absorbed[i] - e[i]) / ss;
-    for (int i = 0; i < N; ++i) es += e[i] * s[i];
-    es /= ss;
-    Number* K = (layer.has_gap ? layer.Z : layer.Y).K;
-    for (int i = 0; i < N; ++i)
-        for (int j = 0; j < N; ++j)
-            K[i * layer.stride + j] += e[i] * s[j] + s[i] * e[j] - es * s[i] * s[j];
-    for (int i = N; i < n; ++i)
-        for (int j = 0; j < N; ++j) {
-            const Number change = e[i] * s[j];
-            K[i * layer.stride + j] += change;
-            K[j * layer.stride + i] += change;
-        }
-}
 
 namespace {
 
@@ -257,8 +224,7 @@ void extract(SimdLayer<Number>& layer) {
                     sum[i - i0][j] + in.same(G.d, i) * in(E.K, at) + in(G.K, at) * in(E.d, column);
             }
     };
-    for_each_block<Number>(
-        n, n - from, [](int) { return 0; }, first);
+    for_each_block<Number>(n, n - from, whole_rows, first);
     auto second = [&]<int I, int J>(Register<Number> in, int row, int column, Tile<I, J>) {
         const int i0 = from + row, j0 = from + column;
         Word sum[I][J] = {};
@@ -269,8 +235,7 @@ void extract(SimdLayer<Number>& layer) {
             store_upper(in, T.K, stride, i, j, value);
         });
     };
-    for_each_block<Number>(
-        n - from, n - from, [](int i) { return i; }, second);
+    for_each_block<Number>(n - from, n - from, from_diagonal, second);
     mirror(from, n, T.K, stride);
     for (int i = from; i < n; ++i)
         for (long at = i * stride + from; at < i * stride + n; ++at) E.K[at] += O.K[at];
@@ -278,23 +243,6 @@ void extract(SimdLayer<Number>& layer) {
     layer.transmission = T;
 }
 
-template void absorb_uniform(const SimdLayer<Pack>&, Pack*);
-template void absorb_uniform(const SimdLayer<double>&, double*);
-template void restore_absorption(SimdLayer<Pack>&);
-template void restore_absorption(SimdLayer<double>&);
-template void use_gap(SimdLayer<Pack>&);
-template void use_gap(SimdLayer<double>&);
-template void double_depth(SimdLayer<Pack>&);
-template void double_depth(SimdLayer<double>&);
-template void extract(SimdLayer<Pack>&);
-template void extract(SimdLayer<double>&);
-
-template <class Number>
-void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer);
-template <class Number>
-bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups);
-template <class Number>
-void couple(const SimdGroups<Number>& groups, SimdLayer<Number>& whole);
 /// One term of a product of series (ordered_ladder.h).
 template <class Number>
 void add_product(const SimdLayer<Number>& layer, double factor, const ProductFactors<Number>& of,
@@ -309,8 +257,7 @@ void add_product(const SimdLayer<Number>& layer, double factor, const ProductFac
                 for (int j = 0; j < J; ++j)
                     in(out, (i0 + i) * stride + j0 + j * in.columns) += factor * sum[i][j];
         };
-        for_each_block<Number>(
-            n, n, [](int) { return 0; }, blocks);
+        for_each_block<Number>(n, n, whole_rows, blocks);
     }
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) {

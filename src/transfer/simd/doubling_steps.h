@@ -1,9 +1,10 @@
 // The steps of doubling as SIMD code: eight azimuthal modes (or albedos) of a layer, one per lane of
 // a Pack; or a single one, of plain doubles, whose rows fill the registers.
 //
-// Every file of this folder is compiled once per instruction set, in a namespace of that name, and
-// selected at run time (instruction_set.h). The files use raw memory and call no inline functions of
-// headers: the linker could otherwise use code built for a newer processor everywhere.
+// doubling.cpp, which includes all files of this folder, is compiled once per instruction set, in a
+// namespace of that name, and selected at run time (instruction_set.h). The files use raw memory and
+// call no inline functions of other headers, but those below without linkage: the linker could
+// otherwise use code built for a newer processor everywhere.
 //
 // All matrices are over `directions` = `gauss` quadrature nodes followed by extra directions of
 // weight zero, and have the form diag(d) + K. Products sum over the Gauss nodes alone; the
@@ -29,6 +30,28 @@ using Pack = double __attribute__((vector_size(64)));
 /// Lanes of a Number, Pack or double.
 template <class Number>
 constexpr int lanes_per = static_cast<int>(sizeof(Number) / sizeof(double));
+template <class Number>
+constexpr bool is_pack = lanes_per<Number> > 1;
+
+namespace {  // never shared with code built for another processor
+
+template <class Number>
+[[gnu::always_inline]] inline double extract_lane(const Number& x, int lane) {
+    if constexpr (is_pack<Number>)
+        return x[lane];
+    else
+        return x;
+}
+
+template <class Number>
+[[gnu::always_inline]] inline void set_lane(Number& x, int lane, double value) {
+    if constexpr (is_pack<Number>)
+        x[lane] = value;
+    else
+        x = value;
+}
+
+}  // namespace
 
 /// A symmetric matrix diag(d) + K for every lane; K row by row, SimdLayer::stride apart. Rows of
 /// doubles, and vectors, are padded to a multiple of eight.
@@ -70,7 +93,7 @@ struct SimdLayer {
     Number* vector[3];       // directions each
 };
 
-/// Directions of a layer in two groups that do not mix (decoupling.cpp). Each group is a layer of its
+/// Directions of a layer in two groups that do not mix (decoupling.h). Each group is a layer of its
 /// own, which may share the memory of the whole one up to its thin start.
 template <class Number>
 struct SimdGroups {

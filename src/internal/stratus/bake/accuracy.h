@@ -59,8 +59,7 @@ struct ErrorSample {
     PointKind kind = PointKind::even;
 };
 
-/// Error not exceeded by a share of all; 0 for none. Reorders `errors`, sorts `samples` by error.
-double error_quantile(std::vector<double>& errors, double share);
+/// Error not exceeded by a share of all; 0 for none. Sorts the samples by error.
 double error_quantile(std::vector<ErrorSample>& samples, double share);
 
 struct VerifyOptions {
@@ -137,7 +136,6 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
 
 /// Looks solved points up in a table, and fills in `found` and `error`.
 void look_up(const TableView& table, std::span<ErrorSample> samples);
-void look_up_bound(const TableView& table, std::span<ErrorSample> samples);
 
 /// Solves again at random points, half as many nodes again as the bake used, and compares lookups
 /// with that. With ranks, which all call it, rank 0 alone has the table and the comparison.

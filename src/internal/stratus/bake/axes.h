@@ -66,13 +66,10 @@ FamilyAxis ranging_axis(const FamilyRange& range, int samples);
 /// Where all axes of a recipe's family end, the most peaked first; a point of no axes without one.
 std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe);
 
-/// Returns an axis over a range; or just its values.
-FamilyAxis family_axis(const FamilyRange& range, int samples);
-
 /// The axes of a resolved recipe's family; none without one.
 std::vector<FamilyAxis> family_axes(const Recipe& resolved);
 
-/// `samples_per_octave` up to max, or up to `deepest` and infinity: one where min is max, else four or
+/// `samples_per_octave`, one at least, up to max, or up to `deepest` and infinity: one where min is max, else four or
 /// more. It begins at min, or so far below it that max is a sample.
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 

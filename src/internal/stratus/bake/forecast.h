@@ -11,7 +11,7 @@ namespace stratus {
 
 /// An axis whose last candidate still misses its share of the tolerance.
 struct AxisAtCap {
-    std::string name;
+    std::string name;  // as in recipes
     double value;
     double error;   // relative error that it alone leaves
     double needed;  // what would do, extrapolated; 0: unknown
@@ -34,14 +34,10 @@ Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options);
 VerifyOptions check_of_first(const BakeOptions& options);
 
 /// An axis on which even the last candidate misses its share of the tolerance.
-struct Shortfall {
-    std::string name;      // as in recipes
-    double value;          // its cap
-    double error;          // relative, that it alone leaves
-    double allowed;        // its share of the tolerance
-    double needed;         // what would do, extrapolated; 0: unknown
-    double needed_bytes;   // of a table that has that many
-    double times_as_long;  // solving it takes; 1 but for nodes
+struct Shortfall : AxisAtCap {
+    double allowed;            // its share of the tolerance
+    double needed_bytes = 0;   // of a table that has that many
+    double times_as_long = 1;  // solving it takes; 1 but for nodes
 };
 
 struct Forecast {

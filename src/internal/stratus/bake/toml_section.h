@@ -127,6 +127,12 @@ class Section {
     /// Names the place of the section itself.
     std::string here() const;
 
+    /// Refuses what a key has unless `holds`.
+    template <class Value>
+    void require(bool holds, const char* key, const std::string& allowed, const Value& met) const {
+        stratus::require(holds, file_.caller, at(key), allowed, met);
+    }
+
     /// Returns read(); its refusals are told with the place of the key.
     template <class Read>
     auto placed(const char* key, const Read& read) const {
@@ -145,6 +151,9 @@ class Section {
 
   private:
     const Key& row(const char* key) const;
+    /// Refuses what is not as the key's row says.
+    template <class Value>
+    void require_allowed(bool holds, const char* key, const Value& met) const;
     /// The value, or its default out of `defaults`.
     const toml::node& node(const char* key, toml::table& defaults) const;
     template <class T>

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <stratus/base/direction.h>
+#include <stratus/base/size.h>
 #include <stratus/table/table.h>
 
 #include <cstddef>
@@ -33,14 +34,12 @@ class DirectionNumbers {
     /// How many samples of mu_out are paired with one of mu_in: the first.
     int partners(int in) const { return symmetric_ ? in + 1 : outs_; }
     std::size_t pair(int in, int out) const {
-        if (!symmetric_)
-            return static_cast<std::size_t>(in) * static_cast<std::size_t>(outs_) +
-                   static_cast<std::size_t>(out);
-        const auto later = static_cast<std::size_t>(in > out ? in : out);
-        return later * (later + 1) / 2 + static_cast<std::size_t>(in > out ? out : in);
+        if (!symmetric_) return size(in) * size(outs_) + size(out);
+        const auto later = size(in > out ? in : out);
+        return later * (later + 1) / 2 + size(in > out ? out : in);
     }
     std::size_t pairs() const { return pair(ins_ - 1, symmetric_ ? ins_ - 1 : outs_ - 1) + 1; }
-    std::size_t count() const { return pairs() * static_cast<std::size_t>(azimuths_); }
+    std::size_t count() const { return pairs() * size(azimuths_); }
     DirectionList all() const {
         DirectionList directions(count());
         std::iota(directions.begin(), directions.end(), std::size_t{0});
@@ -50,8 +49,8 @@ class DirectionNumbers {
     /// Returns where ascending directions lie among the samples of a layer, over (mu_in, mu_out,
     /// azimuth).
     std::vector<std::size_t> positions(const DirectionList& directions) const {
-        const auto outs = static_cast<std::size_t>(outs_);
-        const auto azimuths = static_cast<std::size_t>(azimuths_);
+        const auto outs = size(outs_);
+        const auto azimuths = size(azimuths_);
         std::vector<std::size_t> found;
         found.reserve(directions.size());
         int in = 0, out = 0;
@@ -61,9 +60,8 @@ class DirectionNumbers {
                     ++in;
                     out = 0;
                 }
-            const std::size_t row = static_cast<std::size_t>(in) * outs;
-            found.push_back((row + static_cast<std::size_t>(out)) * azimuths +
-                            direction % azimuths);
+            const std::size_t row = size(in) * outs;
+            found.push_back((row + size(out)) * azimuths + direction % azimuths);
         }
         return found;
     }

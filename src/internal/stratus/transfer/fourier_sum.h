@@ -9,6 +9,7 @@
 // form is then single scattering and the path law, what is tabulated is their rest.
 #pragma once
 
+#include <stratus/base/size.h>
 #include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/phase/path_law.h>
@@ -49,17 +50,16 @@ class DirectionGrid {
     const CosinePairs& pairs() const { return pairs_; }
     const std::vector<double>& azimuth() const { return azimuth_; }
 
-    int in_count() const { return static_cast<int>(pairs_.in.size()); }
-    int out_count() const { return static_cast<int>(pairs_.out.size()); }
+    int in_count() const { return int_size(pairs_.in); }
+    int out_count() const { return int_size(pairs_.out); }
     double mu_in(int in) const { return cosine(pairs_.in, in); }
     double mu_out(int out) const { return cosine(pairs_.out, out); }
 
     std::size_t size() const { return pairs_.in.size() * pairs_.out.size() * azimuth_.size(); }
     /// Position of (mu_in, mu_out, azimuth) in all values over a grid.
     std::size_t at(int in, int out, int azimuth) const {
-        return (static_cast<std::size_t>(in) * pairs_.out.size() + static_cast<std::size_t>(out)) *
-                   azimuth_.size() +
-               static_cast<std::size_t>(azimuth);
+        return (stratus::size(in) * pairs_.out.size() + stratus::size(out)) * azimuth_.size() +
+               stratus::size(azimuth);
     }
 
     /// cos(m azimuth) with the factor 2 of m > 0; azimuths x max_modes.
@@ -75,7 +75,7 @@ class DirectionGrid {
 
   private:
     double cosine(const std::vector<int>& places, int n) const {
-        return mu_[static_cast<std::size_t>(places[static_cast<std::size_t>(n)])];
+        return mu_[stratus::size(places[stratus::size(n)])];
     }
 
     std::vector<double> mu_;

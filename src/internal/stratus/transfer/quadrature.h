@@ -8,6 +8,8 @@
 // directions have its accuracy.
 #pragma once
 
+#include <stratus/base/size.h>
+
 #include <Eigen/Core>
 
 #include <vector>
@@ -37,7 +39,7 @@ struct Directions {
     Eigen::VectorXd
         s;  // sqrt(2 mu weight), with weight 1 for the extra directions: the scaling of layer.h
 
-    int size() const { return static_cast<int>(mu.size()); }
+    int size() const { return int_size(mu); }
 };
 
 /// Range    nodes [1, 512]; every extra cosine in [1e-100, 1].

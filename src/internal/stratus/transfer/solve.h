@@ -50,23 +50,9 @@ struct AzimuthalMode {
     }
 };
 
-/// Results at a list of cosines, common to all solutions.
-struct ModeSolution {
-    Eigen::VectorXd mu;  // the requested cosines, or the Gauss nodes
-    LowerBoundary lower_boundary;
-    Truncation boundary_truncation;
-
-    // Orders n >= 2 of each mode of the problem after truncation. T is 0
-    // where nothing is transmitted: at infinite depth and over a lower boundary.
-    std::vector<AzimuthalMode> reflection_modes;
-    std::vector<AzimuthalMode> transmission_modes;
-    const std::vector<AzimuthalMode>& modes(Side side) const {
-        return side == Side::reflection ? reflection_modes : transmission_modes;
-    }
-    PerSide<std::vector<double>> series;  // sums of the modes that a TakeMode took, as it sums them
-
-    // Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted
-    // ones are those incident on it, interreflection with the layer included.
+/// Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted ones are
+/// those incident on it, interreflection with the layer included.
+struct ModeFluxes {
     Eigen::VectorXd plane_albedo;           // at mu
     Eigen::VectorXd diffuse_transmittance;  // at mu
     double spherical_albedo = 0;            // URU
@@ -75,6 +61,18 @@ struct ModeSolution {
     // Share of the incident flux absorbed by the lower boundary; empty and 0 without one.
     Eigen::VectorXd ground_absorptance;  // at mu
     double spherical_ground_absorptance = 0;
+};
+
+/// Results at a list of cosines, common to all solutions.
+struct ModeSolution : ModeFluxes {
+    Eigen::VectorXd mu;  // the requested cosines, or the Gauss nodes
+    LowerBoundary lower_boundary;
+    Truncation boundary_truncation;
+
+    // Orders n >= 2 of each mode of the problem after truncation. T is 0
+    // where nothing is transmitted: at infinite depth and over a lower boundary.
+    PerSide<std::vector<AzimuthalMode>> modes;
+    PerSide<std::vector<double>> series;  // sums of the modes that a TakeMode took, as it sums them
 };
 
 /// Takes a solution's next mode, which is then not kept: many modes take more memory than their sums at some

@@ -92,26 +92,20 @@ struct MarkovValue {
     double error;
 };
 
-/// Mode m of one order, between all requested cosines.
-struct MarkovOrder {
-    std::vector<AzimuthalMode> reflection_modes, transmission_modes;
-};
-
 struct MarkovSolution {
-    LayerSolution layer;             // R, T and fluxes up to the highest order; no truncation
-    std::vector<MarkovOrder> order;  // order[n - 2] for n = 2 .. orders; empty when all are solved
+    LayerSolution layer;  // R, T and fluxes up to the highest order; no truncation
+    // Modes of order n at [n - 2], n = 2 .. orders; none when all are solved.
+    std::vector<PerSide<std::vector<AzimuthalMode>>> order;
     double flux_error = 0;           // of every flux in `layer`
-    Eigen::MatrixXd reflection_error, transmission_error;  // between layer.mu, at any azimuth
+    PerSide<Eigen::MatrixXd> error;  // between layer.mu, at any azimuth
 
     /// R between layer.mu(in) and layer.mu(out) at an azimuth in radians.
     MarkovValue reflection(int in, int out, double azimuth) const;
     /// Diffuse T likewise.
     MarkovValue transmission(int in, int out, double azimuth) const;
 
-    /// Order n of R, n = 1 .. orders; 1 is the closed form.
-    double reflection_of_order(int n, int in, int out, double azimuth) const;
-    /// Order n of T likewise.
-    double transmission_of_order(int n, int in, int out, double azimuth) const;
+    /// Order n of R or T, n = 1 .. orders; 1 is the closed form.
+    double of_order(Side side, int n, int in, int out, double azimuth) const;
 };
 
 /// Solves one layer at the cosines `mu` (none: at the Gauss nodes) by the chain.

@@ -1,3 +1,6 @@
+// Eliminations for the product P C^-1 P (blocks.h), inverses by it, and the conservation of energy.
+#pragma once
+
 #include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
@@ -58,6 +61,8 @@ template <class Number, int I>
 
 }  // namespace
 
+/// Factors the symmetric positive leading block of m = [C | U^T] (gauss rows) as L L^T and leaves
+/// L^-1 [C | U^T]; the diagonal holds 1 / L_ii.
 template <class Number>
 void eliminate(int gauss, int columns, Number* m, long stride) {
     using In = Register<Number>;
@@ -70,6 +75,7 @@ void eliminate(int gauss, int columns, Number* m, long stride) {
     }
 }
 
+/// Solves L^T u = x in place, L^T as `eliminate` left it.
 template <class Number>
 void back_substitute(int gauss, const Number* m, long stride, Number* x) {
     for (int i = gauss - 1; i >= 0; --i) {
@@ -79,9 +85,12 @@ void back_substitute(int gauss, const Number* m, long stride, Number* x) {
     }
 }
 
+/// Eliminates for P C^-1 P from the direction `first` on, and leaves rho in vector[0]. A vector
+/// `along`, if not null, is replaced by P C^-1 along = X^T (L^-1 along) + rho along, for all
+/// directions.
 template <class Number>
 void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<Number> C,
-                   Number* along, int first) {
+                   Number* along, int first = 0) {
     const int N = layer.gauss, n = layer.directions, right = layer.right_side;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
     Number* m = layer.elimination;
@@ -108,9 +117,11 @@ void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<
     for (int e = N; e < n; ++e) along[e] += rho[e] * factored[e];
 }
 
+/// C^-1 into `out`, from the direction `first` on. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no
+/// identity is subtracted, so that thin layers keep their relative accuracy.
 template <class Number>
 void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out,
-            int first) {
+            int first = 0) {
     Number* none = layer.vector[2];
     for (int i = 0; i < layer.directions; ++i) {
         none[i] = Number{};
@@ -124,6 +135,8 @@ void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Num
     congruence_kernel(layer, kernel, C, out.K, combine, first);
 }
 
+/// After `invert` from a direction `first` other than 0: the columns of C^-1 from there on, in the
+/// rows of the Gauss nodes before it, too: -C_NN^-1 K_C / c.
 template <class Number>
 void invert_gauss_rows(const SimdLayer<Number>& layer, SimdMatrix<Number> out, int first) {
     const int N = layer.gauss;
@@ -145,21 +158,45 @@ void invert_gauss_rows(const SimdLayer<Number>& layer, SimdMatrix<Number> out, i
                         -solved * in(out.d, first + column);
             }
         };
-        for_each_block<Number>(
-            1, layer.directions - first, [](int) { return 0; }, blocks);
+        for_each_block<Number>(1, layer.directions - first, whole_rows, blocks);
     }
 }
 
-template void eliminate(int, int, Pack*, long);
-template void eliminate(int, int, double*, long);
-template void back_substitute(int, const Pack*, long, Pack*);
-template void back_substitute(int, const double*, long, double*);
-template void eliminate_for(const SimdLayer<Pack>&, Scaled<Pack>, SimdMatrix<Pack>, Pack*, int);
-template void eliminate_for(const SimdLayer<double>&, Scaled<double>, SimdMatrix<double>, double*,
-                            int);
-template void invert(const SimdLayer<Pack>&, SimdMatrix<Pack>, SimdMatrix<Pack>, int);
-template void invert(const SimdLayer<double>&, SimdMatrix<double>, SimdMatrix<double>, int);
-template void invert_gauss_rows(const SimdLayer<Pack>&, SimdMatrix<Pack>, int);
-template void invert_gauss_rows(const SimdLayer<double>&, SimdMatrix<double>, int);
+// ---- conservation of energy (doubling.cpp)
+
+/// out = Y s, the light absorbed under uniform illumination, from Y or from Z and the gap.
+template <class Number>
+void absorb_uniform(const SimdLayer<Number>& layer, Number* out) {
+    apply(layer, layer.has_gap ? layer.Z : layer.Y, layer.uniform, out);
+    if (!layer.has_gap) return;
+    Number* gap = layer.vector[2];
+    apply(layer, layer.Y, layer.uniform, gap);
+    for (int i = 0; i < layer.directions; ++i) out[i] -= gap[i];
+}
+
+/// The smallest symmetric change of Y (or of Z where the gap is carried) after which Y s = a in
+/// conserving lanes.
+template <class Number>
+void restore_absorption(SimdLayer<Number>& layer) {
+    const int N = layer.gauss, n = layer.directions;
+    const Number* s = layer.uniform;
+    Number* e = layer.vector[1];
+    absorb_uniform(layer, e);
+    Number ss{}, es{};
+    for (int i = 0; i < N; ++i) ss += s[i] * s[i];
+    for (int i = 0; i < n; ++i) e[i] = layer.conserving * (layer.absorbed[i] - e[i]) / ss;
+    for (int i = 0; i < N; ++i) es += e[i] * s[i];
+    es /= ss;
+    Number* K = (layer.has_gap ? layer.Z : layer.Y).K;
+    for (int i = 0; i < N; ++i)
+        for (int j = 0; j < N; ++j)
+            K[i * layer.stride + j] += e[i] * s[j] + s[i] * e[j] - es * s[i] * s[j];
+    for (int i = N; i < n; ++i)
+        for (int j = 0; j < N; ++j) {
+            const Number change = e[i] * s[j];
+            K[i * layer.stride + j] += change;
+            K[j * layer.stride + i] += change;
+        }
+}
 
 }  // namespace stratus::STRATUS_ISA

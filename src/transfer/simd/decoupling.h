@@ -23,7 +23,9 @@
 // directions to grazing ones. Then
 //
 //     P~_S = X        P~_L = P_L + U' a        Q~_S = Q_S - H        Q~_L = Q_L + V' Q - b' V
-#include "blocks.h"
+#pragma once
+
+#include "congruence.h"
 
 namespace stratus::STRATUS_ISA {
 
@@ -33,6 +35,8 @@ template <class Number>
 struct View {
     Number* at;
     long stride;
+
+    [[gnu::always_inline]] Number& operator()(int i, int j) const { return at[i * stride + j]; }
 };
 
 /// out += sign F^T G, summed over `depth` rows of F and G.
@@ -46,19 +50,18 @@ void add_product(int depth, double sign, View<Number> F, int rows, View<Number> 
             for (int j = 0; j < J; ++j)
                 in(out.at, (i0 + i) * out.stride + j0 + j * in.columns) += sum[i][j];
     };
-    for_each_block<Number>(
-        rows, columns, [](int) { return 0; }, blocks);
+    for_each_block<Number>(rows, columns, whole_rows, blocks);
 }
 
 template <class Number, class Value>
 [[gnu::always_inline]] inline void fill(int rows, int columns, View<Number> out, Value value) {
     for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) out.at[i * out.stride + j] = value(i, j);
+        for (int j = 0; j < columns; ++j) out(i, j) = value(i, j);
 }
 
 template <class Number>
 void transpose(int rows, int columns, View<Number> from, View<Number> to) {
-    fill(columns, rows, to, [&](int i, int j) { return from.at[j * from.stride + i]; });
+    fill(columns, rows, to, [&](int i, int j) { return from(j, i); });
 }
 
 /// Operands of all steps, named as above. A name ending in t is transposed: steep x grazing.
@@ -111,14 +114,11 @@ void take_blocks(const SimdLayer<Number>& whole, const SimdGroups<Number>& group
 template <class Number>
 void combine(const SimdGroups<Number>& groups, const Blocks<Number>& m) {
     const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
-    const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
-    fill(m.nL, m.nS, m.at,
-         [&](int j, int i) { return -at(m.Pt, j, i) - at(m.Vt, j, i) * (1 / mu_L[j]); });
+    fill(m.nL, m.nS, m.at, [&](int j, int i) { return -m.Pt(j, i) - m.Vt(j, i) * (1 / mu_L[j]); });
     add_product(m.L, 1, m.P_L, m.nL, m.Vt, m.nS, m.at);
-    fill(m.nL, m.nS, m.bt,
-         [&](int j, int i) { return at(m.Vt, j, i) * (1 / mu_S[i]) - at(m.Qt, j, i); });
+    fill(m.nL, m.nS, m.bt, [&](int j, int i) { return m.Vt(j, i) * (1 / mu_S[i]) - m.Qt(j, i); });
     add_product(m.S, -1, m.V, m.nL, m.Q_S, m.nS, m.bt);
-    fill(m.nS, m.nS, m.X, [&](int i, int k) { return at(m.P_S, i, k); });
+    fill(m.nS, m.nS, m.X, m.P_S);
     add_product(m.L, -1, m.Vt, m.nS, m.Pt, m.nS, m.X);
     add_product(m.L, 1, m.at, m.nS, m.Vt, m.nS, m.X);
     fill(m.nS, m.nS, m.Ft, [](int, int) { return Number{}; });
@@ -133,14 +133,11 @@ Number iterate(const SimdLayer<Number>& whole, const SimdGroups<Number>& groups,
                const Blocks<Number>& m) {
     const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
     const View<Number> odd{groups.columns[4], m.Ut.stride}, even{groups.columns[5], m.Ut.stride};
-    const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
     combine(groups, m);
-    fill(m.nL, m.nS, odd,
-         [&](int j, int i) { return at(m.at, j, i) + at(m.Vt, j, i) * (1 / mu_L[j]); });
+    fill(m.nL, m.nS, odd, [&](int j, int i) { return m.at(j, i) + m.Vt(j, i) * (1 / mu_L[j]); });
     add_product(m.S, 1, m.U, m.nL, m.X, m.nS, odd);
     // Q + (Q_S - H) V = D V - b - H V
-    fill(m.nL, m.nS, even,
-         [&](int j, int i) { return at(m.Vt, j, i) * (1 / mu_S[i]) - at(m.bt, j, i); });
+    fill(m.nL, m.nS, even, [&](int j, int i) { return m.Vt(j, i) * (1 / mu_S[i]) - m.bt(j, i); });
     add_product(m.S, -1, m.V, m.nL, m.Ht, m.nS, even);
     add_product(m.L, 1, m.Q_L, m.nL, m.Ut, m.nS, even);
     add_product(m.S, 1, m.Q, m.nL, m.Ft, m.nS, even);
@@ -150,13 +147,13 @@ Number iterate(const SimdLayer<Number>& whole, const SimdGroups<Number>& groups,
         for (int i = 0; i < m.nS; ++i) {
             const double d_S = 1 / mu_S[i], d_L = 1 / mu_L[j];
             const double share = 1 / ((d_S - d_L) * (d_S + d_L));
-            const Number u = (d_S * at(odd, j, i) - d_L * at(even, j, i)) * share;
-            const Number v = (d_S * at(even, j, i) - d_L * at(odd, j, i)) * share;
+            const Number u = (d_S * odd(j, i) - d_L * even(j, i)) * share;
+            const Number v = (d_S * even(j, i) - d_L * odd(j, i)) * share;
             const double unit = 2 / (groups.grazing.s[i] * groups.steep.s[j] * d_L);
-            const Number du = unit * (u - at(m.Ut, j, i)), dv = unit * (v - at(m.Vt, j, i));
+            const Number du = unit * (u - m.Ut(j, i)), dv = unit * (v - m.Vt(j, i));
             change += du * du + dv * dv;
-            at(m.Ut, j, i) = u;
-            at(m.Vt, j, i) = v;
+            m.Ut(j, i) = u;
+            m.Vt(j, i) = v;
         }
     transpose(m.nL, m.nS, m.Ut, m.U);
     transpose(m.nL, m.nS, m.Vt, m.V);
@@ -171,10 +168,10 @@ void change_basis(const SimdLayer<Number>& whole, SimdGroups<Number>& groups,
     for (int i = 0; i < m.nS; ++i) S.absorbed[i] = whole.absorbed[groups.grazing_at[i]];
     for (int j = 0; j < m.nL; ++j) {
         Number& sum = L.absorbed[j] = whole.absorbed[groups.steep_at[j]];
-        for (int i = 0; i < m.S; ++i) sum += m.Vt.at[j * m.Vt.stride + i] * S.absorbed[i];
+        for (int i = 0; i < m.S; ++i) sum += m.Vt(j, i) * S.absorbed[i];
     }
     for (int i = 0; i < m.nS; ++i)
-        for (int j = 0; j < m.L; ++j) S.absorbed[i] += m.U.at[i * m.U.stride + j] * L.absorbed[j];
+        for (int j = 0; j < m.L; ++j) S.absorbed[i] += m.U(i, j) * L.absorbed[j];
     // In grazing directions only what is absorbed is left of uniform illumination: B~ s~, solved
     // for s~, keeps its relative accuracy.
     const int columns = m.S + 1;
@@ -195,7 +192,7 @@ void change_basis(const SimdLayer<Number>& whole, SimdGroups<Number>& groups,
     }
     for (int j = 0; j < m.nL; ++j) {
         Number& sum = L.uniform[j] = whole.uniform[groups.steep_at[j]];
-        for (int i = 0; i < m.S; ++i) sum -= m.Ut.at[j * m.Ut.stride + i] * S.uniform[i];
+        for (int i = 0; i < m.S; ++i) sum -= m.Ut(j, i) * S.uniform[i];
     }
 }
 
@@ -234,10 +231,9 @@ bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups) {
     add_product(m.S, 1, m.U, m.nL, a, m.nL, m.P_L);
     add_product(m.S, 1, m.V, m.nL, m.Q, m.nL, m.Q_L);
     add_product(m.S, -1, b, m.nL, m.V, m.nL, m.Q_L);
-    fill(m.nS, m.nS, m.P_S, [&](int i, int k) { return m.X.at[i * m.X.stride + k]; });
+    fill(m.nS, m.nS, m.P_S, m.X);
     for (int i = 0; i < m.nS; ++i)
-        for (int k = 0; k < m.nS; ++k)
-            m.Q_S.at[i * m.Q_S.stride + k] -= m.Ht.at[k * m.Ht.stride + i];
+        for (int k = 0; k < m.nS; ++k) m.Q_S(i, k) -= m.Ht(k, i);
     if (whole.any_conserving) change_basis(whole, groups, m);
     return true;
 }
@@ -254,14 +250,12 @@ void couple_matrix(const SimdGroups<Number>& groups, const Blocks<Number>& m,
     const View<Number> Et{groups.columns[0], m.Ut.stride}, Gt{groups.columns[1], m.Ut.stride};
     const View<Number> E{groups.rows[0], m.U.stride}, G{groups.rows[1], m.U.stride};
     const View<Number> E_S = m.X;
-    const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
     // E = -U F_L,  E_S = F_S - E U',  G = E - E_S V
-    fill(m.nL, m.nS, Et, [&](int j, int i) { return -of_steep.d[j] * at(m.Ut, j, i); });
+    fill(m.nL, m.nS, Et, [&](int j, int i) { return -of_steep.d[j] * m.Ut(j, i); });
     add_product(m.L, -1, F_L, m.nL, m.Ut, m.nS, Et);
-    fill(m.nS, m.nS, E_S, [&](int i, int k) { return at(F_S, i, k); });
+    fill(m.nS, m.nS, E_S, F_S);
     add_product(m.L, -1, Et, m.nS, m.Ut, m.nS, E_S);
-    fill(m.nL, m.nS, Gt,
-         [&](int j, int i) { return at(Et, j, i) - at(m.Vt, j, i) * of_grazing.d[i]; });
+    fill(m.nL, m.nS, Gt, [&](int j, int i) { return Et(j, i) - m.Vt(j, i) * of_grazing.d[i]; });
     add_product(m.S, -1, m.V, m.nL, E_S, m.nS, Gt);
     transpose(m.nL, m.nS, Et, E);
     transpose(m.nL, m.nS, Gt, G);
@@ -272,8 +266,8 @@ void couple_matrix(const SimdGroups<Number>& groups, const Blocks<Number>& m,
     const int *S = groups.grazing_at, *L = groups.steep_at;
     for (int i = 0; i < m.nS; ++i) {
         to.d[S[i]] = of_grazing.d[i];
-        for (int k = 0; k < m.nS; ++k) place(S, i, S, k) = at(E_S, i, k);
-        for (int j = 0; j < m.nL; ++j) place(S, i, L, j) = place(L, j, S, i) = at(G, i, j);
+        for (int k = 0; k < m.nS; ++k) place(S, i, S, k) = E_S(i, k);
+        for (int j = 0; j < m.nL; ++j) place(S, i, L, j) = place(L, j, S, i) = G(i, j);
     }
     for (int j = 0; j < m.nL; ++j) to.d[L[j]] = of_steep.d[j];
     const View<Number> change{whole.spare[0].K, whole.stride};  // V' E + G' V
@@ -285,11 +279,10 @@ void couple_matrix(const SimdGroups<Number>& groups, const Blocks<Number>& m,
             in(change.at, i * change.stride + j) = value;
         });
     };
-    for_each_block<Number>(
-        m.nL, m.nL, [](int i) { return i; }, blocks);
+    for_each_block<Number>(m.nL, m.nL, from_diagonal, blocks);
     for (int i = 0; i < m.nL; ++i)
         for (int j = i; j < m.nL; ++j)
-            place(L, i, L, j) = place(L, j, L, i) = at(F_L, i, j) - at(change, i, j);
+            place(L, i, L, j) = place(L, j, L, i) = F_L(i, j) - change(i, j);
 }
 
 }  // namespace
@@ -307,19 +300,14 @@ void couple(const SimdGroups<Number>& groups, SimdLayer<Number>& whole) {
     Number* a_S = whole.vector[0];
     absorb_uniform(S, a_S);
     for (int i = 0; i < m.nS; ++i) {
-        for (int j = 0; j < m.L; ++j) a_S[i] -= m.U.at[i * m.U.stride + j] * L.absorbed[j];
+        for (int j = 0; j < m.L; ++j) a_S[i] -= m.U(i, j) * L.absorbed[j];
         whole.absorbed[groups.grazing_at[i]] = a_S[i];
     }
     for (int j = 0; j < m.nL; ++j) {
         Number& sum = whole.absorbed[groups.steep_at[j]] = L.absorbed[j];
-        for (int i = 0; i < m.S; ++i) sum -= m.Vt.at[j * m.Vt.stride + i] * a_S[i];
+        for (int i = 0; i < m.S; ++i) sum -= m.Vt(j, i) * a_S[i];
     }
     restore_absorption(whole);
 }
-
-template bool decouple(const SimdLayer<Pack>&, SimdGroups<Pack>&);
-template bool decouple(const SimdLayer<double>&, SimdGroups<double>&);
-template void couple(const SimdGroups<Pack>&, SimdLayer<Pack>&);
-template void couple(const SimdGroups<double>&, SimdLayer<double>&);
 
 }  // namespace stratus::STRATUS_ISA

@@ -3,6 +3,8 @@
 // Addition theorem: with Y_l^m = sqrt((l-m)!/(l+m)!) P_l^m, the mode-m kernel into the same
 // hemisphere is P+ = sum_l (2l+1) chi_l Y_l^m(mu) Y_l^m(mu'), and P- into the other one has the
 // sign (-1)^(l-m). Two matrix products give both: the sums over even and over odd l - m.
+#pragma once
+
 #include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
@@ -170,8 +172,7 @@ void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
                 store_upper(in, out, stride, i, j, value);
             });
         };
-        for_each_block<Number>(
-            n, n, [](int i) { return i; }, blocks);
+        for_each_block<Number>(n, n, from_diagonal, blocks);
         mirror(0, n, out, stride);
     };
     product(0, layer.scatter_even.K);
@@ -186,8 +187,5 @@ void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
             layer.scatter_even.K[i * stride + j] *= scale;
         }
 }
-
-template void phase_kernels(const PhaseSeries<Pack>&, SimdLayer<Pack>&);
-template void phase_kernels(const PhaseSeries<double>&, SimdLayer<double>&);
 
 }  // namespace stratus::STRATUS_ISA

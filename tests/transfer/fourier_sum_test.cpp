@@ -76,7 +76,7 @@ void expect_sketch_of_all(const SolverOptions& options, const DirectionGrid& gri
         std::vector<const LayerSolution*> solutions;
         for (const std::vector<LayerSolution>& of_albedo : summed)
             for (const LayerSolution& layer : of_albedo) {
-                EXPECT_TRUE(layer.modes(side).empty());
+                EXPECT_TRUE(layer.modes[side].empty());
                 solutions.push_back(&layer);
             }
         const auto some = sketch.evaluate_tabulated(solutions);

@@ -198,7 +198,7 @@ TEST(LightInside, SolvesTheEquationOfTransfer) {
             double up = 0, down = 0, actinic = std::exp(-levels[l] / mu0) / mu0;
             for (const Side side : {Side::transmission, Side::reflection})
                 for (int c = 0; c < sphere.cosines; ++c)
-                    for (const SolvedValue& value : solution.values(l, side, 0, 1 + c, azimuths)) {
+                    for (const SolvedValue& value : solution.values(side, 0, 1 + c, azimuths, l)) {
                         const std::size_t i = light[l].size();
                         light[l].push_back(value.total);
                         const double share = value.total / pi * sphere.weight[i];

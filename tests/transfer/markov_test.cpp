@@ -7,6 +7,7 @@
 #include "refusal.h"
 #include "usual_layers.h"
 
+#include <boost/math/quadrature/tanh_sinh.hpp>
 #include <boost/math/special_functions/expint.hpp>
 #include <gtest/gtest.h>
 

@@ -217,7 +217,7 @@ void require_different_files(const std::string& command, const std::vector<std::
             require(!fs::equivalent(input, output, absent), command.c_str(), "output",
                     "another file than the input", output);
         require(is_stream(output) || takes_what_comes(output) ||
-                    written.insert(fs::weakly_canonical(output)).second,
+                    written.insert(fs::weakly_canonical(fs::absolute(output))).second,
                 command.c_str(), "output", "another file than the other output", output);
     }
 }

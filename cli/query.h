@@ -90,7 +90,7 @@ void write_content_held(const fs::path& path, std::string_view content);
 void write_file(const fs::path& path, const std::function<void(const fs::path& temporary)>& write);
 
 /// Throws std::invalid_argument when writing the outputs would overwrite an input, or one of them another.
-/// Of no path nothing is asked.
+/// Empty paths are passed over.
 void require_different_files(const std::string& command, const std::vector<std::string>& inputs,
                              const std::vector<std::string>& outputs);
 

@@ -52,16 +52,17 @@ void add_report(const PlanReport& report, py::dict& told) {
     told["orders"] = orders;
 }
 
-py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
+py::tuple plan(const std::string& text_or_path, bool is_path, std::optional<double> tolerance,
                const std::vector<std::string>& drop, bool measure, int threads,
                const py::object& progress) {
     std::vector<std::string> notes;
     std::vector<SceneFile> film =
         is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
     require(!film[0].figure, "plan", "scene", "a picture", "a figure");
-    require(tolerance == 0 || (tolerance >= 1e-6 && tolerance <= 0.5), "plan", "tolerance",
-            "in [1e-6, 0.5]", tolerance);
-    change({{}, drop, 0, tolerance}, film);
+    if (tolerance)
+        require(*tolerance >= 1e-6 && *tolerance <= 0.5, "plan", "tolerance", "in [1e-6, 0.5]",
+                *tolerance);
+    change({{}, drop, 0, tolerance.value_or(0)}, film);
     const std::size_t panels = film[0].panels.size();
     std::vector<std::vector<Scene>> frames(panels);
     for (const SceneFile& file : film)
@@ -95,7 +96,7 @@ PackedTable packed_table(const std::string& path) {
 /// The radiance of one frame, height x width x 3, and notes.
 py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
                        const std::vector<std::string>& effects,
-                       const std::vector<std::string>& drop, int width,
+                       const std::vector<std::string>& drop, std::optional<int> width,
                        const std::vector<std::string>& table_paths, bool cached, int threads,
                        const py::object& progress) {
     std::vector<std::string> notes;
@@ -104,8 +105,8 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
     require(!film[0].figure, "render", "scene", "a picture", "a figure");
     require(frame >= 0 && frame < film[0].frames, "render", "frame",
             "in [0, " + std::to_string(film[0].frames - 1) + "]", frame);
-    require(width >= 0 && width <= 16384, "render", "width", "in [1, 16384]", width);
-    change({effects, drop, width}, film);
+    if (width) require(*width >= 1 && *width <= 16384, "render", "width", "in [1, 16384]", *width);
+    change({effects, drop, width.value_or(0)}, film);
     const Image image = run_long(threads, py::none(), progress, [&](const BakeOptions& options) {
         if (effects.empty() && table_paths.empty()) follow_plans(film);
         std::vector<PackedTable> given;

@@ -368,8 +368,11 @@ class Pictures(unittest.TestCase):
             stratus.render({**self.PLANET, "sun": {"colur": 1}})
         with self.assertRaisesRegex(ValueError, "sun.visible must be true or false, got 'yes'"):
             stratus.render({**self.PLANET, "sun": {"phase_angle_deg": 1, "visible": "yes"}})
-        with self.assertRaisesRegex(ValueError, r"width must be in \[1, 16384\], got 20000"):
-            stratus.render(self.PLANET, width=20000)
+        for width in 0, 20000:
+            with self.assertRaisesRegex(ValueError, rf"width must be in \[1, 16384\], got {width}"):
+                stratus.render(self.PLANET, width=width)
+        with self.assertRaisesRegex(ValueError, r"tolerance must be in \[1e-6, 0.5\], got 0"):
+            stratus.plan(self.PLANET, tolerance=0)
         with self.assertRaisesRegex(ValueError, "unknown effect 'multipel'"):
             stratus.render(self.PLANET, drop=["multipel"])
         with self.assertRaises(FileNotFoundError):

@@ -84,7 +84,7 @@ def plan(
     """
     text, is_path = text_or_path(scene)
     with builtin_errors(text if is_path else None):
-        told, seconds, notes = _stratus.plan(text, is_path, tolerance or 0.0, list(drop), measure, threads, progress)
+        told, seconds, notes = _stratus.plan(text, is_path, tolerance, list(drop), measure, threads, progress)
     warn(notes)
     for one in told:
         one["left_out"] = [LeftOut(*effect) for effect in one["left_out"]]
@@ -126,7 +126,7 @@ def render(
     tables = [table] if isinstance(table, (str, os.PathLike)) else list(table)
     with builtin_errors(text if is_path else None):
         light, height, across, notes = _stratus.render(
-            text, is_path, frame, list(effects), list(drop), width or 0, [os.fspath(each) for each in tables], cache,
+            text, is_path, frame, list(effects), list(drop), width, [os.fspath(each) for each in tables], cache,
             threads, progress,
         )
     warn(notes)

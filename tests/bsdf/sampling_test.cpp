@@ -110,10 +110,10 @@ PhaseFunction phase_of(const std::string& text) {
 struct Material {
     const char* name;
     const char* phase;
-    double optical_depth;
+    double optical_depth = 0;
     // Largest relative standard deviation of eval * cos / pdf, some 1.3 times what was measured:
     // from mu_in = 0.05 to 0.99, and anywhere.
-    double deviation, deviation_anywhere;
+    double deviation = 0, deviation_anywhere = 0;
 
     Bsdf bsdf(const Effects& effects = {}) const {
         return Bsdf(Slice(phase_of(phase), {{optical_depth}, {1}}, effects));

@@ -85,7 +85,7 @@ TEST(Forecast, NamesAnAxisAtItsCapAndWhatWouldDo) {
 
 TEST(Forecast, MissesWhereAnAxisAloneDoes) {
     Forecast ahead;
-    ahead.shortfalls = {{"mu_samples", 56, 2e-3, 5e-4, 80, 1e6, 1}};
+    ahead.shortfalls = {{{"mu_samples", 56, 2e-3, 80}, 5e-4, 1e6, 1}};
     EXPECT_TRUE(ahead.misses(1e-3));
     EXPECT_FALSE(ahead.misses(2e-3));
 }

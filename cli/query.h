@@ -6,8 +6,8 @@
 // stdout or, atomically, to a file.
 #pragma once
 
-#include <stratus/bake/toml_section.h>
 #include <stratus/base/direction.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>
 
 #include <functional>

@@ -67,12 +67,12 @@ std::string frame_output(const RenderCommand& command, const std::string& output
 }
 
 void check_outputs(const RenderCommand& command, const FrameRange& frames) {
+    std::vector<std::string> inputs = command.tables;
+    inputs.push_back(command.scene);
     for (const std::string& each : command.outputs)
         for (int frame = frames.first; frame <= frames.last; ++frame) {
             const std::string output = frame_output(command, each, frame);
             require_writable("render", "--output", output, {".png", ".exr", ".svg"});
-            std::vector<std::string> inputs = command.tables;
-            inputs.push_back(command.scene);
             require_different_files("render", inputs, {output});
         }
 }

@@ -1,10 +1,9 @@
 #include <stratus/bake/toml_section.h>
 
-#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/table/member_and_ground.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <sstream>
 #include <string_view>
@@ -12,14 +11,6 @@
 namespace stratus {
 
 namespace {
-
-double number_in(std::string_view text) {
-    double value = 0;
-    const auto end = std::from_chars(text.data(), text.data() + text.size(), value).ptr;
-    if (end != text.data() + text.size())
-        throw std::logic_error("no number in a range: " + std::string(text));
-    return value;
-}
 
 bool is_interval(std::string_view range) {
     return !range.empty() && (range[0] == '[' || range[0] == '(');
@@ -113,23 +104,6 @@ void refuse_other_kind(const toml::table& root, const std::string& wanted,
 }
 
 }  // namespace
-
-NumberRange::NumberRange(const char* range) : text(range) {
-    const std::size_t comma = text.find(", "), end = text.find_first_of("])");
-    if (!is_interval(text) || comma == text.npos || end == text.npos || end < comma)
-        throw std::logic_error("not a range of numbers: " + text);
-    min = number_in(text.substr(1, comma - 1));
-    max = number_in(text.substr(comma + 2, end - comma - 2));
-    min_open = text[0] == '(';
-    max_open = text[end] == ')';
-    or_infinity = text.substr(end + 1) == " or inf";
-}
-
-bool NumberRange::holds(double value) const {
-    return (value >= min && value <= max && !(min_open && value == min) &&
-            !(max_open && value == max)) ||
-           (or_infinity && value == infinity);
-}
 
 std::string toml_text(const toml::node& node) {
     std::ostringstream text;

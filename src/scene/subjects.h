@@ -16,7 +16,8 @@ double waves_within(const Rings& rings, const SceneLayer& layer, const Cell& cel
 double waves_within(const Planet& planet, const SceneLayer& layer, const Cell& cell);
 double waves_within(const Slab& slab, const SceneLayer& layer, const Cell& cell);
 
-/// One ray, and the sun in one direction.
+/// One ray, and the sun in one direction. The light may have more of what rings and their planet exchange
+/// than the scene's effects ask for.
 struct View {
     const Scene& scene;
     const LayerLight& light;

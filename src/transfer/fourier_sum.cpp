@@ -35,22 +35,15 @@ struct PairTable {
     std::span<const double> cos_scattering_angle, phase, boundary_phase;
 };
 
-/// The modes of R or T between mu(in) and mu(out).
-VectorXd mode_terms(const LayerSolution& layer, Side side, int in, int out) {
-    const std::vector<AzimuthalMode>& modes = layer.modes[side];
-    VectorXd terms(std::ssize(modes));
-    for (Eigen::Index m = 0; m < terms.size(); ++m) terms(m) = modes[size(m)](in, out);
-    return terms;
-}
-
 /// The Fourier series between mu(in) and each of some mu(out), azimuths x out.
 MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<const int> out,
                    const MatrixXd& cosines) {
-    const auto count = std::ssize(layer.modes[side]);
-    MatrixXd terms(count, std::ssize(out));
+    const std::vector<AzimuthalMode>& modes = layer.modes[side];
+    MatrixXd terms(std::ssize(modes), std::ssize(out));
     for (Eigen::Index j = 0; j < terms.cols(); ++j)
-        terms.col(j) = mode_terms(layer, side, in, out[size(j)]);
-    return cosines.leftCols(count) * terms;
+        for (Eigen::Index m = 0; m < terms.rows(); ++m)
+            terms(m, j) = modes[size(m)](in, out[size(j)]);
+    return cosines.leftCols(terms.rows()) * terms;
 }
 
 /// Multiple scattering between two cosines at all azimuths of the table, in two parts; `rest` holds

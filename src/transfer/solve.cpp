@@ -299,6 +299,7 @@ void refine_fluxes(const LadderProblem& problem,
     if (!cut_early || !problem.options.exact_fluxes) return;
     LadderProblem of_fluxes = problem;
     of_fluxes.mu.assign(any.mu.begin(), any.mu.end());
+    of_fluxes.take = nullptr;
     SolverOptions& options = of_fluxes.options;
     options.nodes = std::max(nodes_for_fluxes, options.nodes);
     options.moments = 0;

@@ -23,20 +23,6 @@
 
 namespace stratus {
 
-/// The numbers between two ends, which a square bracket includes and a round one does not: "[0, 1)",
-/// "[1e-6, 1e9] or inf".
-struct NumberRange {
-    /// Errors   std::logic_error for another text.
-    NumberRange(const char* range);
-
-    /// False of nan.
-    bool holds(double value) const;
-
-    std::string text;
-    double min, max;
-    bool min_open, max_open, or_infinity;
-};
-
 struct Key {
     const char* name;           // after the tables that it stands in: "camera.look_at"
     const char* form;           // of the value: "number", "string", "table", ...

@@ -18,4 +18,18 @@ std::string short_number(double value, int digits = 2);
 /// overflows, or is NaN.
 std::size_t read_number(std::string_view text, double& value) noexcept;
 
+/// The numbers between two ends, which a square bracket includes and a round one does not: "[0, 1)",
+/// "[1e-6, 1e9] or inf".
+struct NumberRange {
+    /// Errors   std::logic_error for another text.
+    NumberRange(const char* range);
+
+    /// False of nan.
+    bool holds(double value) const;
+
+    std::string text;
+    double min, max;
+    bool min_open, max_open, or_infinity;
+};
+
 }  // namespace stratus

@@ -28,9 +28,17 @@ with tempfile.TemporaryDirectory() as folder:
     subprocess.run([sys.argv[1], table_path], check=True)
     for command in COMMANDS:
         done = subprocess.run(command + [table_path], capture_output=True, text=True)
+        if command[0] == "exrinfo":  # its exit code is random in OpenEXR 3.1.5, which does not set it
+            assert not done.stderr, done.stderr
+            assert all(f": {part}\n" in done.stdout for part in PARTS), done.stdout
+            continue
         assert done.returncode == 0, (command, done.stdout, done.stderr)
         if command[0] == "exrheader":
             for part in PARTS:
                 assert f'name (type string): "{part}"' in done.stdout, part
             assert 'stratus:format (type string): "stratus-table"' in done.stdout
             assert "tiles, one row of tiles per albedo" in done.stdout
+    if shutil.which("exrinfo"):  # what it finds wrong it says
+        table_path.write_bytes(table_path.read_bytes()[:3000])
+        damaged = subprocess.run(["exrinfo", "--strict", table_path], capture_output=True, text=True)
+        assert "ERROR" in damaged.stderr, damaged

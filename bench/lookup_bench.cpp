@@ -45,6 +45,16 @@ const Table& rings() {
     return baked("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
 }
 
+/// The same samples as of a finer tolerance, for which slices interpolate cosines by cubics.
+const Table& fine_rings() {
+    static const Table table = [] {
+        Table fine = rings();
+        fine.tolerance = 1e-4;
+        return fine;
+    }();
+    return table;
+}
+
 /// Droplets, whose phase function is sampled, for single scattering alone: nothing is baked.
 const Table& droplets() {
     static const Table table = [] {
@@ -496,6 +506,8 @@ BENCHMARK_CAPTURE(slice_eval_batch, rings_mixed, rings, bound_both, 0.5);
 BENCHMARK_CAPTURE(slice_eval_batch, rings_transmitted, rings, bound_both, 1.0);
 BENCHMARK_CAPTURE(slice_eval_batch, rgb_rings_reflected, rings, bound_both_rgb, 0.0);
 BENCHMARK_CAPTURE(slice_eval_batch, rgb_rings_mixed, rings, bound_both_rgb, 0.5);
+BENCHMARK_CAPTURE(slice, fine_rings, fine_rings, bound);
+BENCHMARK_CAPTURE(slice_batch, fine_rings, fine_rings, bound);
 BENCHMARK_CAPTURE(slice_batch, single_droplets, droplets, single);
 BENCHMARK_CAPTURE(slice, opposition_rings, rings, opposition);
 BENCHMARK_CAPTURE(slice_batch, opposition_rings, rings, opposition);

@@ -278,5 +278,49 @@ STRATUS_INLINE void between_samples(const float* sample, int column, Index here,
     }
 }
 
+/// Same, cubic along both cosines, too: from the first of 4 by 4 cells, `row` apart along mu. Without azimuth a
+/// cell is one sample. A function of its own: few lookups need it, and it would double the code of all.
+template <int channels, bool azimuthal, class F, class Index>
+[[gnu::noinline]] void between_cubics(const float* sample, int row, int column, Index here, F mu,
+                                      F other, F azimuth, F* value) {
+    F along_mu[4], along_other[4], along[4];
+    cubic_weights(mu + 1.0f, along_mu);
+    cubic_weights(other + 1.0f, along_other);
+    cubic_weights(azimuth + 1.0f, along);
+    constexpr bool is_one = std::is_same_v<F, float>, is_many = std::is_same_v<F, LookupLanes>;
+    constexpr int steps = is_many ? channels : 1;
+    F sum[4 * steps];  // over (azimuth, channel), azimuth 0 alone without
+    for (F& each : sum) each = F(0.0f);
+    QuantityLanes four(0.0f);
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            const float* const cell = sample + i * row + j * column;
+            const F weight = along_mu[i] * along_other[j];
+            if constexpr (!azimuthal) {
+                for (int c = 0; c < steps; ++c)
+                    sum[c] = sum[c] + weight * sample_at<F>(cell + c, here);
+            } else if constexpr (is_one) {
+                four = four + QuantityLanes(weight) * load<QuantityLanes>(cell + here);
+            } else if constexpr (is_many) {
+                for (int n = 0; n < channels; ++n) {
+                    const FourSamples samples = four_samples(cell + 4 * n, here);
+                    for (int k = 0; k < 4; ++k)
+                        sum[4 * n + k] = sum[4 * n + k] + weight * samples.at[k];
+                }
+            } else {
+                for (int k = 0; k < 4; ++k)
+                    sum[k] = sum[k] + weight * load<F>(cell + k * channels + here);
+            }
+        }
+    if constexpr (azimuthal && is_one) {
+        *value = sum_of_all(load<QuantityLanes>(along) * four);
+        return;
+    }
+    for (int c = 0; c < steps; ++c)
+        value[c] = !azimuthal ? sum[c]
+                              : (along[0] * sum[c] + along[1] * sum[steps + c]) +
+                                    (along[2] * sum[2 * steps + c] + along[3] * sum[3 * steps + c]);
+}
+
 }  // namespace
 }  // namespace stratus

@@ -293,6 +293,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which) {
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
     side.view.symmetric = refined.symmetric;
+    side.view.cubic = refined.cubic;
     side.view.columns = refined.columns;
     side.view.azimuths = refined.azimuths;
     side.view.places = refined.places;

@@ -1,6 +1,6 @@
 // The parts of a slice, each in a file of its name: the orders n >= 2 and the background that a table gives a
-// layer (slice_orders.cpp); the samples of a slice, a table's cosines refined until straight lines between them
-// meet its tolerance, and as many azimuths as cubics need (slice_refinement.cpp).
+// layer (slice_orders.cpp); the samples of a slice, a table's cosines refined until straight lines between them, or
+// cubics where these would be too many, meet its tolerance, and as many azimuths as cubics need (slice_refinement.cpp).
 #pragma once
 
 #include <stratus/layer/single_scattering.h>
@@ -30,11 +30,11 @@ struct ChannelOrders {
 /// sample they are extrapolated by diffusion (lookup.h).
 ChannelOrders find_orders(const TableView& table, Side which, double albedo, double optical_depth);
 
-/// Orders n >= 2 over (mu_in, mu_out, azimuth, channel) as a slice reads them, mu_in >= mu_out
-/// where the table is symmetric; cosines evenly spaced over sqrt(1 - mu) (1 - mu^(1/4) / 2).
+/// Orders n >= 2 over (mu_in, mu_out, azimuth, channel) as a slice reads them (kernels.h); cosines evenly
+/// spaced over sqrt(1 - mu) (1 - mu^(1/4) / 2).
 struct RefinedSamples {
     std::vector<float> sample;
-    bool symmetric;
+    bool symmetric, cubic;
     int columns, azimuths;
     SlicePlaces places;
 };

@@ -13,13 +13,14 @@
 namespace stratus {
 namespace {
 
-/// Share of the tolerance that interpolation along each of the three axes may use; less with a path
-/// law, for the directions near forward, which are judged apart, are few among all.
-constexpr double share_of_tolerance = 0.2, share_with_path_law = 0.1;
+/// Shares of the tolerance that straight lines and that cubics may use along an axis; half as much
+/// with a path law, for the directions near forward, which are judged apart, are few among all.
+constexpr double share_of_lines = 0.25, share_of_cubics = 0.15;
 
-// Intervals along an axis: while errors are measured, and of the slice.
-constexpr int probed = 32, fewest_along_mu = 16, max_along_mu = 176, fewest_along_azimuth = 4,
-              max_along_azimuth = 128;
+// Intervals along an axis: while errors are measured, and of the slice. Cosines that took more straight
+// lines than these are interpolated by cubics.
+constexpr int probed = 32, fewest_along_mu = 16, most_lines = 144, most_cubics = 256,
+              fewest_along_azimuth = 4, max_along_azimuth = 128;
 
 /// The coordinate along which fast lookups sample cosines evenly (base/interpolation.h): it falls from 1
 /// at grazing to 0 at the normal.
@@ -80,6 +81,17 @@ struct MuPlaces {
     }
 };
 
+/// Fills the cells before and after `count` of a row, each of `numbers` and `step` apart, where `row` is the
+/// first: cubics of the outer intervals are those of their neighbours.
+void extend(float* row, int count, std::size_t step, std::size_t numbers) {
+    const auto beyond = [&](float* to, float* a, float* b, float* c, float* d) {
+        for (std::size_t k = 0; k < numbers; ++k) to[k] = 4 * (a[k] + c[k]) - 6 * b[k] - d[k];
+    };
+    const auto at = [&](int n) { return row + size(n) * step; };
+    beyond(at(0), at(1), at(2), at(3), at(4));
+    beyond(at(count + 1), at(count), at(count - 1), at(count - 2), at(count - 3));
+}
+
 /// Azimuths of a slice, evenly spaced over sin(azimuth / 2) between the ends of the table's.
 struct AzimuthPlaces {
     double first, last;
@@ -105,15 +117,10 @@ struct AzimuthPlaces {
         return all;
     }
 
-    /// Samples at `count` azimuths, of which those beyond the ends are missing: light is the same on
-    /// both sides of azimuth 0; elsewhere cubics of the last interval are those of the one before.
+    /// Samples at `count` azimuths, of which those beyond the ends are missing.
     void extend(float* row) const {
-        const auto beyond = [](float a, float b, float c, float d) {
-            return 4 * (a + c) - 6 * b - d;
-        };
-        float* const end = row + intervals + 1;
-        row[0] = first == 0 ? row[2] : beyond(row[1], row[2], row[3], row[4]);
-        end[1] = beyond(end[0], end[-1], end[-2], end[-3]);
+        stratus::extend(row, intervals + 1, 1, 1);
+        if (first == 0) row[0] = row[2];  // light is the same on both sides of azimuth 0
     }
 };
 
@@ -246,6 +253,28 @@ class RelativeErrors {
     std::vector<Error> errors_;
 };
 
+/// Errors along one cosine of straight lines and of cubics, between as many samples as are probed.
+struct CosineErrors {
+    double lines = 0, cubics = 0;
+
+    void join(const CosineErrors& other) {
+        lines = std::max(lines, other.lines);
+        cubics = std::max(cubics, other.cubics);
+    }
+};
+
+struct RefinementErrors {
+    CosineErrors in, out;
+    double azimuth = 0;
+};
+
+/// The error of a cubic between samples `step` apart: 3/128 of the fourth difference.
+double cubic_error(const float* at, std::ptrdiff_t step) {
+    return (6 * double{*at} - 4 * (double{at[-step]} + double{at[step]}) + double{at[-2 * step]} +
+            double{at[2 * step]}) *
+           3 / 128;
+}
+
 /// Orders n >= 2 of one channel while they are refined.
 class Refinement {
   public:
@@ -264,36 +293,40 @@ class Refinement {
                         table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
     }
 
-    /// Errors between `probed` + 1 samples along mu_in, mu_out and azimuth, relative to R or T: of
-    /// straight lines an eighth of the second differences, of cubics 3/128 of the fourth.
-    std::array<double, 3> errors() const {
-        RelativeErrors of_in, of_out, of_azimuth;
+    /// Errors between `probed` + 1 samples along mu_in, mu_out and azimuth, relative to R or T.
+    RefinementErrors errors() const {
+        MeasuredErrors of_in, of_out;
+        RelativeErrors of_azimuth;
         const AxisView &in = table_.mu_in, &out = table_.mu_out;
         double largest = add_errors_along_mu(sheet_, in, out, of_in);
         if (!table_.is_symmetric())
             largest = std::max(largest, add_errors_along_mu(transposed(sheet_), out, in, of_out));
         if (sheet_.count[2] > 1) add_errors_along_azimuth(of_azimuth);
         const double floor = darkest_share * largest;
-        const double along_in = of_in.quantile(floor);
-        return {along_in, table_.is_symmetric() ? along_in : of_out.quantile(floor),
+        const CosineErrors along_in = of_in.quantiles(floor);
+        return {along_in, table_.is_symmetric() ? along_in : of_out.quantiles(floor),
                 of_azimuth.quantile(floor)};
     }
 
-    /// All samples, `stride` apart: row i over mu_in holds all mu_out by azimuth, those up to i + 1
-    /// where the table is symmetric.
-    void write(const MuPlaces& in, const MuPlaces& out, const AzimuthPlaces& around, int stride,
-               float* to) const {
+    /// All samples, `stride` apart: row i over mu_in holds all mu_out by azimuth; for straight lines
+    /// those up to i + 1 where the table is symmetric, for cubics with room for those beyond the ends.
+    void write(const MuPlaces& in, const MuPlaces& out, const AzimuthPlaces& around, bool cubic,
+               int stride, float* to) const {
         const Stencils rows = in.stencils(table_.mu_in), columns = out.stencils(table_.mu_out);
         const bool azimuthal = sheet_.count[2] > 1;
         const int azimuths = azimuthal ? around.count() : 1;
         const Sheet finer = azimuthal ? refined_azimuth(sheet_, around, table_.azimuth) : sheet_;
         Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
+        const std::size_t cell_size = size(azimuths) * size(stride),
+                          row_size = size(out.intervals + 3) * cell_size;
+        float* const first = to;
         for (int i = 0; i <= in.intervals; ++i) {
+            if (cubic) to = first + size(i + 1) * row_size + cell_size;
             sum_rows(
                 rows[size(i)], finer.count[0], finer.count[1] * azimuths,
                 [&](int k) { return finer.row(k, 0); }, row.row(0, 0));
             // One column beyond the last of a symmetric row is never read.
-            const int last = table_.is_symmetric() ? i + 1 : out.intervals;
+            const int last = table_.is_symmetric() && !cubic ? i + 1 : out.intervals;
             for (int j = 0; j <= last; ++j) {
                 float* const sums = stride == 1 ? to : cell.row(0, 0);
                 sum_rows(
@@ -301,22 +334,31 @@ class Refinement {
                     [&](int k) { return row.row(0, k); }, sums);
                 if (stride > 1)
                     for (int k = 0; k < azimuths; ++k) to[k * stride] = sums[k];
-                to += size(azimuths) * size(stride);
+                to += cell_size;
             }
         }
     }
 
   private:
+    struct MeasuredErrors {
+        RelativeErrors lines, cubics;
+
+        CosineErrors quantiles(double floor) const {
+            return {lines.quantile(floor), cubics.quantile(floor)};
+        }
+    };
+
     /// Adds the errors of a sheet whose first axis is `along`; returns the largest total away from the
     /// horizon.
     double add_errors_along_mu(const Sheet& sheet, const AxisView& along, const AxisView& across,
-                               RelativeErrors& errors) const {
+                               MeasuredErrors& errors) const {
         const MuPlaces places(along, probed);
         const int azimuth_step = std::max(1, (sheet.count[2] - 1) / 4);  // a few are enough
         const Sheet finer =
             refined_in(thinned_azimuth(sheet, azimuth_step), places.stencils(along));
         const int columns = finer.count[2];
-        errors.reserve(probed * sheet.count[1] * columns);
+        errors.lines.reserve(probed * sheet.count[1] * columns);
+        errors.cubics.reserve(probed * sheet.count[1] * columns);
         std::vector<double> others, shares, azimuths;
         for (int j = 0; j < sheet.count[1]; ++j) {
             others.push_back(across.value(j));
@@ -334,7 +376,11 @@ class Refinement {
                     const auto at = [&](int row) { return double{finer.row(row, j)[k]}; };
                     const double total =
                         at(i) * factor + single_(channel_, mu, other, azimuths[size(k)]);
-                    errors.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
+                    errors.lines.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
+                    if (i > 1 && i + 1 < probed)
+                        errors.cubics.add(
+                            cubic_error(finer.row(i, j) + k, sheet.count[1] * columns) * factor,
+                            total);
                     if (mu >= 0.1 && other >= 0.1) largest = std::max(largest, total);
                 }
             }
@@ -355,12 +401,9 @@ class Refinement {
                 const double factor = divided_by(in) * divided_by(out);
                 refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row);
                 for (int k = 2; k + 1 < probed; ++k) {
-                    const double fourth = 6 * double{row[k]} -
-                                          4 * (double{row[k - 1]} + double{row[k + 1]}) +
-                                          double{row[k - 2]} + double{row[k + 2]};
                     const double total =
                         double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
-                    errors.add(fourth * 3 / 128 * factor, total);
+                    errors.add(cubic_error(row + k, 1) * factor, total);
                 }
             }
         }
@@ -385,39 +428,56 @@ class Refinement {
 RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& channels,
                       const SingleScattering& single) {
     std::vector<Refinement> refinements;
-    std::array<double, 3> error{};  // along mu_in, mu_out, azimuth
+    RefinementErrors error;
     for (const ChannelOrders& orders : channels) {
         refinements.emplace_back(table, orders, static_cast<int>(refinements.size()), single);
-        const std::array<double, 3> more = refinements.back().errors();
-        for (std::size_t a = 0; a < error.size(); ++a) error[a] = std::max(error[a], more[a]);
+        const RefinementErrors more = refinements.back().errors();
+        error.in.join(more.in);
+        error.out.join(more.out);
+        error.azimuth = std::max(error.azimuth, more.azimuth);
     }
-    const double share = table.path_law != nullptr ? share_with_path_law : share_of_tolerance;
-    const double allowed = share * kept_tolerance(table);
+    const double tolerance = (table.path_law != nullptr ? 0.5 : 1) * kept_tolerance(table);
     const int stride = static_cast<int>(channels.size());
-    // Straight lines miss by the square of an interval, cubics by its fourth power: roots are of what
-    // `probed` intervals are off by.
-    const auto intervals = [&](double root, int fewest, int most) {
-        return static_cast<int>(std::clamp<double>(std::ceil(probed * root), fewest, most));
+    // Straight lines miss by the square of an interval, cubics by its fourth power: how many times finer
+    // than `probed` it has to be.
+    const auto lines = [&](const CosineErrors& along) {
+        return std::sqrt(along.lines / (share_of_lines * tolerance));
     };
-    const auto along_mu = [&](const AxisView& axis, double off) {
-        return axis.count < 2 ? 1
-                              : intervals(std::sqrt(off / allowed), fewest_along_mu, max_along_mu);
+    const auto cubics = [&](double off) {
+        return std::sqrt(std::sqrt(off / (share_of_cubics * tolerance)));
     };
-    const MuPlaces in(table.mu_in, along_mu(table.mu_in, error[0]));
-    const MuPlaces out(table.mu_out, along_mu(table.mu_out, error[1]));
-    const AzimuthPlaces around(table.azimuth, intervals(std::sqrt(std::sqrt(error[2] / allowed)),
-                                                        fewest_along_azimuth, max_along_azimuth));
+    const auto intervals = [&](double times, int fewest, int most) {
+        return static_cast<int>(std::clamp<double>(std::ceil(probed * times), fewest, most));
+    };
     RefinedSamples refined{};
+    refined.cubic = probed * std::max(lines(error.in), lines(error.out)) > most_lines;
+    const auto along_mu = [&](const AxisView& axis, const CosineErrors& along) {
+        if (axis.count < 2) return refined.cubic ? 3 : 1;
+        return refined.cubic ? intervals(cubics(along.cubics), fewest_along_mu, most_cubics)
+                             : intervals(lines(along), fewest_along_mu, most_lines);
+    };
+    const MuPlaces in(table.mu_in, along_mu(table.mu_in, error.in));
+    const MuPlaces out(table.mu_out, along_mu(table.mu_out, error.out));
+    const AzimuthPlaces around(
+        table.azimuth, intervals(cubics(error.azimuth), fewest_along_azimuth, max_along_azimuth));
     refined.symmetric = table.is_symmetric();
-    refined.columns = out.intervals + 1;
+    refined.columns = out.intervals + (refined.cubic ? 3 : 1);
     refined.azimuths = table.azimuth.count < 2 ? 1 : around.count();
-    // Rows 0 to `intervals`, the last one column short where the table is symmetric.
-    const std::size_t rows = size(in.intervals + 1);
-    const std::size_t cells =
-        refined.symmetric ? rows * (rows + 3) / 2 : rows * size(refined.columns);
+    // Rows 0 to `intervals`, the last one column short where they are symmetric, or one more at either end.
+    const std::size_t rows = size(in.intervals + (refined.cubic ? 3 : 1));
+    const std::size_t cells = refined.symmetric && !refined.cubic ? rows * (rows + 3) / 2
+                                                                  : rows * size(refined.columns);
     refined.sample.resize(cells * size(refined.azimuths) * size(stride) + 1);
+    float* const first = refined.sample.data();
     for (std::size_t c = 0; c < refinements.size(); ++c)
-        refinements[c].write(in, out, around, stride, refined.sample.data() + c);
+        refinements[c].write(in, out, around, refined.cubic, stride, first + c);
+    if (refined.cubic) {
+        const std::size_t cell_size = size(refined.azimuths * stride),
+                          row_size = size(refined.columns) * cell_size;
+        for (int i = 1; i <= in.intervals + 1; ++i)
+            extend(first + size(i) * row_size, out.intervals + 1, cell_size, cell_size);
+        extend(first, in.intervals + 1, row_size, row_size);
+    }
     set_axis(refined.places, 0, in.first, in.step, in.intervals);
     set_axis(refined.places, 1, out.first, out.step, out.intervals);
     set_axis(refined.places, 2, around.first, (around.last - around.first) / around.intervals,

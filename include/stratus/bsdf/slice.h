@@ -1,8 +1,8 @@
 // A slice: a layer of one optical depth and albedo, bound once so that every lookup is short.
 //
 // Binding does the expensive work: it interpolates a table along optical depth and albedo, refines
-// its cosines until straight lines between samples meet the table's tolerance and its azimuths until
-// cubics do, and picks the code for the effects asked for. A slice owns all that it reads; the table may go.
+// its cosines until straight lines between samples meet the table's tolerance, or cubics where the
+// tolerance is fine, and its azimuths until cubics do, and picks the code for the effects asked for. A slice owns all that it reads; the table may go.
 // Single scattering needs no table at all. Colours share everything but depth and albedo: one
 // lookup of an RgbSlice gives three.
 //

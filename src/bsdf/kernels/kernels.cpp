@@ -74,7 +74,7 @@ STRATUS_INLINE auto slice_place(const SliceSide<channels>& side,
                                        {at.azimuth.sample, F(at.azimuth.fraction)}};
 }
 
-/// Reads stored samples: straight lines along both cosines, cubic along azimuth.
+/// Reads stored samples: straight lines along both cosines, or cubics, and cubics along azimuth.
 template <Orders orders, int channels, class F>
 STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                 F* value) {
@@ -83,6 +83,11 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
     const int azimuths = azimuthal ? side.azimuths : 1;
     const int column = azimuths * channels;
     auto row = mu.sample * (side.columns * column) + other.sample * column;
+    if (__builtin_expect(side.cubic, false))
+        return between_cubics<channels, azimuthal>(
+            side.sample, side.columns * column, column,
+            azimuthal ? row + azimuth.sample * channels : row, mu.fraction, other.fraction,
+            azimuth.fraction, value);
     auto next = row + side.columns * column;
     if (side.symmetric) {
         row = (halved(mu.sample * (mu.sample + 3)) + other.sample) * column;

@@ -66,10 +66,11 @@ struct SliceSide {
     // end. Where R and T are known for the same cosines on both ways they are symmetric in them:
     // row i over mu has mu' = 0 .. i + 1 alone, and a lookup takes the larger index for mu.
     // Elsewhere mu is that of the incident light, and every row has `columns`. Of `azimuths` the first
-    // and the last lie one step beyond the ends, for cubics.
+    // and the last lie one step beyond the ends, for cubics; of rows and columns, too, where those along
+    // cosines are `cubic`. Every row is whole then.
     const float* sample;
     int layers, columns, azimuths;
-    bool symmetric;
+    bool symmetric, cubic;
     SlicePlaces places;  // of mu_in and mu_out the same where it is symmetric; of sin(azimuth / 2)
     // The divisor of the samples: level + slope * (shares intercepted along both directions).
     float level, slope;

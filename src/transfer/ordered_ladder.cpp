@@ -151,12 +151,14 @@ OrderedLadder::OrderedLadder(const Directions& directions, const std::vector<dou
 }
 
 void OrderedLadder::double_depth() {
-    // R' = R + T (I - R R)^-1 R T,  T' = T (I - R R)^-1 T.  [HT74]
-    const Series bounce = product(reflection_, reflection_);
-    Series down = sum(1, transmission_, 0, transmission_);  // between the halves: D = T + R R D
-    for (std::size_t k = 2; k <= highest_order_; ++k)
-        for (std::size_t j = 2; j <= k; ++j) add_product(down, 1, bounce, j, down, k - j);
-    add(reflection_, 1, product(transmission_, product(reflection_, down)));
+    // R' = R + T U,  T' = T D of the light between the halves, U = R D and D = T + R U.  [HT74]
+    Series down = sum(1, transmission_, 0, transmission_), up = nothing();
+    for (std::size_t k = 1; k <= highest_order_; ++k)
+        for (std::size_t j = 1; j <= k; ++j) {
+            add_product(up, 1, reflection_, j, down, k - j);
+            add_product(down, 1, reflection_, j, up, k - j);
+        }
+    add(reflection_, 1, product(transmission_, up));
     transmission_ = product(transmission_, down);
     optical_depth_ *= 2;
     set_beam();

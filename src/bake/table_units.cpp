@@ -41,8 +41,12 @@ namespace {
 
 /// Albedos that one run of the solver works on at once. Eight fill its registers mode by mode; where
 /// modes are many four do nearly as well with two modes at a time, fewer lanes idle in the last run, and modes
-/// take half of the memory. Where they are very many two take little longer, and half of that again.
-std::size_t albedos_at_once(int modes) { return modes >= 32 ? 2 : modes >= 10 ? 4 : 8; }
+/// take half of the memory. Where they are very many two take little longer, and half of that again. A
+/// few orders are solved once for all albedos (ordered_ladder.h), which then cost little more than their memory.
+std::size_t albedos_at_once(const Recipe& recipe) {
+    const int modes = recipe.discretisation.modes;
+    return (modes >= 32 ? 2 : modes >= 10 ? 4 : 8) * (recipe.orders > 0 ? 4 : 1);
+}
 
 const Recipe& checked(const Recipe& resolved) {
     const Discretisation& d = resolved.discretisation;
@@ -147,7 +151,7 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
         else
             run.octaves.insert(depth / runs());
     }
-    const std::size_t at_once = albedos_at_once(recipe_.discretisation.modes);
+    const std::size_t at_once = albedos_at_once(recipe_);
     std::vector<Unit> units;
     for (const auto& [key, run] : runs_by_member) {
         const std::vector<std::size_t> of_run(run.albedos.begin(), run.albedos.end());

@@ -1,10 +1,12 @@
 #include <stratus/layer/lower_boundary.h>
 
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 
 #include "reflected_curve.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 namespace stratus {
@@ -53,16 +55,22 @@ PhaseCurve reflected_curve(const PhaseFunction& phase_function, const Opposition
         return phase_function(c) *
                (of_hapke ? opposition_factor(opposition, c, infinity, 1, 1) : 1);
     };
-    if (!of_blinn && !over_layer)
-        return of_hapke
-                   ? PhaseCurve::sampled(1, [&](double c, double* value) { *value = layer(c); })
-                   : PhaseCurve(phase_function);
-    const auto both = [&](double c, double* value) {
-        value[0] = layer(c);
-        value[1] = over_layer ? boundary->phase_function(c) : 0;
+    if (!of_blinn && !of_hapke && !over_layer) return PhaseCurve(phase_function);
+    const bool has_two = of_blinn || over_layer;
+    const auto value = [&](double c, double* values) {
+        values[0] = layer(c);
+        if (has_two) values[1] = over_layer ? boundary->phase_function(c) : 0;
     };
-    return PhaseCurve::sampled(
-        2, both, of_blinn ? PhaseForm::with_opposition_and_boundary : PhaseForm::with_boundary);
+    const PhaseForm form = of_blinn  ? PhaseForm::with_opposition_and_boundary
+                           : has_two ? PhaseForm::with_boundary
+                                     : PhaseForm::sampled;
+    std::string text = phase_function.text() + (of_blinn ? " with blinn" : "");
+    if (of_hapke)
+        text += " with hapke " + shortest_text(opposition.amplitude) + " " +
+                shortest_text(opposition.width);
+    if (over_layer) text += " over " + boundary->phase_function.text();
+    return PhaseCurve::kept(
+        text, [&] { return PhaseCurve::sampled(has_two ? 2 : 1, value, form); });
 }
 
 }  // namespace stratus

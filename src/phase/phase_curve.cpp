@@ -55,20 +55,24 @@ PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, doubl
 }
 
 PhaseCurve PhaseCurve::sampled(const PhaseFunction& phase_function) {
+    return kept(phase_function.text(), [&] {
+        return sampled(1, [&](double c, double* value) { *value = phase_function(c); });
+    });
+}
+
+PhaseCurve PhaseCurve::kept(const std::string& text, const std::function<PhaseCurve()>& make) {
     constexpr std::size_t most_kept = 8;
     static std::mutex mutex;
-    static std::deque<std::pair<std::string, PhaseCurve>> kept;  // by their text
-    const std::string text = phase_function.text();
+    static std::deque<std::pair<std::string, PhaseCurve>> curves;  // by their text
     {
         const std::lock_guard<std::mutex> lock(mutex);
-        for (const auto& [known, curve] : kept)
+        for (const auto& [known, curve] : curves)
             if (known == text) return curve;
     }
-    const PhaseCurve curve =
-        sampled(1, [&](double c, double* value) { *value = phase_function(c); });
+    const PhaseCurve curve = make();
     const std::lock_guard<std::mutex> lock(mutex);
-    kept.emplace_front(text, curve);
-    if (kept.size() > most_kept) kept.pop_back();
+    curves.emplace_front(text, curve);
+    if (curves.size() > most_kept) curves.pop_back();
     return curve;
 }
 

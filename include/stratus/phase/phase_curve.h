@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace stratus {
@@ -59,9 +60,12 @@ class PhaseCurve {
                               const std::function<void(double cos_theta, double* value)>& value,
                               PhaseForm form = PhaseForm::sampled);
 
-    /// Samples of a whole phase function, even where it has a closed form. The latest ones are kept: a
-    /// table, its file and every light of a picture take the same function.
+    /// Samples of a whole phase function, even where it has a closed form.
     static PhaseCurve sampled(const PhaseFunction& phase_function);
+
+    /// The curve that `make` samples, which `text` tells from all others. The latest ones are kept: a table, its file
+    /// and every light of a picture take the same ones.
+    static PhaseCurve kept(const std::string& text, const std::function<PhaseCurve()>& make);
 
     PhaseCurveView view() const noexcept;
 

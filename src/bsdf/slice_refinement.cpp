@@ -19,7 +19,7 @@ constexpr double share_of_lines = 0.25, share_of_cubics = 0.15;
 
 // Intervals along an axis: while errors are measured, and of the slice. Cosines that took more straight
 // lines than these are interpolated by cubics.
-constexpr int probed = 32, fewest_along_mu = 16, most_lines = 144, most_cubics = 256,
+constexpr int probed_along_mu = 32, fewest_along_mu = 16, most_lines = 144, most_cubics = 256,
               fewest_along_azimuth = 4, max_along_azimuth = 128;
 
 /// The coordinate along which fast lookups sample cosines evenly (base/interpolation.h): it falls from 1
@@ -265,7 +265,6 @@ struct CosineErrors {
 
 struct RefinementErrors {
     CosineErrors in, out;
-    double azimuth = 0;
 };
 
 /// The error of a cubic between samples `step` apart: 3/128 of the fourth difference.
@@ -293,19 +292,41 @@ class Refinement {
                         table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
     }
 
-    /// Errors between `probed` + 1 samples along mu_in, mu_out and azimuth, relative to R or T.
-    RefinementErrors errors() const {
+    /// Errors between the probed samples along mu_in and mu_out, relative to R or T.
+    RefinementErrors errors() {
         MeasuredErrors of_in, of_out;
-        RelativeErrors of_azimuth;
         const AxisView &in = table_.mu_in, &out = table_.mu_out;
         double largest = add_errors_along_mu(sheet_, in, out, of_in);
         if (!table_.is_symmetric())
             largest = std::max(largest, add_errors_along_mu(transposed(sheet_), out, in, of_out));
-        if (sheet_.count[2] > 1) add_errors_along_azimuth(of_azimuth);
-        const double floor = darkest_share * largest;
-        const CosineErrors along_in = of_in.quantiles(floor);
-        return {along_in, table_.is_symmetric() ? along_in : of_out.quantiles(floor),
-                of_azimuth.quantile(floor)};
+        floor_ = darkest_share * largest;
+        const CosineErrors along_in = of_in.quantiles(floor_);
+        return {along_in, table_.is_symmetric() ? along_in : of_out.quantiles(floor_)};
+    }
+
+    /// The same between `probed` + 1 samples along azimuth, once those along cosines are known.
+    double azimuth_error(int probed) const {
+        if (sheet_.count[2] < 2) return 0;
+        RelativeErrors errors;
+        const AzimuthPlaces places(table_.azimuth, probed);
+        const Stencils stencils = places.stencils(table_.azimuth);
+        constexpr int cosine_step = 3;
+        std::vector<float> row(size(probed + 1));
+        for (int i = 0; i < sheet_.count[0]; i += cosine_step) {
+            const int last = table_.is_symmetric() ? i : sheet_.count[1] - 1;
+            for (int j = 0; j <= last; j += cosine_step) {
+                const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
+                if (std::min(in, out) < least_cosine()) continue;
+                const double factor = divided_by(in) * divided_by(out);
+                refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row.data());
+                for (int k = 2; k + 1 < probed; ++k) {
+                    const double total =
+                        double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
+                    errors.add(cubic_error(&row[size(k)], 1) * factor, total);
+                }
+            }
+        }
+        return errors.quantile(floor_);
     }
 
     /// All samples, `stride` apart: row i over mu_in holds all mu_out by azimuth; for straight lines
@@ -352,13 +373,13 @@ class Refinement {
     /// horizon.
     double add_errors_along_mu(const Sheet& sheet, const AxisView& along, const AxisView& across,
                                MeasuredErrors& errors) const {
-        const MuPlaces places(along, probed);
+        const MuPlaces places(along, probed_along_mu);
         const int azimuth_step = std::max(1, (sheet.count[2] - 1) / 4);  // a few are enough
         const Sheet finer =
             refined_in(thinned_azimuth(sheet, azimuth_step), places.stencils(along));
         const int columns = finer.count[2];
-        errors.lines.reserve(probed * sheet.count[1] * columns);
-        errors.cubics.reserve(probed * sheet.count[1] * columns);
+        errors.lines.reserve(probed_along_mu * sheet.count[1] * columns);
+        errors.cubics.reserve(probed_along_mu * sheet.count[1] * columns);
         std::vector<double> others, shares, azimuths;
         for (int j = 0; j < sheet.count[1]; ++j) {
             others.push_back(across.value(j));
@@ -367,7 +388,7 @@ class Refinement {
         for (int k = 0; k < columns; ++k)
             azimuths.push_back(table_.azimuth.value(k * azimuth_step));
         double largest = 0;
-        for (int i = 1; i < probed; ++i) {
+        for (int i = 1; i < probed_along_mu; ++i) {
             const double mu = places.mu(i), share = divided_by(mu);
             for (int j = 0; j < sheet.count[1]; ++j) {
                 const double other = others[size(j)], factor = share * shares[size(j)];
@@ -377,7 +398,7 @@ class Refinement {
                     const double total =
                         at(i) * factor + single_(channel_, mu, other, azimuths[size(k)]);
                     errors.lines.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
-                    if (i > 1 && i + 1 < probed)
+                    if (i > 1 && i + 1 < probed_along_mu)
                         errors.cubics.add(
                             cubic_error(finer.row(i, j) + k, sheet.count[1] * columns) * factor,
                             total);
@@ -386,27 +407,6 @@ class Refinement {
             }
         }
         return largest;
-    }
-
-    void add_errors_along_azimuth(RelativeErrors& errors) const {
-        const AzimuthPlaces places(table_.azimuth, probed);
-        const Stencils stencils = places.stencils(table_.azimuth);
-        constexpr int cosine_step = 3;
-        float row[probed + 1];
-        for (int i = 0; i < sheet_.count[0]; i += cosine_step) {
-            const int last = table_.is_symmetric() ? i : sheet_.count[1] - 1;
-            for (int j = 0; j <= last; j += cosine_step) {
-                const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
-                if (std::min(in, out) < least_cosine()) continue;
-                const double factor = divided_by(in) * divided_by(out);
-                refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row);
-                for (int k = 2; k + 1 < probed; ++k) {
-                    const double total =
-                        double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
-                    errors.add(cubic_error(row + k, 1) * factor, total);
-                }
-            }
-        }
     }
 
     double least_cosine() const { return table_.path_law != nullptr ? least_path_cosine : 0; }
@@ -421,6 +421,7 @@ class Refinement {
     int channel_;
     const SingleScattering& single_;
     Sheet sheet_;
+    double floor_ = 0;  // of the totals that errors are relative to
 };
 
 }  // namespace
@@ -434,32 +435,40 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
         const RefinementErrors more = refinements.back().errors();
         error.in.join(more.in);
         error.out.join(more.out);
-        error.azimuth = std::max(error.azimuth, more.azimuth);
     }
     const double tolerance = (table.path_law != nullptr ? 0.5 : 1) * kept_tolerance(table);
     const int stride = static_cast<int>(channels.size());
-    // Straight lines miss by the square of an interval, cubics by its fourth power: how many times finer
-    // than `probed` it has to be.
+    // Straight lines miss by the square of an interval, cubics by its fourth power.
     const auto lines = [&](const CosineErrors& along) {
-        return std::sqrt(along.lines / (share_of_lines * tolerance));
+        return probed_along_mu * std::sqrt(along.lines / (share_of_lines * tolerance));
     };
-    const auto cubics = [&](double off) {
-        return std::sqrt(std::sqrt(off / (share_of_cubics * tolerance)));
+    const auto cubics = [&](int probed, double off) {
+        return probed * std::sqrt(std::sqrt(off / (share_of_cubics * tolerance)));
     };
-    const auto intervals = [&](double times, int fewest, int most) {
-        return static_cast<int>(std::clamp<double>(std::ceil(probed * times), fewest, most));
+    const auto intervals = [&](double count, int fewest, int most) {
+        return static_cast<int>(std::clamp<double>(std::ceil(count), fewest, most));
     };
     RefinedSamples refined{};
-    refined.cubic = probed * std::max(lines(error.in), lines(error.out)) > most_lines;
+    refined.cubic = std::max(lines(error.in), lines(error.out)) > most_lines;
     const auto along_mu = [&](const AxisView& axis, const CosineErrors& along) {
         if (axis.count < 2) return refined.cubic ? 3 : 1;
-        return refined.cubic ? intervals(cubics(along.cubics), fewest_along_mu, most_cubics)
+        return refined.cubic ? intervals(cubics(probed_along_mu, along.cubics), fewest_along_mu,
+                                         most_cubics)
                              : intervals(lines(along), fewest_along_mu, most_lines);
     };
     const MuPlaces in(table.mu_in, along_mu(table.mu_in, error.in));
     const MuPlaces out(table.mu_out, along_mu(table.mu_out, error.out));
+    // Intervals too coarse to tell are halved: a rainbow may lie between two samples.
+    double along_azimuth = 0;
+    for (int probed = 32; probed <= max_along_azimuth; probed *= 2) {
+        double off = 0;
+        for (const Refinement& channel : refinements)
+            off = std::max(off, channel.azimuth_error(probed));
+        along_azimuth = cubics(probed, off);
+        if (along_azimuth <= probed) break;
+    }
     const AzimuthPlaces around(
-        table.azimuth, intervals(cubics(error.azimuth), fewest_along_azimuth, max_along_azimuth));
+        table.azimuth, intervals(along_azimuth, fewest_along_azimuth, max_along_azimuth));
     refined.symmetric = table.is_symmetric();
     refined.columns = out.intervals + (refined.cubic ? 3 : 1);
     refined.azimuths = table.azimuth.count < 2 ? 1 : around.count();

@@ -128,10 +128,14 @@ int TableUnits::runs() const {
 std::vector<Unit> TableUnits::all() const {
     std::vector<int> layers(header_.layer_count());
     std::iota(layers.begin(), layers.end(), 0);
-    return holding(layers);
+    return units_of(layers, albedos_at_once(recipe_));
 }
 
 std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
+    return units_of(layers, recipe_.orders > 0 ? albedos_at_once(recipe_) : 1);
+}
+
+std::vector<Unit> TableUnits::units_of(const std::vector<int>& layers, std::size_t at_once) const {
     const AxisView tau = header_.optical_depth.view();
     const int depths = tau.size(), albedos = int_size(header_.albedo.values);
     struct Run {
@@ -151,7 +155,6 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
         else
             run.octaves.insert(depth / runs());
     }
-    const std::size_t at_once = albedos_at_once(recipe_);
     std::vector<Unit> units;
     for (const auto& [key, run] : runs_by_member) {
         const std::vector<std::size_t> of_run(run.albedos.begin(), run.albedos.end());

@@ -61,7 +61,7 @@ class TableUnits {
 
     /// All layers, each in one unit.
     std::vector<Unit> all() const;
-    /// Some layers: as few units as hold them.
+    /// Some layers, all modes of which are to be held: one albedo at a time, unless orders are counted.
     std::vector<Unit> holding(const std::vector<int>& layers) const;
 
     /// In the order of their solutions: albedos one after the other, ascending depths of each.
@@ -77,6 +77,7 @@ class TableUnits {
     void place_axes();
     void place_cosines();
     int runs() const;
+    std::vector<Unit> units_of(const std::vector<int>& layers, std::size_t at_once) const;
     double unit_weight(const Unit& unit) const;
     double layer_seconds(const Unit& unit) const;
 

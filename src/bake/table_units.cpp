@@ -128,14 +128,14 @@ int TableUnits::runs() const {
 std::vector<Unit> TableUnits::all() const {
     std::vector<int> layers(header_.layer_count());
     std::iota(layers.begin(), layers.end(), 0);
-    return units_of(layers, albedos_at_once(recipe_));
+    return make_units(layers, albedos_at_once(recipe_));
 }
 
 std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
-    return units_of(layers, recipe_.orders > 0 ? albedos_at_once(recipe_) : 1);
+    return make_units(layers, recipe_.orders > 0 ? albedos_at_once(recipe_) : 1);
 }
 
-std::vector<Unit> TableUnits::units_of(const std::vector<int>& layers, std::size_t at_once) const {
+std::vector<Unit> TableUnits::make_units(const std::vector<int>& layers, std::size_t at_once) const {
     const AxisView tau = header_.optical_depth.view();
     const int depths = tau.size(), albedos = int_size(header_.albedo.values);
     struct Run {

@@ -77,7 +77,7 @@ class TableUnits {
     void place_axes();
     void place_cosines();
     int runs() const;
-    std::vector<Unit> units_of(const std::vector<int>& layers, std::size_t at_once) const;
+    std::vector<Unit> make_units(const std::vector<int>& layers, std::size_t at_once) const;
     double unit_weight(const Unit& unit) const;
     double layer_seconds(const Unit& unit) const;
 

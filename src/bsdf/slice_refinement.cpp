@@ -304,25 +304,26 @@ class Refinement {
         return {along_in, table_.is_symmetric() ? along_in : of_out.quantiles(floor_)};
     }
 
-    /// The same between `probed` + 1 samples along azimuth, once those along cosines are known.
+    /// Errors between `probed` + 1 samples along azimuth, once those along cosines are known.
     double azimuth_error(int probed) const {
         if (sheet_.count[2] < 2) return 0;
         RelativeErrors errors;
         const AzimuthPlaces places(table_.azimuth, probed);
         const Stencils stencils = places.stencils(table_.azimuth);
         constexpr int cosine_step = 3;
-        std::vector<float> row(size(probed + 1));
+        std::vector<float> samples(size(probed + 1));
+        float* const row = samples.data();
         for (int i = 0; i < sheet_.count[0]; i += cosine_step) {
             const int last = table_.is_symmetric() ? i : sheet_.count[1] - 1;
             for (int j = 0; j <= last; j += cosine_step) {
                 const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
                 if (std::min(in, out) < least_cosine()) continue;
                 const double factor = divided_by(in) * divided_by(out);
-                refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row.data());
+                refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row);
                 for (int k = 2; k + 1 < probed; ++k) {
                     const double total =
                         double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
-                    errors.add(cubic_error(&row[size(k)], 1) * factor, total);
+                    errors.add(cubic_error(row + k, 1) * factor, total);
                 }
             }
         }

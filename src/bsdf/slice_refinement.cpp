@@ -20,7 +20,7 @@ constexpr double share_of_lines = 0.25, share_of_cubics = 0.15;
 // Intervals along an axis: while errors are measured, and of the slice. Cosines that took more straight
 // lines than these are interpolated by cubics.
 constexpr int probed_along_mu = 32, fewest_along_mu = 16, most_lines = 144, most_cubics = 256,
-              fewest_along_azimuth = 4, max_along_azimuth = 128;
+              fewest_along_azimuth = 4, max_along_azimuth = 512;
 
 /// The coordinate along which fast lookups sample cosines evenly (base/interpolation.h): it falls from 1
 /// at grazing to 0 at the normal.

@@ -10,8 +10,12 @@
 #include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>
 
+#include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace stratus {
 

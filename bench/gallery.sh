@@ -24,7 +24,7 @@ seconds() {
     shift
     { time "$stratus" "$command" "$scene" --width "$width" --quiet "$@" >/dev/null; } 2>&1 | awk '{ print $1 + $2 }'
 }
-# The same in instructions.
+# instructions COMMAND OPTION...: how many that are.
 instructions() {
     local command=$1
     shift

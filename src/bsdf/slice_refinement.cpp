@@ -263,10 +263,6 @@ struct CosineErrors {
     }
 };
 
-struct RefinementErrors {
-    CosineErrors in, out;
-};
-
 /// The error of a cubic between samples `step` apart: 3/128 of the fourth difference.
 double cubic_error(const float* at, std::ptrdiff_t step) {
     return (6 * double{*at} - 4 * (double{at[-step]} + double{at[step]}) + double{at[-2 * step]} +
@@ -293,7 +289,7 @@ class Refinement {
     }
 
     /// Errors between the probed samples along mu_in and mu_out, relative to R or T.
-    RefinementErrors errors() {
+    std::array<CosineErrors, 2> errors() {
         MeasuredErrors of_in, of_out;
         const AxisView &in = table_.mu_in, &out = table_.mu_out;
         double largest = add_errors_along_mu(sheet_, in, out, of_in);
@@ -430,12 +426,11 @@ class Refinement {
 RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& channels,
                       const SingleScattering& single) {
     std::vector<Refinement> refinements;
-    RefinementErrors error;
+    std::array<CosineErrors, 2> error;  // along mu_in and mu_out
     for (const ChannelOrders& orders : channels) {
         refinements.emplace_back(table, orders, static_cast<int>(refinements.size()), single);
-        const RefinementErrors more = refinements.back().errors();
-        error.in.join(more.in);
-        error.out.join(more.out);
+        const std::array<CosineErrors, 2> more = refinements.back().errors();
+        for (std::size_t a = 0; a < error.size(); ++a) error[a].join(more[a]);
     }
     const double tolerance = (table.path_law != nullptr ? 0.5 : 1) * kept_tolerance(table);
     const int stride = static_cast<int>(channels.size());
@@ -450,15 +445,15 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
         return static_cast<int>(std::clamp<double>(std::ceil(count), fewest, most));
     };
     RefinedSamples refined{};
-    refined.cubic = std::max(lines(error.in), lines(error.out)) > most_lines;
+    refined.cubic = std::max(lines(error[0]), lines(error[1])) > most_lines;
     const auto along_mu = [&](const AxisView& axis, const CosineErrors& along) {
         if (axis.count < 2) return refined.cubic ? 3 : 1;
         return refined.cubic ? intervals(cubics(probed_along_mu, along.cubics), fewest_along_mu,
                                          most_cubics)
                              : intervals(lines(along), fewest_along_mu, most_lines);
     };
-    const MuPlaces in(table.mu_in, along_mu(table.mu_in, error.in));
-    const MuPlaces out(table.mu_out, along_mu(table.mu_out, error.out));
+    const MuPlaces in(table.mu_in, along_mu(table.mu_in, error[0]));
+    const MuPlaces out(table.mu_out, along_mu(table.mu_out, error[1]));
     // Intervals too coarse to tell are halved: a rainbow may lie between two samples.
     double along_azimuth = 0;
     for (int probed = 32; probed <= max_along_azimuth; probed *= 2) {

@@ -1,7 +1,5 @@
 #include "options.h"
 
-#include <stratus/base/argument.h>
-#include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 
 #include <cmath>

@@ -4,10 +4,12 @@
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
+#include <stratus/base/argument.h>
 #include <stratus/scene/table_cache.h>
 #include <stratus/scene/scene.h>
 #include <stratus/table/member_and_ground.h>
 
+#include "progress.h"
 #include "query.h"
 
 #include <CLI/CLI.hpp>

@@ -6,6 +6,7 @@
 // stdout or, atomically, to a file.
 #pragma once
 
+#include <stratus/base/constants.h>
 #include <stratus/base/direction.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>

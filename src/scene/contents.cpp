@@ -1,9 +1,5 @@
 #include <stratus/scene/contents.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 namespace stratus {
 namespace {
 

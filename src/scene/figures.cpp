@@ -4,9 +4,6 @@
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
 
-#include <algorithm>
-#include <cmath>
-
 namespace stratus {
 namespace {
 

@@ -3,9 +3,6 @@
 #include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
-#include <algorithm>
-#include <cmath>
-
 namespace stratus {
 namespace {
 

@@ -6,8 +6,6 @@
 
 #include <stratus/table/table.h>
 
-#include <array>
-
 namespace stratus {
 
 class LayerFluxes {

@@ -5,8 +5,6 @@
 #include "ring_light.h"
 #include "subjects.h"
 
-#include <variant>
-
 namespace stratus {
 namespace {
 

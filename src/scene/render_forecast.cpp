@@ -4,9 +4,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/scene/render.h>
 
-#include <algorithm>
 #include <numeric>
-#include <span>
 
 namespace stratus {
 namespace {

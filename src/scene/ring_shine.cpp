@@ -5,8 +5,6 @@
 
 #include "subjects.h"
 
-#include <utility>
-
 namespace stratus {
 namespace {
 

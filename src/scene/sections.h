@@ -3,10 +3,6 @@
 
 #include <stratus/scene/scene.h>
 
-#include <filesystem>
-#include <map>
-#include <memory>
-
 namespace stratus::scene_file {
 
 constexpr const char* caller = "scene";

@@ -2,9 +2,6 @@
 #pragma once
 
 #include <stratus/scene/layer_light.h>
-#include <stratus/scene/scene.h>
-
-#include <algorithm>
 
 namespace stratus {
 

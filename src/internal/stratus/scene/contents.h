@@ -2,7 +2,6 @@
 // cast. Ranges may be wider than those of a picture's rays, never narrower.
 #pragma once
 
-#include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
 
 namespace stratus {

@@ -2,6 +2,7 @@
 // in z = 0.
 #pragma once
 
+#include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
 
 #include <cmath>

@@ -12,8 +12,6 @@
 #include <stratus/io/checkpoint.h>
 #include <stratus/table/packed_table.h>
 
-#include <cstdint>
-
 namespace stratus {
 
 class TableCache {

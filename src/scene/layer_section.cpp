@@ -10,8 +10,8 @@ namespace {
 double read_depths(const Section& section, const char* key, SceneLayer& layer) {
     if (!section.is_list(key)) return section.number(key);
     layer.extinction = section.three(key);
-    const double largest = *std::ranges::max_element(layer.extinction);
-    require(largest < infinity, caller, section.at(key), "finite where there are three", largest);
+    const double largest = std::ranges::max(layer.extinction);
+    section.require(largest < infinity, key, "finite where there are three", largest);
     for (double& each : layer.extinction) each = largest > 0 ? each / largest : 1;
     return largest;
 }
@@ -31,8 +31,8 @@ DepthMap read_depth(const Section& section_of_layer, const Source& source, Scene
         map.image = source.image(section, 1);
         return map;
     }
-    require(section.flag("clouds"), caller, section.at("clouds"),
-            "true; a layer without clouds has a number as its optical_depth", "false");
+    section.require(section.flag("clouds"), "clouds",
+                    "true; a layer without clouds has a number as its optical_depth", "false");
     map.pattern = DepthMap::Pattern::clouds;
     map.scale = section.number("scale");
     map.coverage = section.number("coverage");
@@ -55,8 +55,8 @@ Opposition read_opposition(const Section& layer, double density) {
     const Section section = layer.section("opposition");
     const bool of_blinn = section.choice("law", {"blinn", "hapke"}) == "blinn";
     const char* const key = of_blinn ? "density" : "width";
-    require(section.has(key) || density > 0, caller, section.at(key),
-            "given where the layer has no density", "nothing");
+    section.require(section.has(key) || density > 0, key, "given where the layer has no density",
+                    "nothing");
     if (of_blinn) return Opposition::blinn(section.has(key) ? section.number(key) : density);
     const double amplitude = section.number("amplitude");
     return Opposition::hapke(
@@ -71,15 +71,10 @@ void read_phase_function(const Section& section, const Source& source, SceneLaye
                                                : layer.channels[1]};
 }
 
-/// The `argument` must be `otherwise` unless these are droplets.
-Mie required_droplets(const PhaseFunction& phase_function, const std::string& argument,
-                      const char* otherwise) {
+/// Null unless a phase function is of droplets alone.
+const Mie* find_droplets(const PhaseFunction& phase_function) {
     const auto& terms = phase_function.terms();
-    const Mie* const droplets = std::get_if<Mie>(&terms[0].second);
-    require(droplets != nullptr && terms.size() == 1, caller, argument,
-            std::string(otherwise) + " unless the phase function is of droplets (mie) alone",
-            "\"phase_function\"");
-    return *droplets;
+    return terms.size() == 1 ? std::get_if<Mie>(&terms[0].second) : nullptr;
 }
 
 /// The albedos that phase functions bring with them: of droplets at the wavelengths of red's, green's
@@ -91,12 +86,13 @@ Rgb3 own_albedos(const Section& section, const SceneLayer& layer) {
     for (std::size_t c = 0; c < 3; ++c) {
         const bool each = !layer.channels.empty();
         const PhaseFunction& own = each ? layer.channels[c] : layer.components[0];
-        require(own.albedo().has_value(), caller, section.at("albedo"),
-                "numbers unless the phase function is of droplets (mie) or has a geometric_albedo",
-                "\"phase_function\"");
+        section.require(
+            own.albedo().has_value(), "albedo",
+            "numbers unless the phase function is of droplets (mie) or has a geometric_albedo",
+            "\"phase_function\"");
         albedo[c] = *own.albedo();
-        const Mie* const droplets = std::get_if<Mie>(&own.terms()[0].second);
-        if (each || droplets == nullptr || own.terms().size() != 1) continue;
+        const Mie* const droplets = find_droplets(own);
+        if (each || !droplets) continue;
         Droplets coloured = droplets->droplets;
         coloured.wavelength = wavelengths[c];
         albedo[c] = Mie(coloured).albedo();
@@ -106,16 +102,23 @@ Rgb3 own_albedos(const Section& section, const SceneLayer& layer) {
 
 /// Extinction efficiencies over green's.
 Rgb3 extinction_of_droplets(const Section& section, const SceneLayer& layer) {
-    const std::string name = section.at("extinction");
-    require(!layer.channels.empty(), caller, name, "absent unless phase_function is a list",
-            "\"phase_function\"");
-    const Mie green = required_droplets(layer.channels[1], name, "absent");
+    constexpr const char* key = "extinction";
+    section.require(!layer.channels.empty(), key, "absent unless phase_function is a list",
+                    "\"phase_function\"");
+    const auto droplets = [&](std::size_t c) -> const Mie& {
+        const Mie* const own = find_droplets(layer.channels[c]);
+        section.require(own != nullptr, key,
+                        "absent unless the phase function is of droplets (mie) alone",
+                        "\"phase_function\"");
+        return *own;
+    };
+    const Mie& green = droplets(1);
     Rgb3 extinction{};
     for (std::size_t c = 0; c < 3; ++c) {
-        const Mie own = required_droplets(layer.channels[c], name, "absent");
-        require(have_same_sizes(own.droplets, green.droplets), caller, name,
-                "absent unless all channels have droplets of the same sizes",
-                layer.channels[c].text());
+        const Mie& own = droplets(c);
+        section.require(have_same_sizes(own.droplets, green.droplets), key,
+                        "absent unless all channels have droplets of the same sizes",
+                        layer.channels[c].text());
         extinction[c] = own.extinction_efficiency() / green.extinction_efficiency();
     }
     return extinction;
@@ -129,10 +132,11 @@ SceneLayer read_stack(const Section& section, const Source& source) {
     const std::filesystem::path path = source.directory / section.text("stack");
     std::vector<Stack> stacks =
         section.placed("stack", [&] { return read_coloured_stack(path, source.notes); });
-    require(!stacks[0].lower_boundary.is_present(), caller, section.at("stack"),
-            "a stack without [below]: ground is the scene's surface, and a semi-infinite layer one "
-            "of optical_depth inf",
-            "one with it");
+    section.require(
+        !stacks[0].lower_boundary.is_present(), "stack",
+        "a stack without [below]: ground is the scene's surface, and a semi-infinite layer one "
+        "of optical_depth inf",
+        "one with it");
     std::vector<std::vector<StackLayer>> layers;
     for (Stack& stack : stacks) layers.push_back(std::move(stack.layers));
     return section.placed("stack", [&] { return layer_of_stacks(std::move(layers)); });
@@ -142,8 +146,9 @@ SceneLayer read_stack(const Section& section, const Source& source) {
 
 SceneLayer read_layer(const Section& section, const Source& source, bool of_rings) {
     if (section.has("stack")) {
-        require(!of_rings, caller, section.at("stack"),
-                "absent where there are [rings], whose profile mixes two components", "given");
+        section.require(!of_rings, "stack",
+                        "absent where there are [rings], whose profile mixes two components",
+                        "given");
         return read_stack(section, source);
     }
     SceneLayer layer;
@@ -160,8 +165,7 @@ SceneLayer read_layer(const Section& section, const Source& source, bool of_ring
         if (section.has("extinction")) {
             section.choice("extinction", {"phase_function"});
             const bool three = layer.extinction != Rgb3{1, 1, 1};
-            require(!three, caller, section.at("extinction"), "absent beside three optical depths",
-                    "given");
+            section.require(!three, "extinction", "absent beside three optical depths", "given");
             layer.extinction = extinction_of_droplets(section, layer);
         }
     }

@@ -15,8 +15,8 @@ std::string subject_name(const Section& root) {
     std::string subject;
     for (const std::string& name : subjects) {
         if (!root.has(name.c_str()) || (subject == "rings" && name == "planet")) continue;
-        require(subject.empty(), caller, root.at(name.c_str()), allowed,
-                "[" + subject + "] and [" + name + "]");
+        root.require(subject.empty(), name.c_str(), allowed,
+                     "[" + subject + "] and [" + name + "]");
         subject = name;
     }
     require(!subject.empty(), caller, root.here(), allowed, "none");
@@ -36,13 +36,12 @@ void read_effects(const Section& root, Scene& scene) {
 
 /// Tables of stacks know light from above alone: one that is lit from beneath is turned upside down.
 void turn_to_sun(const Section& root, Scene& scene) {
-    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    const Slab* const slab = scene.subject_as<Slab>();
     if (!slab) return;
     const double middle = std::asin(std::clamp(scene.to_sun.z, -1.0, 1.0)),
                  above = std::abs(middle) - scene.sun_diameter / 2;
-    require(above > 0, caller, root.at("sun"),
-            "wholly above or wholly beneath a slab that is a stack",
-            std::to_string(degrees(middle)) + " degrees above it");
+    root.require(above > 0, "sun", "wholly above or wholly beneath a slab that is a stack",
+                 std::to_string(degrees(middle)) + " degrees above it");
     const bool from_below = middle < 0;
     if (from_below)
         for (std::vector<StackLayer>& stack : scene.layer.stacks) {
@@ -53,10 +52,11 @@ void turn_to_sun(const Section& root, Scene& scene) {
     const double height = camera.orthographic ? -camera.forward().z : camera.position.z;
     if (from_below ? height < 0 : height > 0) return;
     const bool lit_ground = slab->surface && !slab->surface->is_black();
-    require(!lit_ground, caller, root.section("slab").at("surface"),
-            "black or absent under a stack that is seen from its unlit side", "another");
-    require(!scene.background.is_one_colour(), caller, root.at("background"),
-            "black or an image behind a stack that is seen from its unlit side", "a colour");
+    root.section("slab").require(!lit_ground, "surface",
+                                 "black or absent under a stack that is seen from its unlit side",
+                                 "another");
+    root.require(!scene.background.is_one_colour(), "background",
+                 "black or an image behind a stack that is seen from its unlit side", "a colour");
 }
 
 /// The effects that a layer's keys make.
@@ -69,25 +69,25 @@ void name_effects(const SceneLayer& layer, Scene& scene) {
 /// Refuses layers that are no spherical shells, and shells of which the orders n >= 2 are farther from
 /// photons than docs/scenes.md states.
 void check_shell(const Section& root, const Scene& scene) {
-    const Planet* const planet = std::get_if<Planet>(&scene.subject);
+    const Planet* const planet = scene.subject_as<Planet>();
     const double height = planet ? planet->shell : 0;
     if (height == 0) return;
     constexpr double most = 0.05;  // of height times optical depth
     const SceneLayer& layer = scene.layer;
-    const std::string at = root.section("planet").at("shell");
-    require(layer.stacks.empty() && layer.opposition.law == Opposition::Law::none, caller, at,
-            "0 where the layer is a stack or has an opposition", height);
+    const Section section = root.section("planet");
+    section.require(layer.stacks.empty() && layer.opposition.law == Opposition::Law::none, "shell",
+                    "0 where the layer is a stack or has an opposition", height);
     const double depth =
-        seen_depth(scene, layer.optical_depth.max) * *std::ranges::max_element(layer.extinction);
-    require(height * depth <= most, caller, at,
-            short_number(most) + " over the layer's largest optical depth at most, " +
-                short_number(most / depth, 2),
-            height);
+        seen_depth(scene, layer.optical_depth.max) * std::ranges::max(layer.extinction);
+    section.require(height * depth <= most, "shell",
+                    short_number(most) + " over the layer's largest optical depth at most, " +
+                        short_number(most / depth, 2),
+                    height);
 }
 
 Scene read_panel(const Section& root, const Source& source) {
     const std::string subject = subject_name(root);
-    require(!is_figure(subject), caller, root.at(subject.c_str()), "absent from pictures", "given");
+    root.require(!is_figure(subject), subject.c_str(), "absent from pictures", "given");
     Scene scene;
     scene.title = root.text("title");
     scene.tolerance = root.number("tolerance");
@@ -142,7 +142,7 @@ void read_panels(const Section& root, const TomlFile& origin, const Source& sour
         return;
     }
     const toml::array& panels = root.tables("panels");
-    require(panels.size() <= 64, caller, root.at("panels"), "64 tables at most", panels.size());
+    root.require(panels.size() <= 64, "panels", "64 tables at most", panels.size());
     for (std::size_t k = 0; k < panels.size(); ++k) {
         const Section own(*panels[k].as_table(), origin, scene_keys());
         for (const char* key : {"animation", "columns", "panels"})
@@ -151,10 +151,9 @@ void read_panels(const Section& root, const TomlFile& origin, const Source& sour
         file.panels.push_back(read_panel({table, origin, scene_keys()}, source));
     }
     for (const Scene& scene : file.panels)
-        require(scene.width == file.panels[0].width && scene.height == file.panels[0].height,
-                caller, root.at("panels"), "pictures of one size", "several sizes");
-    file.columns =
-        root.has("columns") ? root.count("columns") : static_cast<int>(file.panels.size());
+        root.require(scene.width == file.panels[0].width && scene.height == file.panels[0].height,
+                     "panels", "pictures of one size", "several sizes");
+    file.columns = root.has("columns") ? root.count("columns") : int_size(file.panels);
 }
 
 Figure read_figure(const Section& root, const std::string& subject, const Source& source) {
@@ -203,7 +202,7 @@ std::vector<SceneFile> parse_film(const std::string& text, const std::string& di
         TomlFile own = origin;
         if (film.size() > 1)
             own.name += (own.name.empty() ? "frame " : ", frame ") + std::to_string(frame);
-        film[static_cast<std::size_t>(frame)] = read_frame(text, own, source, frame);
+        film[size(frame)] = read_frame(text, own, source, frame);
     }
     for (const SceneFile& each : film)
         require(each.figure || (each.panels[0].width == film[0].panels[0].width &&
@@ -292,7 +291,7 @@ std::vector<std::string> scene_effect_names(const SceneEffects& effects) {
 }
 
 std::optional<Scene> planet_scene(const Scene& scene) {
-    const Rings* const rings = std::get_if<Rings>(&scene.subject);
+    const Rings* const rings = scene.subject_as<Rings>();
     if (!rings || !rings->planet_layer) return std::nullopt;
     Scene planet = scene;
     planet.layer = *rings->planet_layer;
@@ -344,7 +343,7 @@ bool are_alike(const SceneLayer& one, const SceneLayer& other) {
 }
 
 double seen_shell(const Scene& scene) {
-    const Planet* const planet = std::get_if<Planet>(&scene.subject);
+    const Planet* const planet = scene.subject_as<Planet>();
     return planet && scene.effects.shell && scene.layer.optical_depth.max > 0 ? planet->shell : 0;
 }
 

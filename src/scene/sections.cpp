@@ -10,11 +10,11 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
     constexpr const char* key = "image";
     const std::filesystem::path path = directory / section.text(key);
     const std::string ending = path.extension().string();
-    require(ending == ".png" || ending == ".exr", caller, section.at(key), "a .png or .exr file",
-            path.string());
+    section.require(ending == ".png" || ending == ".exr", key, "a .png or .exr file",
+                    path.string());
     const bool is_png = ending == ".png";
-    require(is_png || !section.has("encoding"), caller, section.at("encoding"),
-            "absent beside an .exr file, whose numbers are linear", "given");
+    section.require(is_png || !section.has("encoding"), "encoding",
+                    "absent beside an .exr file, whose numbers are linear", "given");
     const std::string encoding = section.choice("encoding", {"srgb", "data"});
     std::shared_ptr<const Image>& image = (*images)[path.string() + encoding];
     if (!image)
@@ -27,8 +27,7 @@ std::shared_ptr<const Image> Source::image(const Section& section, double most) 
     const auto outside = std::ranges::find_if_not(
         image->rgb, [&](float value) { return value >= 0 && double{value} <= most; });
     if (outside != image->rgb.end())
-        require(false, caller, section.at(key), "of numbers in [0, " + shortest_text(most) + "]",
-                *outside);
+        section.require(false, key, "of numbers in [0, " + shortest_text(most) + "]", *outside);
     return image;
 }
 
@@ -45,7 +44,7 @@ bool has_image(const Section& section, const char* instead) {
 }
 
 void require_absent(const Section& section, const char* key, const char* where) {
-    require(!section.has(key), caller, section.at(key), std::string("absent ") + where, "one");
+    section.require(!section.has(key), key, std::string("absent ") + where, "one");
 }
 
 Vector3 read_vector(const Section& section, const char* key) {
@@ -100,8 +99,8 @@ Camera read_camera(const Section& root) {
     Camera camera;
     camera.look_at = read_vector(section, "look_at");
     camera.position = read_position(section, camera.look_at);
-    require(length(camera.look_at - camera.position) > 0, caller, section.at("position"),
-            "another point than look_at", "the same");
+    section.require(length(camera.look_at - camera.position) > 0, "position",
+                    "another point than look_at", "the same");
     require_exactly_one(section, "field_of_view_deg", "orthographic_width");
     camera.orthographic = section.has("orthographic_width");
     camera.width = camera.orthographic ? section.number("orthographic_width")
@@ -118,7 +117,7 @@ void read_sun(const Section& root, Scene& scene) {
             "none or several of them");
     if (section.has("direction")) {
         const Vector3 direction = read_vector(section, "direction");
-        require(length(direction) > 0, caller, section.at("direction"), "longer than 0", "0");
+        section.require(length(direction) > 0, "direction", "longer than 0", "0");
         scene.to_sun = normalised(direction);
     } else if (by_angles) {
         scene.to_sun =
@@ -131,8 +130,8 @@ void read_sun(const Section& root, Scene& scene) {
     scene.sun_diameter = read_angle(section, "angular_diameter_deg");
     scene.sun_colour = section.three("colour");
     scene.sun_visible = section.flag("visible");
-    require(!scene.sun_visible || scene.sun_diameter > 0, caller, section.at("visible"),
-            "false where angular_diameter_deg is 0", "true");
+    section.require(!scene.sun_visible || scene.sun_diameter > 0, "visible",
+                    "false where angular_diameter_deg is 0", "true");
 }
 
 // [animation]: keys of the scene over time.
@@ -165,8 +164,8 @@ int take_frame(toml::table& table, const TomlFile& origin, int frames) {
     const char* const name = "animation.keys";
     const Section section(place, origin, scene_keys(), name, name);
     const int frame = section.count("frame");
-    require(frame < frames, caller, section.at("frame"),
-            "below animation.frames, " + std::to_string(frames), frame);
+    section.require(frame < frames, "frame", "below animation.frames, " + std::to_string(frames),
+                    frame);
     const Section keys(table, origin, scene_keys());
     for (const char* key : {"animation", "columns", "panels"})
         require_absent(keys, key, "from animation.keys");
@@ -245,8 +244,8 @@ Animation animate(toml::table& root, const TomlFile& origin, int frame) {
         toml::table& table = *each.as_table();
         const int own = take_frame(table, origin, animation.frames);
         const int before = animation.keyed.empty() ? -1 : animation.keyed.back();
-        require(own > before, caller, section.at("keys"), "tables of ascending frames",
-                std::to_string(own) + " after " + std::to_string(before));
+        section.require(own > before, "keys", "tables of ascending frames",
+                        std::to_string(own) + " after " + std::to_string(before));
         animation.keyed.push_back(own);
         collect(table, own, {}, tracks);
     }
@@ -254,9 +253,9 @@ Animation animate(toml::table& root, const TomlFile& origin, int frame) {
     for (const auto& [path, track] : tracks) {
         const bool within = last && last->size() < path.size() &&
                             std::equal(last->begin(), last->end(), path.begin());
-        require(!within, caller, section.at("keys"),
-                "tables that give a key a value everywhere or a table everywhere",
-                within ? last->back() + " as both" : "");
+        section.require(!within, "keys",
+                        "tables that give a key a value everywhere or a table everywhere",
+                        within ? last->back() + " as both" : "");
         set_at_frame(root, path, track, frame);
         last = &path;
     }

@@ -27,7 +27,7 @@ RingProfile read_profile(const std::filesystem::path& path, double unit) {
             require(holds, line.c_str(), name, allowed, value);
         };
         for (const Column& column : columns) {
-            const double value = csv.rows[r][static_cast<std::size_t>(csv.column(column.name))];
+            const double value = csv.rows[r][size(csv.column(column.name))];
             check(value >= 0 && value <= column.max, column.name, column.allowed, value);
             (profile.*column.values).push_back(value);
         }
@@ -63,9 +63,9 @@ RingProfile trimmed(const RingProfile& whole, double inner, double outer) {
 /// Refuses a camera in the globe, from which rays meet nothing.
 void require_outside(const Section& root, Vector3 camera, double flattening) {
     camera.z /= 1 - flattening;
-    require(length(camera) > 1, caller, root.section("camera").at("position"),
-            "outside the planet, whose equatorial radius is 1",
-            short_number(length(camera)) + " of its radius from the middle");
+    root.section("camera").require(length(camera) > 1, "position",
+                                   "outside the planet, whose equatorial radius is 1",
+                                   short_number(length(camera)) + " of its radius from the middle");
 }
 
 }  // namespace
@@ -82,21 +82,22 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
             "within the profile, [" + short_number(inner) + ", " + short_number(outer) + "]";
         if (section.has(key)) *radius = section.number(key, inner, outer, profile.c_str());
     }
-    require(inner >= 1, caller, section.at("inner"), "at least the planet's radius, 1", inner);
-    require(inner < outer, caller, section.at("outer"), "above inner", outer);
+    section.require(inner >= 1, "inner", "at least the planet's radius, 1", inner);
+    section.require(inner < outer, "outer", "above inner", outer);
     rings.profile = trimmed(whole, inner, outer);
     const Section planet = root.section("planet");
     const bool has_layer = root.has("planet");
     if (has_layer) {
         require_absent(section, "surface", "beside [planet], which has it");
-        require(planet.has("layer"), caller, planet.at("layer"),
-                "present beside [rings], whose surface is that of a planet without one", "nothing");
+        planet.require(planet.has("layer"), "layer",
+                       "present beside [rings], whose surface is that of a planet without one",
+                       "nothing");
         require_absent(planet, "shell", "beside [rings]");
         rings.planet_layer = read_layer(planet.section("layer", "layer"), source, false);
     }
     const Section& its = has_layer ? planet : section;
     rings.surface = read_surface(its, source);
-    require(!rings.surface.mirror, caller, its.at("surface"), "no ocean within rings", "wind");
+    its.require(!rings.surface.mirror, "surface", "no ocean within rings", "wind");
     rings.flattening = section.number("flattening");
     require_outside(root, camera.position, rings.flattening);
     return rings;
@@ -118,8 +119,8 @@ Slab read_slab(const Section& root, const Source& source, const Camera& camera) 
     slab.half_size = section.number("size") / 2;
     slab.image_size = section.number("image_size");
     if (slab.surface)
-        require(camera.position.z > -slab.height, caller, root.section("camera").at("position"),
-                "above the ground, z = -slab.height", camera.position.z);
+        root.section("camera").require(camera.position.z > -slab.height, "position",
+                                       "above the ground, z = -slab.height", camera.position.z);
     return slab;
 }
 
@@ -128,8 +129,8 @@ LobeFigure read_lobes(const Section& root, const Source& source) {
     LobeFigure figure;
     figure.phase_function = section.phase_function("phase_function", source);
     for (const double angle : section.numbers("incident_deg", 1, 8)) {
-        require(std::abs(angle - 90) > 0.1, caller, section.at("incident_deg"),
-                "not along the layer, 90", angle);
+        section.require(std::abs(angle - 90) > 0.1, "incident_deg", "not along the layer, 90",
+                        angle);
         figure.incident.push_back(radians(angle));
     }
     figure.optical_depths = section.numbers("optical_depths", 1, 8);

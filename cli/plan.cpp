@@ -164,19 +164,16 @@ void print_contents(const Scene& scene) {
         std::cout << "layer: " << joined(texts, one_each ? "\n       " : " mixed with ");
     const SeenLight light = seen_light(scene);
     const SeenDirections seen = seen_directions(scene);
-    Range depth{infinity, 0}, albedo{1, 0};
-    for (const MatterSpan& span : matter_spans(scene)) {
-        widen(depth, span.optical_depth);
-        widen(albedo, span.albedo);
-    }
+    const MatterSpan matter = whole_matter_span(scene);
     std::vector<std::string> sides;
     if (light.reflection) sides.emplace_back("the lit side");
     if (light.transmission) sides.emplace_back("the unlit side");
     if (light.fluxes) sides.emplace_back("what lies behind");
     std::cout << "\nseen: " << (sides.empty() ? "nothing" : joined(sides)) << "; optical depth "
-              << range_text(depth) << ", albedo " << range_text(albedo) << "\n      mu_in "
-              << range_text(seen.mu_in) << ", mu_out " << range_text(seen.mu_out) << ", azimuth "
-              << range_text(seen.azimuth, " deg") << "\n\n";
+              << range_text(matter.optical_depth) << ", albedo " << range_text(matter.albedo)
+              << "\n      mu_in " << range_text(seen.mu_in) << ", mu_out "
+              << range_text(seen.mu_out) << ", azimuth " << range_text(seen.azimuth, " deg")
+              << "\n\n";
     if (const std::optional<Scene> planet = planet_scene(scene)) {
         std::cout << "its planet\n";
         print_contents(*planet);

@@ -15,15 +15,15 @@ double sun_elevation(const Scene& scene) {
 /// The ground of a planet or slab; null where it is black or there is none.
 const Texture* reflecting_ground(const Scene& scene) {
     const Texture* ground = nullptr;
-    if (const Planet* const planet = std::get_if<Planet>(&scene.subject)) ground = &planet->surface;
-    if (const Slab* const slab = std::get_if<Slab>(&scene.subject))
+    if (const Planet* const planet = scene.subject_as<Planet>()) ground = &planet->surface;
+    if (const Slab* const slab = scene.subject_as<Slab>())
         if (slab->surface) ground = &*slab->surface;
     return ground && !ground->is_black() ? ground : nullptr;
 }
 
 /// Whether there is ground under a slab, black or not.
 bool has_ground(const Scene& scene) {
-    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    const Slab* const slab = scene.subject_as<Slab>();
     return slab && slab->surface;
 }
 
@@ -51,7 +51,7 @@ SeenLight seen_light_of_plane(const Scene& scene) {
 }
 
 bool is_shining(const Scene& scene) {
-    const Rings* const rings = std::get_if<Rings>(&scene.subject);
+    const Rings* const rings = scene.subject_as<Rings>();
     return rings && !rings->has_black_planet() &&
            (scene.effects.ringshine || scene.effects.planetshine);
 }
@@ -117,7 +117,7 @@ PictureDirections picture_directions(const Scene& scene) {
 /// Distance from the plane's axis up to which there may be a layer. Cells of pixels that reach rings
 /// are looked up at their middle, which may lie beside these.
 double farthest_layer(const Scene& scene) {
-    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    const Slab* const slab = scene.subject_as<Slab>();
     return slab && !slab->surface ? std::sqrt(2.0) * slab->half_size : infinity;
 }
 
@@ -247,7 +247,7 @@ void widen(Range& range, const Range& other) {
 
 SeenLight seen_light(const Scene& scene) {
     SeenLight seen;
-    if (std::holds_alternative<Planet>(scene.subject)) {
+    if (scene.subject_as<Planet>()) {
         seen.reflection = true;
         seen.fluxes = reflecting_ground(scene) != nullptr;
     } else {
@@ -255,22 +255,22 @@ SeenLight seen_light(const Scene& scene) {
     }
     if (is_shining(scene)) seen.reflection = seen.transmission = seen.shine = true;
     const SceneEffects& effects = scene.effects;
-    seen.reflection = seen.reflection && effects.reflection;
-    seen.transmission = seen.transmission && effects.transmission;
-    seen.fluxes = seen.fluxes && effects.background;
-    seen.underside = seen.underside && effects.background;
-    seen.shine = seen.shine && (seen.reflection || seen.transmission);
+    seen.reflection &= effects.reflection;
+    seen.transmission &= effects.transmission;
+    seen.fluxes &= effects.background;
+    seen.underside &= effects.background;
+    seen.shine &= seen.reflection || seen.transmission;
     return seen;
 }
 
 SeenDirections seen_directions(const Scene& scene) {
-    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
+    if (const Planet* const planet = scene.subject_as<Planet>())
         return directions_on_globe(scene, *planet);
     return is_shining(scene) ? SeenDirections{} : directions_over_plane(scene);
 }
 
 Range seen_scattering_angles(const Scene& scene, Side side) {
-    const Planet* const planet = std::get_if<Planet>(&scene.subject);
+    const Planet* const planet = scene.subject_as<Planet>();
     if (planet && !planet->has_rings) {
         const Range phase = phase_angles(scene);
         return {180 - degrees(phase.max), 180 - degrees(phase.min)};
@@ -289,7 +289,7 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
     // Depths of red, green and blue.
     const auto& extinction = scene.layer.extinction;
     const auto channels = std::ranges::minmax(extinction);
-    const Rings* const rings = std::get_if<Rings>(&scene.subject);
+    const Rings* const rings = scene.subject_as<Rings>();
     if (!rings) {
         const double deepest = seen_depth(scene, scene.layer.optical_depth.max);
         const double thinnest = scene.layer.optical_depth.is_plain() ? deepest : 0;
@@ -310,6 +310,16 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
         if (span.optical_depth.max > 0) spans.push_back(span);
     }
     return spans;
+}
+
+MatterSpan whole_matter_span(const Scene& scene) {
+    MatterSpan all;
+    for (const MatterSpan& span : matter_spans(scene)) {
+        widen(all.optical_depth, span.optical_depth);
+        widen(all.albedo, span.albedo);
+        widen(all.mixture, span.mixture);
+    }
+    return all;
 }
 
 double brightest_ground(const Scene& scene) {

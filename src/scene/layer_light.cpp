@@ -84,7 +84,7 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
 }
 
 void LayerLight::shine(int threads, LightDetail detail) {
-    const Rings* const rings = std::get_if<Rings>(&scene_.subject);
+    const Rings* const rings = scene_.subject_as<Rings>();
     if (!rings) return;
     if (table(LightPath::sunlight) && tabulates_orders(scene_, *rings)) {
         const auto orders =
@@ -100,7 +100,7 @@ void LayerLight::shine(int threads, LightDetail detail) {
 Rgb3 LayerLight::ringshine(const Vector3& point) const {
     Rgb3 sum{};
     if (ring_shine_)
-        for (const LightSource& source : ring_shine_->sources(point)) sum = sum + source.irradiance;
+        for (const LightSource& source : ring_shine_->sources(point)) sum += source.irradiance;
     return sum;
 }
 

@@ -28,7 +28,7 @@ MatterSpan matter_range(const Scene& scene) {
             if (extinction > 0)
                 range.add(matter, extinction * seen_depth(scene, matter.optical_depth));
     };
-    if (const Rings* const rings = std::get_if<Rings>(&scene.subject)) {
+    if (const Rings* const rings = scene.subject_as<Rings>()) {
         for (const double radius : rings->profile.radius)
             add(rings->profile.at(radius, scene.layer.albedo));
         return range;
@@ -50,8 +50,8 @@ Scene without_shine(Scene scene) {
 /// transmission is seen the first has T at any rate; tables of stacks hold the fluxes at once, at the
 /// cosines that a planet's reflection takes.
 bool has_fluxes_with_sunlight(const Scene& scene, const SeenLight& sunlight) {
-    const bool is_dearer = (std::holds_alternative<Slab>(scene.subject) && sunlight.transmission) ||
-                           !scene.layer.stacks.empty();
+    const bool is_dearer =
+        (scene.subject_as<Slab>() && sunlight.transmission) || !scene.layer.stacks.empty();
     return is_dearer && sunlight.fluxes && (sunlight.reflection || sunlight.transmission);
 }
 
@@ -214,8 +214,7 @@ void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable
 }
 
 std::optional<Matter> uniform_matter(const Scene& scene) {
-    if (std::holds_alternative<Rings>(scene.subject) || !scene.layer.optical_depth.is_plain())
-        return std::nullopt;
+    if (scene.subject_as<Rings>() || !scene.layer.optical_depth.is_plain()) return std::nullopt;
     return Matter{scene.layer.optical_depth.max, scene.layer.albedo, 1};
 }
 
@@ -242,13 +241,8 @@ namespace {
 
 /// The recipe for the matter of a scene's layer.
 Recipe matter_recipe(const Scene& scene, const MatterSpan& range) {
+    if (!scene.layer.stacks.empty()) return recipe_of_stack(scene.layer.stacks[0], {});
     Recipe recipe;
-    if (!scene.layer.stacks.empty()) {
-        recipe = recipe_of_stack(scene.layer.stacks[0], {});
-        recipe.title = scene.title;
-        return recipe;
-    }
-    recipe.title = scene.title;
     recipe.phase_function = scene.layer.components[0];
     if (scene.layer.components.size() > 1) {
         if (range.mixture.max - range.mixture.min < min_mixture_range) {
@@ -279,6 +273,7 @@ std::vector<NeededRecipe> needed_recipes(const Scene& scene) {
     const MatterSpan range = matter_range(scene);
     for (const LightPath path : needed_paths(scene)) {
         Recipe recipe = matter_recipe(scene, range);
+        recipe.title = scene.title;
         const Asked asked = asked_by(path, scene);
         recipe.tolerance = path_tolerance(path, scene);
         recipe.mu_in = asked.directions.mu_in;

@@ -39,14 +39,9 @@ struct ScatteringMatter {
     double albedo = 0;
 };
 
-ScatteringMatter scattering_matter(const std::vector<MatterSpan>& spans) {
-    Range depth{infinity, 0}, albedos{1, 0};
-    for (const MatterSpan& span : spans) {
-        widen(depth, span.optical_depth);
-        widen(albedos, span.albedo);
-    }
-    const auto [thinnest, deepest] = depth;
-    const double albedo = albedos.max;
+ScatteringMatter scattering_matter(const MatterSpan& span) {
+    const auto [thinnest, deepest] = span.optical_depth;
+    const double albedo = span.albedo.max;
     if (std::isinf(deepest)) return {{1, 1, true}, albedo};
     const double octaves =
         thinnest > 0 ? 1 + std::ceil(std::log2(deepest / thinnest) - 1e-9) : max_octaves;
@@ -56,17 +51,16 @@ ScatteringMatter scattering_matter(const std::vector<MatterSpan>& spans) {
 
 /// The phase functions that scatter together: of mixtures both ends and the middle, each alone; all
 /// of a stack at once.
-std::vector<std::vector<PhaseFunction>> mixed_phase_functions(
-    const Scene& scene, const std::vector<MatterSpan>& spans) {
-    std::vector<PhaseFunction> of_stack;
-    if (!scene.layer.stacks.empty())
+std::vector<std::vector<PhaseFunction>> mixed_phase_functions(const Scene& scene,
+                                                              const Range& mixture) {
+    if (!scene.layer.stacks.empty()) {
+        std::vector<PhaseFunction> of_stack;
         for (const StackLayer& layer : scene.layer.stacks[0])
             of_stack.push_back(layer.phase_function);
-    if (!of_stack.empty()) return {of_stack};
+        return {of_stack};
+    }
     const auto& parts = scene.layer.components;
     if (parts.size() < 2) return {{parts[0]}};
-    Range mixture{1, 0};
-    for (const MatterSpan& span : spans) widen(mixture, span.mixture);
     std::vector<std::vector<PhaseFunction>> all;
     for (const double share : {mixture.min, (mixture.min + mixture.max) / 2, mixture.max}) {
         all.push_back({PhaseFunction::mixture(std::clamp(share, 0.0, 1.0), parts[0], parts[1])});
@@ -105,7 +99,7 @@ struct SeenPair {
 
 std::vector<SeenPair> seen_pairs(const Scene& scene, Side side, int cosines, int azimuths) {
     const SeenDirections seen = seen_directions(scene);
-    const bool on_globe = std::holds_alternative<Planet>(scene.subject);
+    const bool on_globe = scene.subject_as<Planet>() != nullptr;
     const std::vector<double> along =
         on_globe ? values_over(seen_scattering_angles(scene, side), std::min(azimuths, 3), false)
                  : values_over(seen.azimuth, azimuths, false);
@@ -134,7 +128,7 @@ std::vector<SeenPair> seen_pairs(const Scene& scene, Side side, int cosines, int
 class SolvedCosines {
   public:
     int place(double mu) {
-        const auto [known, fresh] = place_.try_emplace(mu, static_cast<int>(mu_.size()));
+        const auto [known, fresh] = place_.try_emplace(mu, int_size(mu_));
         if (fresh) mu_.push_back(mu);
         return known->second;
     }
@@ -275,8 +269,8 @@ bool is_smooth(const PhaseFunction& phase_function) {
 
 /// The estimates of one of channel_scenes.
 OrderEstimates estimate_channel(const Scene& scene, double enough) {
-    const std::vector<MatterSpan> spans = matter_spans(scene);
-    const ScatteringMatter matter = scattering_matter(spans);
+    const MatterSpan span = whole_matter_span(scene);
+    const ScatteringMatter matter = scattering_matter(span);
     OrderEstimates all;
     if (matter.albedo == 0 || !seen_light(scene).any()) return all;
     if (seen_shell(scene) > 0) {
@@ -289,7 +283,7 @@ OrderEstimates estimate_channel(const Scene& scene, double enough) {
         // Light that rings scatter is scattered by rings once more.
         if (shines) change.change = 1 - (1 - change.change) * (1 - change.change);
     };
-    for (const std::vector<PhaseFunction>& together : mixed_phase_functions(scene, spans)) {
+    for (const std::vector<PhaseFunction>& together : mixed_phase_functions(scene, span.mixture)) {
         const Estimates estimates(scene, together, matter);
         const bool isotropic = std::ranges::all_of(together, &PhaseFunction::is_isotropic),
                    smooth = std::ranges::all_of(together, is_smooth);
@@ -360,7 +354,7 @@ int orders_for(const std::vector<double>& shares, double tolerance) {
     }
     const double ratio = left / (left + std::max(0.0, shares.back()));
     const double beyond = ratio < 1 ? std::log(tolerance / left) / std::log(ratio) : infinity;
-    return static_cast<int>(shares.size()) + static_cast<int>(std::ceil(std::min(beyond, 1e6)));
+    return int_size(shares) + static_cast<int>(std::ceil(std::min(beyond, 1e6)));
 }
 
 }  // namespace stratus

@@ -153,7 +153,7 @@ bool is_seen(const Scene& scene, EffectFlag effect) {
     if (effect == &SceneEffects::sun_size) return scene.sun_diameter > 0;
     if (effect == &SceneEffects::density) return scene.layer.density > 0;
     if (effect == &SceneEffects::azimuth) return scene.effects.multiple && seen.any();
-    if (effect == &SceneEffects::shadows) return std::holds_alternative<Rings>(scene.subject);
+    if (effect == &SceneEffects::shadows) return scene.subject_as<Rings>() != nullptr;
     if (effect == &SceneEffects::ringshine || effect == &SceneEffects::planetshine)
         return seen.shine;
     if (effect == &SceneEffects::shell) return seen_shell(scene) > 0;
@@ -229,10 +229,10 @@ struct SeenPlace {
 
 /// The places on the lit and on the unlit side that rays of a scene see under a point sun, each with
 /// its light.
-std::array<std::vector<SeenPlace>, 2> seen_places(const Scene& scene, const LayerTables* tables) {
+PerSide<std::vector<SeenPlace>> seen_places(const Scene& scene, const LayerTables* tables) {
     LayerLight light(scene, tables, 1, LightDetail::sketch);
     const PictureRays rays(scene.camera, scene.width, scene.height);
-    std::array<std::vector<SeenPlace>, 2> places;
+    PerSide<std::vector<SeenPlace>> places;
     for (int y = 0; y < scene.height; ++y)
         for (int x = 0; x < scene.width; ++x) {
             LookupRange seen;
@@ -243,14 +243,15 @@ std::array<std::vector<SeenPlace>, 2> seen_places(const Scene& scene, const Laye
             const Matter matter{seen.optical_depth.max,
                                 {seen.albedo.max, seen.albedo.max, seen.albedo.max},
                                 seen.mixture.max};
-            const auto add = [&](std::size_t side, const Rgb3& sent) {
-                if (sent[1] > 0)
+            const auto add = [&](Side side) {
+                const double sent = light.light(matter, at, side)[1];
+                if (sent > 0)
                     places[side].push_back({at, seen.albedo.max,
                                             seen_depth(scene, seen.optical_depth.max),
-                                            seen.mixture.max, sent[1]});
+                                            seen.mixture.max, sent});
             };
-            if (seen.reflection) add(0, light.reflection(matter, at));
-            if (seen.transmission) add(1, light.transmission(matter, at));
+            if (seen.reflection) add(Side::reflection);
+            if (seen.transmission) add(Side::transmission);
         }
     return places;
 }
@@ -269,9 +270,9 @@ std::vector<SeenPlace> places_of_equal_light(const std::vector<SeenPlace>& place
 }
 
 std::string range_text(const std::string& name, const std::vector<SeenPlace>& places,
-                       const auto& value) {
+                       double Geometry::*cosine) {
     Range range{infinity, -infinity};
-    for (const SeenPlace& place : places) widen(range, value(place));
+    for (const SeenPlace& place : places) widen(range, place.geometry.*cosine);
     return name + " " + short_number(range.min, 3) +
            (range.min == range.max ? "" : " to " + short_number(range.max, 3));
 }
@@ -286,7 +287,7 @@ std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* ta
     if (has_channels) tables = tables->channels[1].get();
     const auto seen = seen_places(scene, tables);
     for (const Side side : both_sides) {
-        const auto places = places_of_equal_light(seen[side == Side::reflection ? 0 : 1]);
+        const auto places = places_of_equal_light(seen[side]);
         if (places.empty()) continue;
         const SeenPlace& middle = places[places.size() / 2];
         std::vector<WeightedGeometry> directions;
@@ -299,13 +300,10 @@ std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* ta
                              : PhaseFunction::mixture(middle.mixture, parts[0], parts[1]),
             middle.albedo, middle.optical_depth, side, directions, listed_orders);
         report.enough = orders_for(report.share, scene.tolerance);
-        report.where =
-            joined({"optical depth " + short_number(middle.optical_depth, 3),
-                    "albedo " + short_number(middle.albedo, 3),
-                    range_text("mu_in", places,
-                               [](const SeenPlace& place) { return place.geometry.mu_in; }),
-                    range_text("mu_out", places,
-                               [](const SeenPlace& place) { return place.geometry.mu_out; })});
+        report.where = joined({"optical depth " + short_number(middle.optical_depth, 3),
+                               "albedo " + short_number(middle.albedo, 3),
+                               range_text("mu_in", places, &Geometry::mu_in),
+                               range_text("mu_out", places, &Geometry::mu_out)});
         orders.push_back(std::move(report));
     }
     return orders;

@@ -199,7 +199,7 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
         // Nowhere along the ray is its cosine larger than at the top.
         geometry.mu_out = std::min(half / top, cosine_of_mean_depth(green, scattered_at));
         const double seen = (1 - through[1]) / -std::expm1(-green / geometry.mu_out);
-        light = light + seen * mu_in * (sun * view.light.reflection(matter, geometry));
+        light += seen * mu_in * (sun * view.light.reflection(matter, geometry));
     }
     if (!hits)
         return light + through * (background_along(scene, direction) + sun_along(scene, direction));
@@ -275,13 +275,13 @@ Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) {
         light = layer_light(view, matter, geometry, side_of_plane(view.to_sun, -direction));
     if (!view.scene.effects.background) return light;
     if (slab.surface && matter.optical_depth > 0)
-        light = light + view.light.plane_albedo(matter, geometry.mu_out) *
-                            ground_light(slab, view, crossing - Vector3{0, 0, slab.height});
+        light += view.light.plane_albedo(matter, geometry.mu_out) *
+                 ground_light(slab, view, crossing - Vector3{0, 0, slab.height});
     if (!view.scene.background.is_black())
-        light = light + view.light.background(matter, geometry.mu_out) *
-                            background_along(view.scene, direction);
+        light += view.light.background(matter, geometry.mu_out) *
+                 background_along(view.scene, direction);
     if (is_sun_along(view.scene, direction))
-        light = light + view.light.beam(matter, geometry.mu_out) * sun_along(view.scene, direction);
+        light += view.light.beam(matter, geometry.mu_out) * sun_along(view.scene, direction);
     return light;
 }
 

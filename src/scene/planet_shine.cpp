@@ -93,7 +93,7 @@ Sources<small_cells> sources_at(const Rings& rings, const Scene& scene, const La
                     globe_light(rings, {scene, light, to_globe, to_sun}, on_globe);
                 LightSource& cell = sources[cell_holding((half * globe_nodes + i) * globe_nodes + k,
                                                          {globe_nodes, globe_nodes}, small_cells)];
-                cell = cell + LightSource{brightness(irradiance) * direction, irradiance};
+                cell += LightSource{brightness(irradiance) * direction, irradiance};
             }
         }
     }
@@ -105,7 +105,7 @@ Sources<large_cells> merged(const Sources<small_cells>& sources) {
     Sources<large_cells> few;
     for (std::size_t s = 0; s < sources.size(); ++s) {
         LightSource& cell = few[cell_holding(s, small_cells, large_cells)];
-        cell = cell + sources[s];
+        cell += sources[s];
     }
     return few;
 }
@@ -141,9 +141,9 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
     const double depth = seen_depth(scene, matter.optical_depth);
     Rgb3 once{}, more{};
     for (const Lamp& lamp : lamps.small)
-        once = once + light.single(matter.mixture, depth, lamp.scattering) * lamp.irradiance;
+        once += light.single(matter.mixture, depth, lamp.scattering) * lamp.irradiance;
     for (const Lamp& lamp : lamps.large)
-        more = more + lamp.irradiance * light.multiple(matter, lamp.scattering, LightPath::shine);
+        more += lamp.irradiance * light.multiple(matter, lamp.scattering, LightPath::shine);
     return matter.albedo * once + more;
 }
 

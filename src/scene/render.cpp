@@ -50,8 +50,7 @@ class RowRenderer {
         LightSum scattered(light_);
         for (int x = begin; x < end; ++x) add_samples(x, y, scattered, sums[size(x - begin)]);
         scattered.finish();
-        const double share =
-            1.0 / std::max(scene_.samples * scene_.samples, static_cast<int>(suns_.size()));
+        const double share = 1.0 / std::max(scene_.samples * scene_.samples, int_size(suns_));
         for (const Rgb3& sum : sums)
             for (const double channel : sum) *light++ = static_cast<float>(share * channel);
     }
@@ -79,8 +78,8 @@ class RowRenderer {
                 const Cell around{rays_, left, top, left + cell, top + cell};
                 std::size_t sun = size(row * n + column);
                 for (std::size_t s = 0; s < suns; ++s, sun += size(n * n))
-                    sum = sum + share * radiance_seen({scene_, light_, ray,
-                                                       suns_[sun % suns_.size()], &around, layer});
+                    sum += share * radiance_seen({scene_, light_, ray, suns_[sun % suns_.size()],
+                                                  &around, layer});
             }
     }
 
@@ -188,7 +187,7 @@ Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& t
 }
 
 Image side_by_side(const std::vector<Image>& pictures, int columns) {
-    const int count = static_cast<int>(pictures.size());
+    const int count = int_size(pictures);
     const int across = std::min(columns, count), rows = (count + across - 1) / across;
     const int width = pictures[0].width, height = pictures[0].height;
     Image all(across * width, rows * height);

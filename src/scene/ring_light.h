@@ -4,7 +4,6 @@
 // radius that the cell covers counts by its share of the cell, however narrow a ringlet is.
 #pragma once
 
-#include <stratus/base/size.h>
 #include <stratus/scene/layer_light.h>
 
 namespace stratus {
@@ -129,7 +128,7 @@ struct AzimuthPlace {
     /// Interpolates values at all azimuths.
     Rgb3 interpolated(const Rgb3* values) const {
         Rgb3 sum{};
-        for (std::size_t k = 0; k < 4; ++k) sum = sum + weight[k] * values[column[k]];
+        for (std::size_t k = 0; k < 4; ++k) sum += weight[k] * values[column[k]];
         return sum;
     }
 };

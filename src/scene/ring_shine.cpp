@@ -31,8 +31,7 @@ template <class Value>
 Value interpolated(const Value* values, const Stencil& stencil) {
     Value sum{};
     for (int k = 0; k < stencil_size; ++k)
-        if (stencil.weight[k] != 0)
-            sum = sum + double{stencil.weight[k]} * values[stencil.first + k];
+        if (stencil.weight[k] != 0) sum += double{stencil.weight[k]} * values[stencil.first + k];
     return sum;
 }
 
@@ -42,8 +41,7 @@ Value interpolated(const Value* values, int width, const Stencil& row, const Ste
     Value sum{};
     for (int i = 0; i < stencil_size; ++i)
         if (row.weight[i] != 0)
-            sum = sum +
-                  double{row.weight[i]} * interpolated(values + (row.first + i) * width, column);
+            sum += double{row.weight[i]} * interpolated(values + (row.first + i) * width, column);
     return sum;
 }
 
@@ -117,10 +115,9 @@ struct RingShine::Light {
                 const Geometry geometry{mu, to_sun, phi};
                 for (const auto& [part, matter] : parts)
                     for (const Side side : both_sides)
-                        orders[side][at] =
-                            orders[side][at] +
+                        orders[side][at] +=
                             part * to_sun *
-                                light.multiple(matter, {side, geometry, 0, {}}, LightPath::shine);
+                            light.multiple(matter, {side, geometry, 0, {}}, LightPath::shine);
                 ++at;
             }
     }
@@ -141,15 +138,15 @@ struct RingShine::Light {
             const double sign = side == Side::transmission ? 1 : -1,
                          scattering = sign * sun.z * towards.z - sun.x * towards.x;
             for (std::size_t k = 0; k < components.size(); ++k)
-                sum[side] = sum[side] + components[k](scattering) *
-                                            interpolated(&once[side][once_row(ringlet, k)], along);
+                sum[side] += components[k](scattering) *
+                             interpolated(&once[side][once_row(ringlet, k)], along);
         }
         if (!has_more) return sum;
         const Stencil around =
             azimuth_view.mirrored_stencil(std::atan2(std::abs(towards.y), -towards.x));
         for (const Side side : both_sides)
-            sum[side] = sum[side] + interpolated(&orders[side][orders_row(ringlet)],
-                                                 azimuth_view.count, along, around);
+            sum[side] +=
+                interpolated(&orders[side][orders_row(ringlet)], azimuth_view.count, along, around);
         return sum;
     }
 
@@ -230,8 +227,7 @@ PerSide<RingShine::Sources> RingShine::integrals(const Light& light, double lati
                 const PerSide<Rgb3> sides = light.at(ringlet, sun, -inverse * v);
                 for (const Side side : both_sides) {
                     const Rgb3 irradiance = weight * sides[side];
-                    sources[side][part] =
-                        sources[side][part] +
+                    sources[side][part] +=
                         LightSource{brightness(irradiance) * inverse * v, irradiance};
                 }
             }

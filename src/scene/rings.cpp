@@ -52,7 +52,7 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) {
     Rgb3 share{};
     footprint.visit(rings.profile, view.scene.layer.albedo, seen_depth(view.scene, 1) / mu,
                     [&](const Matter& matter, double, double part) {
-                        share = share + part * view.light.beam(matter, mu);
+                        share += part * view.light.beam(matter, mu);
                     });
     return share;
 }
@@ -120,8 +120,8 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) {
             for (const LightSource& source : shine->sources(point)) {
                 if (source.irradiance == Rgb3{}) continue;
                 const Vector3 direction = normalised(source.direction);
-                light = light + 1 / std::max(std::abs(dot(normal, direction)), least_cosine) *
-                                    (source.irradiance * lit_from(direction));
+                light += 1 / std::max(std::abs(dot(normal, direction)), least_cosine) *
+                         (source.irradiance * lit_from(direction));
             }
         return light;
     }
@@ -171,18 +171,16 @@ Rgb3 ray_radiance(const Rings& rings, const View& view) {
         seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
         [&](const Matter& matter, double radius, double part) {
             if (!dark && matter.optical_depth > 0)
-                sunlight = sunlight + part * (orders ? view.light.once(matter, scattering) +
-                                                           orders->light(orders_place, radius)
-                                                     : view.light.light(matter, scattering));
+                sunlight += part * (orders ? view.light.once(matter, scattering) +
+                                                 orders->light(orders_place, radius)
+                                           : view.light.light(matter, scattering));
             if (shine && matter.optical_depth > 0)
-                planetlight =
-                    planetlight + part * (is_to_camera ? shine->to_camera(shine_place, radius)
-                                                       : PlanetShine::to_elsewhere(
-                                                             rings, view, point, radius, matter));
+                planetlight += part * (is_to_camera ? shine->to_camera(shine_place, radius)
+                                                    : PlanetShine::to_elsewhere(rings, view, point,
+                                                                                radius, matter));
             if (!view.scene.effects.background) return;
-            if (beam_behind) beam = beam + part * view.light.beam(matter, mu);
-            if (background_behind)
-                background_share = background_share + part * view.light.background(matter, mu);
+            if (beam_behind) beam += part * view.light.beam(matter, mu);
+            if (background_behind) background_share += part * view.light.background(matter, mu);
         });
     const Rgb3 light = irradiance(view, geometry.mu_in) * sunlight + planetlight;
     if (!view.scene.effects.background) return light;
@@ -248,7 +246,7 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
     const double accuracy = share_of_tolerance * scene.tolerance;
     // All rows of the profile at once.
     std::vector<std::vector<double>> ends(profile.radius.size() - 1);
-    parallel_for(static_cast<int>(ends.size()), threads, [&](int row) {
+    parallel_for(int_size(ends), threads, [&](int row) {
         const auto k = size(row);
         if (detail == LightDetail::sketch)
             ends[k].push_back(profile.radius[k + 1]);

@@ -90,7 +90,7 @@ std::vector<Scene> scene_and_even_ones(const Scene& scene) {
     if (!map.is_plain()) {
         depths.assign(depth_steps, {});
         for (int k = 0; k < depth_steps; ++k)
-            depths[static_cast<std::size_t>(k)].max = map.max / std::pow(depth_step, k);
+            depths[size(k)].max = map.max / std::pow(depth_step, k);
     }
     if (texture.pattern != Texture::Pattern::plain) {
         const auto most = static_cast<float>(brightest_ground(scene));
@@ -144,8 +144,7 @@ class ShellPixels {
 
 ChangeEstimate estimate_shell(const Scene& scene, double enough) {
     const std::vector<LitPixel> lit = lit_pixels(scene);
-    const auto most =
-        static_cast<std::size_t>(grazing_pixels_per_side * (scene.width + scene.height));
+    const std::size_t most = size(grazing_pixels_per_side * (scene.width + scene.height));
     const std::vector<Pixel> looked_at[] = {first_pixels(lit, &LitPixel::from_limb, most),
                                             first_pixels(lit, &LitPixel::over_the_terminator, most),
                                             even_pixels(scene)};

@@ -27,12 +27,11 @@ std::vector<double> shown_finite_depths(const AxisView& axis) {
         max = axis.highest;
     }
     const int count = axis.ends_at_infinity ? 3 : 4;
-    std::vector<double> depths(static_cast<std::size_t>(count));
+    std::vector<double> depths(size(count));
     for (int digits = 1; digits <= 4; ++digits) {
         for (int k = 0; k < count; ++k) {
             const double depth = min * std::pow(max / min, k / (count - 1.0));
-            depths[static_cast<std::size_t>(k)] =
-                std::clamp(rounded(depth, digits), axis.lowest, axis.highest);
+            depths[size(k)] = std::clamp(rounded(depth, digits), axis.lowest, axis.highest);
         }
         if (std::ranges::adjacent_find(depths) == depths.end()) return depths;
     }

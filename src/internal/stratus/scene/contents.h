@@ -51,6 +51,9 @@ struct MatterSpan {
 /// ring's profile; one span of a planet or slab. Empty parts are left out.
 std::vector<MatterSpan> matter_spans(const Scene& scene);
 
+/// All of these in one.
+MatterSpan whole_matter_span(const Scene& scene);
+
 /// The brightest Lambert albedo of the ground that is seen through the layer; 0 without one.
 double brightest_ground(const Scene& scene);
 

@@ -38,6 +38,9 @@ struct LightSource {
     friend LightSource operator+(const LightSource& a, const LightSource& b) {
         return {a.direction + b.direction, a.irradiance + b.irradiance};
     }
+    friend LightSource& operator+=(LightSource& sum, const LightSource& source) {
+        return sum = sum + source;
+    }
     friend LightSource operator*(double factor, const LightSource& source) {
         return {factor * source.direction, factor * source.irradiance};
     }

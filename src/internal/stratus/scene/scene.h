@@ -23,6 +23,7 @@
 
 #include <stratus/bake/recipe.h>
 #include <stratus/bake/toml_section.h>
+#include <stratus/base/size.h>
 #include <stratus/layer/effects.h>
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>
@@ -144,6 +145,12 @@ struct Scene {
     Texture background;
     SceneLayer layer;
     std::variant<Planet, Rings, Slab> subject;
+
+    /// The subject if it is of this kind, else null.
+    template <class Kind>
+    const Kind* subject_as() const {
+        return std::get_if<Kind>(&subject);
+    }
 };
 
 /// A file: a picture, several side by side, or a figure.

@@ -25,6 +25,8 @@ inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }
 
+inline Rgb3& operator+=(Rgb3& sum, const Rgb3& light) { return sum = sum + light; }
+
 inline Rgb3 widened(const Rgb& light) {
     return {double{light.r}, double{light.g}, double{light.b}};
 }

@@ -43,13 +43,13 @@ bool all_are_beams(const Query& rows) {
 /// The observations of one radius of rings, or of one pixel.
 struct Bin {
     double place = 0;
-    std::vector<Observation> observations;
+    Observations observations;
     std::vector<std::size_t> rows;  // of the file
 };
 
 /// The column each of whose values has a fit of its own; "" where there is none. Where a table varies
 /// the radius of droplets, the column radius is of these.
-std::string column_of_bins(const CsvTable& rows, const std::vector<FamilyAxis>& family) {
+std::string column_of_bins(const CsvTable& rows, const FamilyAxes& family) {
     const bool has_rings =
         rows.has_column("radius") && std::ranges::none_of(family, [](const FamilyAxis& axis) {
             return axis.parameter == PhaseParameter::radius;
@@ -62,7 +62,7 @@ std::string column_of_bins(const CsvTable& rows, const std::vector<FamilyAxis>& 
 }
 
 /// Refuses columns of what the table's family does not vary.
-void check_family_columns(const CsvTable& rows, const std::vector<FamilyAxis>& family) {
+void check_family_columns(const CsvTable& rows, const FamilyAxes& family) {
     for (const char* const name : {"g", "wavelength", "variance"})
         if (rows.has_column(name) && std::ranges::none_of(family, [&](const FamilyAxis& axis) {
                 return axis.name() == std::string(name);
@@ -72,7 +72,7 @@ void check_family_columns(const CsvTable& rows, const std::vector<FamilyAxis>& f
 }
 
 /// Parameters of the family that a row states; not-a-number for the others.
-FamilyPoint known_point(const Row& row, const std::vector<FamilyAxis>& family) {
+FamilyPoint known_point(const Row& row, const FamilyAxes& family) {
     std::vector<double> known;
     for (const FamilyAxis& axis : family) {
         known.push_back(row.has(axis.name()) ? row[axis.name()]
@@ -86,7 +86,7 @@ FamilyPoint known_point(const Row& row, const std::vector<FamilyAxis>& family) {
 /// Bins in the order in which their places appear; a single one without a column of them.
 std::vector<Bin> make_bins(const Query& query, const LayerModel& model) {
     const CsvTable& rows = query.table;
-    const std::vector<FamilyAxis> family = model.family();
+    const FamilyAxes family = model.family();
     check_family_columns(rows, family);
     const std::string place_column = column_of_bins(rows, family);
     std::vector<Bin> bins;
@@ -348,7 +348,7 @@ void run_fit(const FitCommand& command) {
     const LayerModel& model = *prediction.model;
     const FitOptions options = make_options(command, model);
     const std::vector<Bin> bins = make_bins(query, model);
-    const std::vector<Observation>& first = bins.front().observations;
+    const Observations& first = bins.front().observations;
     const std::string place_column = column_of_bins(rows, model.family());
     check_counts(bins, rows, place_column, free_parameter_count(model, first, options));
     std::vector<Fit> fits(bins.size());

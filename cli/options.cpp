@@ -29,7 +29,7 @@ bool reads(const std::string& text, const char* format, Values*... values) {
 }
 
 /// A family's first member, as an example.
-std::string example_point(const std::vector<FamilyAxis>& family) {
+std::string example_point(const FamilyAxes& family) {
     std::vector<std::string> parts;
     for (const FamilyAxis& axis : family)
         parts.push_back(std::string(axis.name()) + "=" + shortest_text(axis.axis.values.front()));
@@ -190,8 +190,8 @@ std::string at_help(const std::string& more) {
            more;
 }
 
-FamilyPoint parse_point(const char* caller, const std::string& at,
-                        const std::vector<FamilyAxis>& family, const std::string& path) {
+FamilyPoint parse_point(const char* caller, const std::string& at, const FamilyAxes& family,
+                        const std::string& path) {
     if (family.empty()) {
         require(at.empty(), caller, "--at",
                 "left out for " + path + ", which is of one phase function", at);

@@ -134,8 +134,8 @@ std::string at_help(const std::string& more = "");
 ///
 /// Errors   std::invalid_argument for what names no member of the family, for an option that is
 ///          missing, "", or given to a table without a family; `path`: the table's.
-FamilyPoint parse_point(const char* caller, const std::string& at,
-                        const std::vector<FamilyAxis>& family, const std::string& path);
+FamilyPoint parse_point(const char* caller, const std::string& at, const FamilyAxes& family,
+                        const std::string& path);
 
 /// A number; of lengths um or nm may follow, um without it. Not-a-number where it is none.
 double parameter_value(const std::string& text, PhaseParameter parameter);

@@ -301,14 +301,14 @@ std::vector<std::string> channel_endings(const Scene& scene) {
 }
 
 /// One for each light path, or for each and red, green and blue; colours that are alike share one.
-std::vector<PlannedRecipe> planned_recipes(const std::vector<SceneFile>& film,
+std::vector<PlannedRecipe> planned_recipes(const Film& film,
                                            const std::vector<PlanReport>& reports) {
     std::map<std::pair<std::size_t, LightPath>, PlannedRecipe> all;
-    const std::vector<Scene> scenes = all_panels(film);
+    const Scenes scenes = all_panels(film);
     for (std::size_t k = 0; k < scenes.size(); ++k) {
         Scene scene = scenes[k];
         leave_out(reports[k % reports.size()].plan, scene);
-        const std::vector<Scene> channels = channel_scenes(scene);
+        const Scenes channels = channel_scenes(scene);
         const std::vector<std::string> endings = channel_endings(scene);
         for (std::size_t c = 0; c < channels.size(); ++c)
             for (const auto& [path, own] : needed_recipes(channels[c])) {
@@ -348,13 +348,13 @@ void run_plan(const PlanCommand& command) {
     const auto start = Clock::now();
     const double started = processor_seconds();
     std::optional<TableCache> cache = open_cache(command.cache);
-    std::vector<SceneFile> film = read_film(command.scene, &notes);
+    Film film = read_film(command.scene, &notes);
     const SceneFile& file = film[0];
     const double reading = processor_seconds() - started;
     progress.notes(notes);
     require(!file.figure, "plan", "SCENE", "a picture", "a figure: " + command.scene);
     change({{}, split(command.drop), command.width, command.tolerance}, film);
-    const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
+    const Scenes later = all_panels({film.begin() + 1, film.end()});
     BakeOptions options;
     options.threads = command.threads;
     options.progress = std::ref(progress);

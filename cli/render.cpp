@@ -78,7 +78,7 @@ void require_ending(const std::string& output, bool svg) {
                                 ", got " + output);
 }
 
-SceneTables tables_for(const RenderCommand& command, const std::vector<Scene>& scenes,
+SceneTables tables_for(const RenderCommand& command, const Scenes& scenes,
                        std::optional<TableCache>& cache, Progress& progress) {
     if (!command.tables.empty()) {
         std::vector<PackedTable> tables;
@@ -135,7 +135,7 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
 }
 
 /// Leaves out what the plans do, and says so.
-void leave_out_by_plans(std::vector<SceneFile>& film, Progress& progress) {
+void leave_out_by_plans(Film& film, Progress& progress) {
     const std::vector<Plan> plans = follow_plans(film);
     for (std::size_t k = 0; k < plans.size(); ++k)
         for (const LeftOut& effect : plans[k].left_out)
@@ -169,8 +169,8 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
 
 /// Renders frames of a film, or a picture, with tables that serve every frame: each is the same whichever
 /// others are rendered.
-void run_pictures(const RenderCommand& command, std::vector<SceneFile>& film,
-                  const FrameRange& frames, std::optional<TableCache>& cache, Progress& progress) {
+void run_pictures(const RenderCommand& command, Film& film, const FrameRange& frames,
+                  std::optional<TableCache>& cache, Progress& progress) {
     change({split(command.effects), split(command.drop), command.width}, film);
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
@@ -232,7 +232,7 @@ void run_render(const RenderCommand& command) {
     if (command.frames.empty()) check_outputs(command, {});
     std::vector<std::string> notes;
     std::optional<TableCache> cache = open_cache(command.cache);
-    std::vector<SceneFile> film = read_film(command.scene, &notes);
+    Film film = read_film(command.scene, &notes);
     const bool is_figure = film[0].figure.has_value();
     for (const std::string& output : command.outputs) require_ending(output, is_figure);
     Progress progress(command.quiet);

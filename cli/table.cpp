@@ -330,7 +330,7 @@ double percent_within(const std::vector<ErrorSample>& samples, double tolerance)
            static_cast<double>(std::max<std::size_t>(1, samples.size()));
 }
 
-void print_worst(const Verification& verification, const std::vector<FamilyAxis>& family) {
+void print_worst(const Verification& verification, const FamilyAxes& family) {
     std::string names;
     for (const FamilyAxis& axis : family)
         names += std::string(11 - std::string(axis.name()).size(), ' ') + axis.name();

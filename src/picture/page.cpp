@@ -21,7 +21,7 @@ cairo_status_t read_from_file(void* file, unsigned char* bytes, unsigned int cou
     return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_READ_ERROR;
 }
 
-void require_success(const std::filesystem::path& path, const Surface& surface) {
+void require_success(const fs::path& path, const Surface& surface) {
     const cairo_status_t status = cairo_surface_status(surface.get());
     if (status != CAIRO_STATUS_SUCCESS) fail(path, status);
 }
@@ -60,7 +60,7 @@ double srgb_decoded(double encoded) noexcept {
 }
 
 void write_png(const Image& image, double white, const std::vector<Label>& labels,
-               const std::filesystem::path& path) {
+               const fs::path& path) {
     draw_png(path, image.width, image.height, black, [&](const Page& page) {
         page.image({0, 0}, image, white);
         for (const Label& label : labels)
@@ -69,12 +69,11 @@ void write_png(const Image& image, double white, const std::vector<Label>& label
     });
 }
 
-Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory, PngEncoding encoding) {
+Image read_png(const fs::path& path, std::uintmax_t max_memory, PngEncoding encoding) {
     errno = 0;
     std::error_code absent;  // opening it says so better
-    if (const auto status = std::filesystem::status(path, absent);
-        std::filesystem::exists(status) && !std::filesystem::is_directory(status) &&
-        !std::filesystem::is_regular_file(status))
+    if (const auto status = fs::status(path, absent);
+        fs::exists(status) && !fs::is_directory(status) && !fs::is_regular_file(status))
         throw std::runtime_error(path.string() + ": is not a regular file");
     std::ifstream file(path, std::ios::binary);
     if (!file) fail(path, CAIRO_STATUS_READ_ERROR);
@@ -371,7 +370,7 @@ void Page::translated(Point origin, const std::function<void()>& draw) const {
     cairo_restore(cairo_);
 }
 
-void draw_png(const std::filesystem::path& path, int width, int height, const Colour& background,
+void draw_png(const fs::path& path, int width, int height, const Colour& background,
               const Draw& draw) {
     const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
     draw_on(surface.get(), background, draw);
@@ -385,7 +384,7 @@ void draw_png(const std::filesystem::path& path, int width, int height, const Co
     if (status != CAIRO_STATUS_SUCCESS || !file) fail(path, status);
 }
 
-void draw_svg(const std::filesystem::path& path, double width, double height, const Draw& draw) {
+void draw_svg(const fs::path& path, double width, double height, const Draw& draw) {
     errno = 0;
     std::ofstream file(path, std::ios::binary);
     if (!file) fail(path, CAIRO_STATUS_WRITE_ERROR);

@@ -8,7 +8,7 @@ namespace stratus::python {
 namespace {
 
 /// Recipes of the tables that serve a scene in all frames of a film, as text.
-std::vector<std::string> list_recipes(std::vector<Scene> frames, const Plan& plan) {
+std::vector<std::string> list_recipes(Scenes frames, const Plan& plan) {
     for (Scene& frame : frames) leave_out(plan, frame);
     std::vector<std::string> recipes;
     for (const SharedRecipe& shared : shared_recipes(channel_scenes(frames)))
@@ -16,7 +16,7 @@ std::vector<std::string> list_recipes(std::vector<Scene> frames, const Plan& pla
     return recipes;
 }
 
-py::dict plan_dict(const std::vector<Scene>& frames, const Plan& plan) {
+py::dict plan_dict(const Scenes& frames, const Plan& plan) {
     py::list left_out;
     for (const LeftOut& effect : plan.left_out)
         left_out.append(py::make_tuple(effect.name, effect.change.change, effect.change.found,
@@ -47,21 +47,20 @@ py::tuple plan(const std::string& text_or_path, bool is_path, std::optional<doub
                const std::vector<std::string>& drop, bool measure, int threads,
                const py::object& progress) {
     std::vector<std::string> notes;
-    std::vector<SceneFile> film =
-        is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
+    Film film = is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
     require(!film[0].figure, "plan", "scene", "a picture", "a figure");
     if (tolerance)
         require(*tolerance >= 1e-6 && *tolerance <= 0.5, "plan", "tolerance", "in [1e-6, 0.5]",
                 *tolerance);
     change({{}, drop, 0, tolerance.value_or(0)}, film);
     const std::size_t panels = film[0].panels.size();
-    std::vector<std::vector<Scene>> frames(panels);
+    std::vector<Scenes> frames(panels);
     for (const SceneFile& file : film)
         for (std::size_t k = 0; k < panels; ++k) frames[k].push_back(file.panels[k]);
     py::list plans;
     double seconds = std::numeric_limits<double>::quiet_NaN();
     if (measure) {
-        const std::vector<Scene> later = all_panels({film.begin() + 1, film.end()});
+        const Scenes later = all_panels({film.begin() + 1, film.end()});
         const FileReport report =
             run_long(threads, py::none(), progress, [&](const BakeOptions& options) {
                 return report_plans(film[0].panels, options, nullptr, few_pixels, later);
@@ -91,8 +90,7 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
                        const std::vector<std::string>& table_paths, bool cached, int threads,
                        const py::object& progress) {
     std::vector<std::string> notes;
-    std::vector<SceneFile> film =
-        is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
+    Film film = is_path ? read_film(text_or_path, &notes) : parse_film(text_or_path, "", &notes);
     require(!film[0].figure, "render", "scene", "a picture", "a figure");
     require(frame >= 0 && frame < film[0].frames, "render", "frame",
             "in [0, " + std::to_string(film[0].frames - 1) + "]", frame);
@@ -105,7 +103,7 @@ py::tuple render_frame(const std::string& text_or_path, bool is_path, int frame,
         std::optional<TableCache> cache;
         if (cached && !default_cache_folder().empty())
             cache.emplace(default_cache_folder(), default_cache_limit);
-        const std::vector<Scene> scenes = all_panels(film);
+        const Scenes scenes = all_panels(film);
         const auto tables = given.empty() ? bake_for(scenes, options, cache ? &*cache : nullptr)
                                           : adopt_tables(scenes, std::move(given));
         RenderOptions rendering;

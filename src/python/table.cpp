@@ -13,7 +13,7 @@ namespace {
 using Shared = std::shared_ptr<AnyTable>;
 
 Shared read(const std::string& path) {
-    const std::string ending = std::filesystem::path(path).extension().string();
+    const std::string ending = fs::path(path).extension().string();
     require(ending == ".h5" || ending == ".exr" || ending == packed_ending, "load", "path",
             "a name ending in .h5, .exr or .stratus", path);
     return std::make_shared<AnyTable>(read_any_table(path));
@@ -22,7 +22,7 @@ Shared read(const std::string& path) {
 // HDF5 is not asked by two threads at a time: reading and writing keep Python's lock.
 
 void write_file(const AnyTable& table, const std::string& path) {
-    if (std::filesystem::path(path).extension() != packed_ending) {
+    if (fs::path(path).extension() != packed_ending) {
         require(!table.packed(), "Table.save", "path",
                 "a name ending in .stratus for a packed table", path);
         write_table(table.table(), path);

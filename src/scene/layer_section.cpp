@@ -129,7 +129,7 @@ SceneLayer read_stack(const Section& section, const Source& source) {
     for (const char* key : {"phase_function", "components", "albedo", "extinction", "optical_depth",
                             "density", "opposition"})
         require_absent(section, key, "beside a stack, whose layers are all that scatters");
-    const std::filesystem::path path = source.directory / section.text("stack");
+    const fs::path path = source.directory / section.text("stack");
     std::vector<Stack> stacks =
         section.placed("stack", [&] { return read_coloured_stack(path, source.notes); });
     section.require(

@@ -75,7 +75,7 @@ std::shared_ptr<const LayerTables> take_tables(const Scene& scene,
 }
 
 /// The tables of each of several scenes, from those of all their channel_scenes.
-SceneTables scene_tables(const std::vector<Scene>& scenes, std::span<const LayerTables> own) {
+SceneTables scene_tables(const Scenes& scenes, std::span<const LayerTables> own) {
     SceneTables tables;
     for (const Scene& scene : scenes) tables.push_back(take_tables(scene, own));
     return tables;
@@ -154,7 +154,7 @@ std::shared_ptr<const LayerTable> served(std::vector<GivenTable>& given, const S
 
 }  // namespace
 
-SceneTables adopt_tables(const std::vector<Scene>& scenes, std::vector<PackedTable> tables) {
+SceneTables adopt_tables(const Scenes& scenes, std::vector<PackedTable> tables) {
     std::vector<GivenTable> given;
     for (PackedTable& table : tables) given.emplace_back(std::move(table));
     std::vector<LayerTables> adopted;
@@ -172,14 +172,13 @@ SceneTables adopt_tables(const std::vector<Scene>& scenes, std::vector<PackedTab
     return scene_tables(scenes, adopted);
 }
 
-SceneTables bake_for(const std::vector<Scene>& scenes, const BakeOptions& options,
-                     TableCache* cache) {
+SceneTables bake_for(const Scenes& scenes, const BakeOptions& options, TableCache* cache) {
     return make_tables(
         scenes, [&](const Recipe& recipe) { return bake_layer_table(recipe, options, cache); });
 }
 
-SceneTables make_tables(const std::vector<Scene>& scenes, const TableMaker& make) {
-    const std::vector<Scene> channels = channel_scenes(scenes);
+SceneTables make_tables(const Scenes& scenes, const TableMaker& make) {
+    const Scenes channels = channel_scenes(scenes);
     std::vector<LayerTables> made(channels.size());
     for (const SharedRecipe& shared : shared_recipes(channels)) {
         const std::shared_ptr<const LayerTable> table = make(shared.recipe);

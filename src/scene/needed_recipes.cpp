@@ -313,7 +313,7 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     return both;
 }
 
-std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes) {
+std::vector<SharedRecipe> shared_recipes(const Scenes& scenes) {
     std::vector<SharedRecipe> all;
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         const bool uniform = uniform_matter(scenes[s]).has_value();

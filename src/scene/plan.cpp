@@ -53,7 +53,7 @@ Plan plan_frames(const std::vector<const Scene*>& frames) {
     return plan;
 }
 
-std::vector<Plan> follow_plans(std::vector<SceneFile>& film) {
+std::vector<Plan> follow_plans(Film& film) {
     std::vector<Plan> plans;
     for (std::size_t k = 0; k < film[0].panels.size(); ++k) {
         std::vector<const Scene*> frames;

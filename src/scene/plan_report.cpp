@@ -72,7 +72,7 @@ class SparsePictures {
     }
 
     /// The scenes that tables have to serve: two with azimuth, for one table, and one without.
-    std::vector<Scene> to_bake() const {
+    Scenes to_bake() const {
         return {all_, with_effects(all_, without(all_.effects, &SceneEffects::density)),
                 with_effects(all_, without(all_.effects, &SceneEffects::azimuth))};
     }
@@ -336,11 +336,11 @@ std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
     return make_layer_table(PackedTable(pack(solve_table(small))));
 }
 
-FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
-                        TableCache* cache, double pixels, const std::vector<Scene>& later) {
+FileReport report_plans(const Scenes& scenes, const BakeOptions& options, TableCache* cache,
+                        double pixels, const Scenes& later) {
     FileReport file;
     std::vector<SparsePictures> pictures;
-    std::vector<Scene> planned, to_bake;
+    Scenes planned, to_bake;
     for (const Scene& scene : scenes) {
         PlanReport& report = file.scenes.emplace_back();
         std::vector<const Scene*> frames{&scene};

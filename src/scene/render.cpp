@@ -169,8 +169,7 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     return image;
 }
 
-Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& tables,
-             const RenderOptions& options) {
+Image render(const Film& film, int frame, const SceneTables& tables, const RenderOptions& options) {
     const SceneFile& file = film[size(frame)];
     const std::size_t first = size(frame) * file.panels.size();
     const double panels = static_cast<double>(file.panels.size());

@@ -43,7 +43,7 @@ bool serves(const Scene& known, const Scene& scene) {
 
 }  // namespace
 
-RenderForecast::RenderForecast(const std::vector<Scene>& planned, const BakeOptions& options,
+RenderForecast::RenderForecast(const Scenes& planned, const BakeOptions& options,
                                TableCache* cache) {
     for (const SharedRecipe& shared : shared_recipes(channel_scenes(planned))) {
         tables_.push_back(choose(shared, options, cache));
@@ -108,7 +108,7 @@ TableCost RenderForecast::cost_like(const SharedTable& table, const Recipe& reci
 /// Cost of the next scene's tables that are sampled like those for all.
 TableCost RenderForecast::cost_like(const Scene& scene) const {
     TableCost sum;
-    const std::vector<Scene> channels = channel_scenes(scene);
+    const Scenes channels = channel_scenes(scene);
     for (std::size_t c = 0; c < channels.size(); ++c)
         for (const SharedTable& table : tables_)
             if (std::ranges::count(table.shared.scenes, first_channel_ + c) > 0)

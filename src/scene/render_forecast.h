@@ -10,8 +10,7 @@ class RenderForecast {
   public:
     /// Chooses what the recipes of scenes, as they are planned, leave open, for the render to find, and
     /// times pieces of their bakes.
-    RenderForecast(const std::vector<Scene>& planned, const BakeOptions& options,
-                   TableCache* cache);
+    RenderForecast(const Scenes& planned, const BakeOptions& options, TableCache* cache);
 
     /// Adds what tables take more for each effect of a scene: of one after the other.
     void add_table_costs(const Scene& scene, std::vector<EffectShare>& shares);

@@ -183,8 +183,8 @@ SceneFile read_frame(const std::string& text, const TomlFile& origin, const Sour
 }  // namespace
 }  // namespace scene_file
 
-std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory,
-                                  std::vector<std::string>* notes, const std::string& name) {
+Film parse_film(const std::string& text, const std::string& directory,
+                std::vector<std::string>* notes, const std::string& name) {
     using namespace scene_file;
     std::vector<std::string> all_notes;  // panels and frames repeat one another's
     std::map<std::string, std::shared_ptr<const Image>> images;
@@ -197,7 +197,7 @@ std::vector<SceneFile> parse_film(const std::string& text, const std::string& di
     std::vector<int> order = animation.keyed;
     for (int frame = 0; frame < animation.frames; ++frame)
         if (!std::ranges::binary_search(animation.keyed, frame)) order.push_back(frame);
-    std::vector<SceneFile> film(order.size());
+    Film film(order.size());
     for (const int frame : order) {
         TomlFile own = origin;
         if (film.size() > 1)
@@ -213,12 +213,11 @@ std::vector<SceneFile> parse_film(const std::string& text, const std::string& di
     return film;
 }
 
-std::vector<SceneFile> read_film(const std::filesystem::path& path,
-                                 std::vector<std::string>* notes) {
+Film read_film(const fs::path& path, std::vector<std::string>* notes) {
     return parse_film(read_text(path), path.parent_path().string(), notes, path.string());
 }
 
-void change(const SceneChanges& changes, std::vector<SceneFile>& film) {
+void change(const SceneChanges& changes, Film& film) {
     for (SceneFile& frame : film)
         for (Scene& scene : frame.panels) {
             if (!changes.effects.empty()) scene.effects = parse_scene_effects(changes.effects);
@@ -231,8 +230,8 @@ void change(const SceneChanges& changes, std::vector<SceneFile>& film) {
         }
 }
 
-std::vector<Scene> all_panels(const std::vector<SceneFile>& film) {
-    std::vector<Scene> scenes;
+Scenes all_panels(const Film& film) {
+    Scenes scenes;
     for (const SceneFile& frame : film)
         scenes.insert(scenes.end(), frame.panels.begin(), frame.panels.end());
     return scenes;
@@ -300,8 +299,8 @@ std::optional<Scene> planet_scene(const Scene& scene) {
     return planet;
 }
 
-std::vector<Scene> channel_scenes(const Scene& scene) {
-    std::vector<Scene> scenes(std::max<std::size_t>(1, scene.layer.channels.size()), scene);
+Scenes channel_scenes(const Scene& scene) {
+    Scenes scenes(std::max<std::size_t>(1, scene.layer.channels.size()), scene);
     for (std::size_t c = 0; c < scene.layer.channels.size(); ++c) {
         SceneLayer& layer = scenes[c].layer;
         layer.components = {scene.layer.channels[c]};
@@ -316,8 +315,8 @@ std::vector<Scene> channel_scenes(const Scene& scene) {
     return scenes;
 }
 
-std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes) {
-    std::vector<Scene> channels;
+Scenes channel_scenes(const Scenes& scenes) {
+    Scenes channels;
     for (const Scene& scene : scenes)
         for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
     return channels;

@@ -8,7 +8,7 @@ namespace stratus::scene_file {
 
 std::shared_ptr<const Image> Source::image(const Section& section, double most) const {
     constexpr const char* key = "image";
-    const std::filesystem::path path = directory / section.text(key);
+    const fs::path path = directory / section.text(key);
     const std::string ending = path.extension().string();
     section.require(ending == ".png" || ending == ".exr", key, "a .png or .exr file",
                     path.string());

@@ -82,7 +82,7 @@ std::vector<Pixel> even_pixels(const Scene& scene) {
 }
 
 /// The scene; where its layer or ground varies also even layers over even grounds that stand for these.
-std::vector<Scene> scene_and_even_ones(const Scene& scene) {
+Scenes scene_and_even_ones(const Scene& scene) {
     const DepthMap& map = scene.layer.optical_depth;
     const Texture& texture = std::get<Planet>(scene.subject).surface;
     std::vector<DepthMap> depths{map};
@@ -97,7 +97,7 @@ std::vector<Scene> scene_and_even_ones(const Scene& scene) {
         grounds.assign(2, {});
         grounds[1].colour = {most, most, most};
     }
-    std::vector<Scene> scenes{scene};
+    Scenes scenes{scene};
     if (depths.size() * grounds.size() == 1) return scenes;
     for (const DepthMap& depth : depths)
         for (const Texture& ground : grounds) {
@@ -159,7 +159,7 @@ ChangeEstimate estimate_shell(const Scene& scene, double enough) {
         .compare(few, quick_look_factor * enough, change);
     if (change.found <= quick_look_factor * enough) {
         change = {};
-        const std::vector<Scene> scenes = scene_and_even_ones(scene);
+        const Scenes scenes = scene_and_even_ones(scene);
         const SceneTables tables = make_tables(scenes, small_table);
         for (std::size_t k = 0; k < scenes.size(); ++k) {
             const ShellPixels pair(scenes[k], tables[k].get());

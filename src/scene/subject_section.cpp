@@ -8,7 +8,7 @@ namespace stratus::scene_file {
 namespace {
 
 /// `unit`: the planet's radius in the file's unit of length. Refusals name the file's line.
-RingProfile read_profile(const std::filesystem::path& path, double unit) {
+RingProfile read_profile(const fs::path& path, double unit) {
     const CsvTable csv = read_csv(path.string());
     struct Column {
         const char* name;
@@ -74,7 +74,7 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
     const Section section = root.section("rings");
     Rings rings;
     const double unit = section.number("planet_radius");
-    const std::filesystem::path path = source.directory / section.text("profile");
+    const fs::path path = source.directory / section.text("profile");
     const RingProfile whole = section.placed("profile", [&] { return read_profile(path, unit); });
     double inner = whole.inner(), outer = whole.outer();
     for (const auto& [key, radius] : {std::pair("inner", &inner), std::pair("outer", &outer)}) {

@@ -12,8 +12,6 @@
 namespace stratus {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* key_attribute = "cache_key";
 constexpr const char* choices_ending = ".choices";
 constexpr const char* droplets_ending = ".droplets";

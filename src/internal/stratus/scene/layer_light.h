@@ -168,7 +168,7 @@ class LayerLight {
 
     const Scene& scene_;
     const LayerTables* tables_;
-    std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
+    Scenes channel_scenes_;  // these two are empty where channels share all
     std::vector<std::shared_ptr<const LayerLight>> channels_;  // those alike share one
     std::variant<std::monostate, Slice, RgbSlice> slice_;  // of a uniform layer; grey or coloured
     std::shared_ptr<const LayerFluxes> fluxes_;            // null without tables

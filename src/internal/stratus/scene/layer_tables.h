@@ -88,7 +88,7 @@ using SceneTables = std::vector<std::shared_ptr<const LayerTables>>;
 ///
 /// Errors   std::invalid_argument where none of the tables serves what a scene needs, saying why the
 ///          last does not; for a table that serves nothing.
-SceneTables adopt_tables(const std::vector<Scene>& scenes, std::vector<PackedTable> tables);
+SceneTables adopt_tables(const Scenes& scenes, std::vector<PackedTable> tables);
 
 /// The layer's matter, if it is uniform.
 std::optional<Matter> uniform_matter(const Scene& scene);
@@ -104,14 +104,14 @@ struct SharedRecipe {
 /// Each of as many scenes as it can serve.
 ///
 /// Range    scenes of one phase function, or of two that mix (channel_scenes of others).
-std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes);
+std::vector<SharedRecipe> shared_recipes(const Scenes& scenes);
 
 /// Tables for each of several scenes, shared where possible, from the cache where that has them.
-SceneTables bake_for(const std::vector<Scene>& scenes, const BakeOptions& options = {},
+SceneTables bake_for(const Scenes& scenes, const BakeOptions& options = {},
                      TableCache* cache = nullptr);
 
 /// Makes the table of a recipe.
 using TableMaker = std::function<std::shared_ptr<const LayerTable>(const Recipe& recipe)>;
-SceneTables make_tables(const std::vector<Scene>& scenes, const TableMaker& make);
+SceneTables make_tables(const Scenes& scenes, const TableMaker& make);
 
 }  // namespace stratus

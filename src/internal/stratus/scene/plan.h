@@ -97,7 +97,7 @@ void leave_out(const Plan& plan, Scene& scene);
 
 /// Plans each panel of a film over its frames, and switches off in these what the plan leaves out; a plan
 /// for each panel.
-std::vector<Plan> follow_plans(std::vector<SceneFile>& film);
+std::vector<Plan> follow_plans(Film& film);
 
 // ---- for people ---------------------------------------------------------------------------------
 
@@ -174,8 +174,8 @@ std::shared_ptr<const LayerTable> small_table(const Recipe& recipe);
 /// render's tables need are made, and kept in the cache.
 ///
 /// Cost     these choices, and beside them about a tenth of the render.
-FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options = {},
+FileReport report_plans(const Scenes& scenes, const BakeOptions& options = {},
                         TableCache* cache = nullptr, double pixels = few_pixels,
-                        const std::vector<Scene>& later = {});
+                        const Scenes& later = {});
 
 }  // namespace stratus

@@ -42,7 +42,7 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
 
 /// The panels of one of a film's frames, side by side, each in the light of its tables, which are those
 /// of all_panels(film) (layer_tables.h).
-Image render(const std::vector<SceneFile>& film, int frame, const SceneTables& tables,
+Image render(const Film& film, int frame, const SceneTables& tables,
              const RenderOptions& options = {});
 
 /// Pictures of one size side by side, row after row of `columns`.

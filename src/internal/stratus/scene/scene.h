@@ -153,15 +153,20 @@ struct Scene {
     }
 };
 
+using Scenes = std::vector<Scene>;
+
 /// A file: a picture, several side by side, or a figure.
 struct SceneFile {
     std::string title;
     std::string text;           // of the file
     int frames = 1;             // of its [animation]
     int columns = 1;            // of panels
-    std::vector<Scene> panels;  // all of one size; one where there are no [[panels]]
+    Scenes panels;              // all of one size; one where there are no [[panels]]
     std::optional<Figure> figure;
 };
+
+/// A file's frames.
+using Film = std::vector<SceneFile>;
 
 /// Keys of scene files, with units, ranges and defaults; docs/scenes.md shows them. Tables that may stand
 /// under several keys have rows of their own: "surface" is that of planet.surface, rings.surface and
@@ -175,16 +180,14 @@ Keys scene_keys();
 /// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met, and the frame where
 ///          there are several; unknown keys with the nearest known; frames of several sizes;
 ///          std::runtime_error for files that cannot be read.
-std::vector<SceneFile> parse_film(const std::string& text, const std::string& directory = "",
-                                  std::vector<std::string>* notes = nullptr,
-                                  const std::string& name = "");
+Film parse_film(const std::string& text, const std::string& directory = "",
+                std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
 /// Reads them from a file. Errors: std::runtime_error when it cannot be read.
-std::vector<SceneFile> read_film(const std::filesystem::path& path,
-                                 std::vector<std::string>* notes = nullptr);
+Film read_film(const fs::path& path, std::vector<std::string>* notes = nullptr);
 
 /// The panels of all frames, frame after frame: the scenes that a film's tables serve.
-std::vector<Scene> all_panels(const std::vector<SceneFile>& film);
+Scenes all_panels(const Film& film);
 
 /// Changes that a user makes to all pictures of a film. A member that is empty or 0 changes nothing.
 struct SceneChanges {
@@ -197,7 +200,7 @@ struct SceneChanges {
 /// Makes the changes.
 ///
 /// Errors   std::invalid_argument for an unknown effect.
-void change(const SceneChanges& changes, std::vector<SceneFile>& film);
+void change(const SceneChanges& changes, Film& film);
 
 inline Scene with_effects(Scene scene, const SceneEffects& effects) {
     scene.effects = effects;
@@ -214,10 +217,10 @@ std::optional<Scene> planet_scene(const Scene& scene);
 
 /// A scene for each of red, green and blue where these have their own phase functions, with that
 /// one's, its depth, and grey in its albedo; else the scene itself. Then those of its planet_scene.
-std::vector<Scene> channel_scenes(const Scene& scene);
+Scenes channel_scenes(const Scene& scene);
 
 /// The channel scenes of several scenes, one after the other.
-std::vector<Scene> channel_scenes(const std::vector<Scene>& scenes);
+Scenes channel_scenes(const Scenes& scenes);
 
 /// The layer that a stack makes, or one each for red, green and blue.
 ///

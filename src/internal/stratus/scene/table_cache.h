@@ -17,7 +17,7 @@ namespace stratus {
 class TableCache {
   public:
     /// The folder is made when the first table is kept. `limit` in bytes.
-    TableCache(std::filesystem::path folder, std::uintmax_t limit);
+    TableCache(fs::path folder, std::uintmax_t limit);
 
     /// A table that serves the recipe: its own, or one with more sides or wider ranges.
     std::optional<PackedTable> find(const Recipe& recipe);
@@ -37,9 +37,9 @@ class TableCache {
     const std::string& trouble() const { return trouble_; }
 
   private:
-    void remove_oldest(const std::filesystem::path& newest) const;
+    void remove_oldest(const fs::path& newest) const;
 
-    std::filesystem::path folder_;
+    fs::path folder_;
     std::uintmax_t limit_;
     std::string trouble_;
 };
@@ -48,6 +48,6 @@ class TableCache {
 constexpr std::uintmax_t default_cache_limit = std::uintmax_t{2} << 30;
 
 /// $STRATUS_CACHE, else $XDG_CACHE_HOME/stratus, else $HOME/.cache/stratus; empty where none is set.
-std::filesystem::path default_cache_folder();
+fs::path default_cache_folder();
 
 }  // namespace stratus

@@ -11,10 +11,8 @@ namespace stratus {
 
 /// Finds finished pieces in the checkpoint, which must outlive the log, and adds to it.
 inline void keep_in(Checkpoint& checkpoint, WorkLog& log) {
-    log.find = [&](const std::string& piece) { return checkpoint.find(piece); };
-    log.keep = [&](const std::string& piece, std::span<const char> result) {
-        checkpoint.keep(piece, result);
-    };
+    log.find = std::bind_front(&Checkpoint::find, &checkpoint);
+    log.keep = std::bind_front(&Checkpoint::keep, &checkpoint);
 }
 
 inline std::string sentence_of_kept(const std::string& path) {

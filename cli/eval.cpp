@@ -149,7 +149,7 @@ class LayerLookup {
         : table_(table.at(FamilyPoint(layer.member))), layer_(layer), asked_(asked) {
         const auto bound = [&](const Effects& effects) {
             Slice slice = bind(table_, layer.optical_depth, layer.albedo, effects, outside);
-            clamped_ = clamped_ || slice.clamped();
+            clamped_ |= slice.clamped();
             return slice;
         };
         if (asked.background) {

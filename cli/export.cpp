@@ -37,23 +37,12 @@ Stack layer_of_table(const std::string& path, const std::string& at, const ReadO
     return {{{table.view().at(point).chosen_phase_function(), 0, 0}}, table.lower_boundary};
 }
 
-void require_count(const char* option, std::size_t count) {
-    require(count <= 1 || count == 3, "export", option, "one, or three for red, green and blue",
-            count);
-}
-
-/// The value of a colour in a list of one or three.
-template <class Value>
-const Value& of_colour(const std::vector<Value>& values, std::size_t colour) {
-    return values.size() == 1 ? values[0] : values[colour];
-}
-
 /// The grounds of all light or of three colours. Albedos of three may stand in one text.
 std::vector<LowerBoundary> read_grounds(const std::vector<std::string>& over) {
     double albedo = 0;
     const bool are_albedos = over.size() == 1 && read_number(over[0], albedo) > 0;
     const std::vector<std::string> texts = are_albedos ? split(over[0]) : over;
-    require_count("--over", texts.size());
+    require_count("export", "--over", texts.size());
     std::vector<LowerBoundary> grounds;
     for (const std::string& text : texts) grounds.push_back(read_over("export", text));
     return grounds;
@@ -92,10 +81,10 @@ std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::st
 }
 
 Material read_material(const ExportCommand& command, std::vector<std::string>& notes) {
-    require_count("TABLE|STACK.toml", command.inputs.size());
-    require_count("--optical-depth", command.optical_depth.size());
-    require_count("--albedo", command.albedo.size());
-    require_count("--at", command.at.size());
+    require_count("export", "TABLE|STACK.toml", command.inputs.size());
+    require_count("export", "--optical-depth", command.optical_depth.size());
+    require_count("export", "--albedo", command.albedo.size());
+    require_count("export", "--at", command.at.size());
     const std::vector<LowerBoundary> grounds = read_grounds(command.over);
     const std::vector<Stack> read = read_inputs(command, notes);
     Material material;

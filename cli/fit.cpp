@@ -3,7 +3,6 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/size.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
@@ -352,7 +351,7 @@ void run_fit(const FitCommand& command) {
     const std::string place_column = column_of_bins(rows, model.family());
     check_counts(bins, rows, place_column, free_parameter_count(model, first, options));
     std::vector<Fit> fits(bins.size());
-    parallel_for(static_cast<int>(bins.size()), command.threads, [&](int b) {
+    parallel_for(int_size(bins), command.threads, [&](int b) {
         const auto at = size(b);
         fits[at] = fit_layer(model, bins[at].observations, options);
     });

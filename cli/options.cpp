@@ -1,7 +1,5 @@
 #include "options.h"
 
-#include <stratus/base/size.h>
-
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -252,11 +250,11 @@ std::string panel_name(const SceneFile& file, std::size_t panel) {
     return file.panels.size() == 1 ? "the picture" : "panel " + std::to_string(panel + 1);
 }
 
-std::optional<TableCache> open_cache(const CacheOptions& options) {
+std::unique_ptr<TableCache> open_cache(const CacheOptions& options) {
     const fs::path folder = default_cache_folder();
-    if (options.off || folder.empty()) return std::nullopt;
-    TableCache cache(folder, options.limit);
-    cache.keep_droplets();
+    if (options.off || folder.empty()) return nullptr;
+    auto cache = std::make_unique<TableCache>(folder, options.limit);
+    cache->keep_droplets();
     return cache;
 }
 

@@ -144,6 +144,19 @@ double parameter_value(const std::string& text, PhaseParameter parameter);
 PackedTable read_member(const char* caller, const std::string& path, const ReadOptions& options,
                         const std::string& at);
 
+// Options that are given once, or once for each of red, green and blue.
+
+inline void require_count(const char* command, const char* option, std::size_t count) {
+    require(count <= 1 || count == 3, command, option, "one, or three for red, green and blue",
+            count);
+}
+
+/// The value of a colour in a list of one or three.
+template <class Value>
+const Value& of_colour(const std::vector<Value>& values, std::size_t colour) {
+    return values.size() == 1 ? values[0] : values[colour];
+}
+
 // Options that the commands on scenes share: --drop, --width, and the cache of tables.
 
 struct CacheOptions {
@@ -158,8 +171,8 @@ void add_cache(CLI::App& command, CacheOptions& options);
 /// Returns the name that messages give a panel: its title, or its number.
 std::string panel_name(const SceneFile& file, std::size_t panel);
 
-/// None where it is switched off or no folder is known. It keeps the scattering of droplets, too: it is
+/// Null where it is switched off or no folder is known. It keeps the scattering of droplets, too: it is
 /// opened before a scene is read.
-std::optional<TableCache> open_cache(const CacheOptions& options);
+std::unique_ptr<TableCache> open_cache(const CacheOptions& options);
 
 }  // namespace stratus

@@ -30,7 +30,7 @@ void write_moments(std::ostream& out, const PhaseFunctions& functions, int count
     std::vector<std::vector<double>> chi;
     for (const PhaseFunction& phi : functions) chi.push_back(phi.moments(count));
     out << 'l' << columns("chi", functions.size()) << '\n';
-    for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l) {
+    for (std::size_t l = 0; l < size(count); ++l) {
         out << l;
         for (const std::vector<double>& moments : chi) out << ',' << full_text(moments[l]);
         out << '\n';

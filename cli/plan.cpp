@@ -1,7 +1,6 @@
 // `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe of
 // its table.
 #include <stratus/bake/parallel.h>
-#include <stratus/base/size.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>
@@ -71,7 +70,7 @@ void draw_scene(const PlanReport& report, const std::string& title, double white
     const Image& picture = report.picture;
     const int height = panel_height(picture);
     const std::vector<const EffectShare*> shown = shown_effects(report);
-    for (int k = 0; k <= static_cast<int>(shown.size()); ++k) {
+    for (int k = 0; k <= int_size(shown); ++k) {
         const EffectShare* const share = k == 0 ? nullptr : shown[size(k) - 1];
         const int left = k % panels_a_row * panel_width,
                   above = top + k / panels_a_row * (height + title_height);
@@ -110,7 +109,7 @@ void write_change_picture(const SceneFile& file, const std::vector<PlanReport>& 
                           const std::string& path) {
     std::vector<int> tops{0};
     for (const PlanReport& report : reports) {
-        const int panels = 1 + static_cast<int>(shown_effects(report).size());
+        const int panels = 1 + int_size(shown_effects(report));
         tops.push_back(tops.back() + (panels + panels_a_row - 1) / panels_a_row *
                                          (panel_height(report.picture) + title_height));
     }
@@ -347,7 +346,7 @@ void run_plan(const PlanCommand& command) {
     std::vector<std::string> notes;
     const auto start = Clock::now();
     const double started = processor_seconds();
-    std::optional<TableCache> cache = open_cache(command.cache);
+    const std::unique_ptr<TableCache> cache = open_cache(command.cache);
     Film film = read_film(command.scene, &notes);
     const SceneFile& file = film[0];
     const double reading = processor_seconds() - started;
@@ -359,7 +358,7 @@ void run_plan(const PlanCommand& command) {
     options.threads = command.threads;
     options.progress = std::ref(progress);
     const FileReport report =
-        report_plans(file.panels, options, cache ? &*cache : nullptr,
+        report_plans(file.panels, options, cache.get(),
                      command.picture.empty() ? few_pixels : shown_pixels, later);
     if (!command.picture.empty()) write_change_picture(file, report.scenes, command.picture);
     const std::vector<PlanReport>& reports = report.scenes;

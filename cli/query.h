@@ -9,6 +9,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/direction.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/io/csv.h>
 
 #include <filesystem>
@@ -35,7 +36,7 @@ class Row {
 
     bool has(const std::string& column) const { return rows_.has_column(column); }
     double operator[](const std::string& column) const {
-        return rows_.rows[r_][static_cast<std::size_t>(rows_.column(column))];
+        return rows_.rows[r_][size(rows_.column(column))];
     }
     /// "FILE, line 7", for refusals.
     std::string place() const { return rows_.name + ", line " + std::to_string(rows_.lines[r_]); }

@@ -2,7 +2,6 @@
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/parallel.h>
-#include <stratus/base/size.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
 
@@ -78,8 +77,8 @@ void require_ending(const std::string& output, bool svg) {
                                 ", got " + output);
 }
 
-SceneTables tables_for(const RenderCommand& command, const Scenes& scenes,
-                       std::optional<TableCache>& cache, Progress& progress) {
+SceneTables tables_for(const RenderCommand& command, const Scenes& scenes, TableCache* cache,
+                       Progress& progress) {
     if (!command.tables.empty()) {
         std::vector<PackedTable> tables;
         for (const std::string& table : command.tables)
@@ -89,7 +88,7 @@ SceneTables tables_for(const RenderCommand& command, const Scenes& scenes,
     BakeOptions options;
     options.threads = command.threads;
     options.progress = std::ref(progress);
-    auto tables = bake_for(scenes, options, cache ? &*cache : nullptr);
+    auto tables = bake_for(scenes, options, cache);
     if (cache && !cache->trouble().empty())
         progress.note("note: tables are not kept: " + cache->trouble());
     return tables;
@@ -170,7 +169,7 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
 /// Renders frames of a film, or a picture, with tables that serve every frame: each is the same whichever
 /// others are rendered.
 void run_pictures(const RenderCommand& command, Film& film, const FrameRange& frames,
-                  std::optional<TableCache>& cache, Progress& progress) {
+                  TableCache* cache, Progress& progress) {
     change({split(command.effects), split(command.drop), command.width}, film);
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
@@ -231,7 +230,7 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
 void run_render(const RenderCommand& command) {
     if (command.frames.empty()) check_outputs(command, {});
     std::vector<std::string> notes;
-    std::optional<TableCache> cache = open_cache(command.cache);
+    const std::unique_ptr<TableCache> cache = open_cache(command.cache);
     Film film = read_film(command.scene, &notes);
     const bool is_figure = film[0].figure.has_value();
     for (const std::string& output : command.outputs) require_ending(output, is_figure);
@@ -243,7 +242,7 @@ void run_render(const RenderCommand& command) {
         progress.note("note: this is frame 0 of " + std::to_string(film.size()) +
                       "; --frames renders others");
     check_outputs(command, frames);
-    run_pictures(command, film, frames, cache, progress);
+    run_pictures(command, film, frames, cache.get(), progress);
 }
 
 }  // namespace

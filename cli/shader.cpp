@@ -88,17 +88,15 @@ std::optional<Medium<3>> make_medium(const TableView& table, std::vector<double>
     if (albedo.empty()) return {};
     Medium<3> medium{};
     for (std::size_t c = 0; c < 3; ++c) {
-        medium.optical_depth[c] = optical_depth[optical_depth.size() == 1 ? 0 : c];
-        medium.albedo[c] = albedo[albedo.size() == 1 ? 0 : c];
+        medium.optical_depth[c] = of_colour(optical_depth, c);
+        medium.albedo[c] = of_colour(albedo, c);
     }
     return medium;
 }
 
 void check_layer(const ShaderOptions& options) {
-    for (const auto& [option, given] : {std::pair{"--optical-depth", &options.optical_depth},
-                                        std::pair{"--albedo", &options.albedo}})
-        require(given->size() <= 1 || given->size() == 3, "shader", option,
-                "one, or three for red, green and blue", given->size());
+    require_count("shader", "--optical-depth", options.optical_depth.size());
+    require_count("shader", "--albedo", options.albedo.size());
     require(options.optical_depth.empty() == options.albedo.empty(), "shader",
             "--optical-depth and --albedo", "both given or both left out",
             options.albedo.empty() ? "--optical-depth" : "--albedo");

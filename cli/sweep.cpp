@@ -1,7 +1,6 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
-#include <stratus/base/size.h>
 #include <stratus/table/packed_table.h>
 
 #include "bake.h"
@@ -177,7 +176,7 @@ std::pair<Outcome, std::string_view> read_outcome(std::span<const char> message)
 /// The first of alike rows, baked for rank 0.
 RankedStage row_stage(const std::vector<SweepRow>& rows, const Alike& alike, int threads) {
     RankedStage stage;
-    stage.count = static_cast<int>(alike.size());
+    stage.count = int_size(alike);
     stage.solve = [&, threads](int piece, std::span<const char>) {
         std::vector<char> packed;
         const Outcome outcome = try_to_finish(
@@ -218,7 +217,7 @@ std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, const SweepFol
         }
     };
     if (!ranks) {
-        nested_parallel_for(static_cast<int>(alike.size()), command.threads, [&](int n) {
+        nested_parallel_for(int_size(alike), command.threads, [&](int n) {
             finish_alike(n,
                          [&](const SweepRow& row) { return folder.finish(row, command.threads); });
         });

@@ -3,7 +3,6 @@
 // `stratus info`: prints what a table holds, how accurate it is and how it was made.
 #include <stratus/bake/accuracy.h>
 #include <stratus/base/half.h>
-#include <stratus/base/size.h>
 #include <stratus/scene/render.h>
 
 #include "options.h"

@@ -134,8 +134,8 @@ auto run_long(int threads, const py::object& note, const py::object& progress, c
     Told told;
     std::atomic<bool> stop{false};
     options.threads = threads;
-    options.note = [&](const std::string& line) { told.note(line); };
-    options.progress = [&](double done, const std::string& stage) { told.progress(done, stage); };
+    options.note = std::bind_front(&Told::note, &told);
+    options.progress = std::bind_front(&Told::progress, &told);
     options.log.stop = [&] { return stop.load(); };
     auto result = std::async(std::launch::async, [&] { return work(options); });
     for (bool done = false; !done;) {

@@ -39,7 +39,7 @@ std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOpti
     BakeOptions straight = table_options(options);
     straight.packed = &packed;
     const std::unique_ptr<Checkpoint> choices = cache ? cache->open_choices(recipe) : nullptr;
-    if (choices) straight.log.find = [&](const std::string& piece) { return choices->find(piece); };
+    if (choices) straight.log.find = std::bind_front(&Checkpoint::find, choices.get());
     Table header = bake(recipe, straight);
     if (cache) packed = cache->keep(recipe, std::move(header), std::move(packed));
     return make_layer_table(PackedTable(packed));

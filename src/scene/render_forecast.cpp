@@ -59,7 +59,7 @@ RenderForecast::SharedTable RenderForecast::choose(const SharedRecipe& shared,
     BakeOptions choosing = options;
     const std::unique_ptr<Checkpoint> kept = cache ? cache->open_choices(shared.recipe) : nullptr;
     if (kept) {
-        choosing.log.find = [&](const std::string& piece) { return kept->find(piece); };
+        choosing.log.find = std::bind_front(&Checkpoint::find, kept.get());
         choosing.log.keep = [&](const std::string& piece, std::span<const char> result) {
             if (!kept->find(piece)) kept->keep(piece, result);
         };

@@ -302,24 +302,20 @@ void add_bake(CLI::App& app) {
         "-o,--output", options.output,
         "Table to write: .stratus, packed, which lookups and renderers read, or .h5 with all "
         "samples; folder of a sweep's tables; required to bake");
-    CLI::Option* const dry_run = command.add_flag(
+    command.add_flag(
         "--dry-run", options.dry_run,
         "Only choose the discretisation, and print it with the table's size, the time that solving "
         "and checking it will take, and every axis at its cap");
-    CLI::Option* const exr =
-        add_file(command, "--exr", options.exr,
-                 "Also write all samples as a picture file, .exr, from the same solutions");
-    CLI::Option* const h5 =
-        add_file(command, "--h5", options.h5, "Also write all samples for other programs, .h5");
+    add_file(command, "--exr", options.exr,
+             "Also write all samples as a picture file, .exr, from the same solutions");
+    add_file(command, "--h5", options.h5, "Also write all samples for other programs, .h5");
     add_file(command, "--sweep", options.sweep,
              "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
              "column name naming the tables; a recipe's own [sweep] needs no option. A "
              "summary goes to standard output and to summary.csv. --resume bakes what the "
              "folder lacks or has damaged, as after a power cut: tables are flushed to "
              "disk together at the end")
-        ->excludes(dry_run)
-        ->excludes(exr)
-        ->excludes(h5);
+        ->excludes("--dry-run", "--exr", "--h5");
     add_threads(command, options.threads);
     command.add_flag(
         "--resume", options.resume,

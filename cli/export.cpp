@@ -140,14 +140,10 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
         "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
         "red, green and blue differ")
         ->required();
-    app.add_option("--optical-depth", command.optical_depth,
-                   "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas")
-        ->delimiter(',')
-        ->check(number_in("[0, inf]"));
-    app.add_option("--albedo", command.albedo,
-                   "Its single-scattering albedo, [0, 1]; one, or three with commas")
-        ->delimiter(',')
-        ->check(number_in("[0, 1]"));
+    add_numbers(app, "--optical-depth", command.optical_depth, "[0, inf]",
+                "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas");
+    add_numbers(app, "--albedo", command.albedo, "[0, 1]",
+                "Its single-scattering albedo, [0, 1]; one, or three with commas");
     app.add_option("--at", command.at, at_help(". Given three times, it is of red, green and blue"))
         ->allow_extra_args(false);  // or it would take TABLE too
     app.add_option("--over", command.over,

@@ -71,6 +71,11 @@ CLI::Validator file_name() {
     return {check, ""};
 }
 
+CLI::Option* add_numbers(CLI::App& command, const std::string& name, std::vector<double>& numbers,
+                         const NumberRange& interval, const std::string& help) {
+    return command.add_option(name, numbers, help)->delimiter(',')->check(number_in(interval));
+}
+
 std::vector<std::string> split(const std::string& list) {
     std::vector<std::string> parts;
     std::istringstream text(list);
@@ -111,18 +116,17 @@ void add_threads(CLI::App& command, int& threads, const std::string& more) {
 
 void add_accuracy(CLI::App& command, int& nodes, double& tolerance, bool& accept,
                   const std::string& more) {
-    CLI::Option* const fixed =
-        command
-            .add_option("--nodes", nodes,
-                        "Gauss nodes of the solver, [1, 512], in place of --tolerance" + more)
-            ->check(whole_number(1, 512));
+    command
+        .add_option("--nodes", nodes,
+                    "Gauss nodes of the solver, [1, 512], in place of --tolerance" + more)
+        ->check(whole_number(1, 512));
     command
         .add_option("--tolerance", tolerance,
                     "Relative error of R and T, or of fluxes, [1e-12, 1]: the solver chooses nodes "
                     "to meet it, and gives estimated errors")
         ->capture_default_str()
         ->check(number_in("[1e-12, 1]"))
-        ->excludes(fixed);
+        ->excludes("--nodes");
     command.add_flag("--accept", accept, "Go on even if 512 nodes do not meet the tolerance");
 }
 

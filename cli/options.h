@@ -52,6 +52,10 @@ CLI::Option* add_file(CLI::App& command, const std::string& name, Paths& paths,
     return command.add_option(name, paths, help)->check(file_name());
 }
 
+/// Adds an option for numbers in an interval, comma between.
+CLI::Option* add_numbers(CLI::App& command, const std::string& name, std::vector<double>& numbers,
+                         const NumberRange& interval, const std::string& help);
+
 /// The parts of a comma-separated list.
 std::vector<std::string> split(const std::string& list);
 

@@ -127,16 +127,15 @@ void add_phase(CLI::App& app) {
         .add_option("PHASE", options.texts,
                     "Phase functions, one or several, each one of\n" + phase_function_help())
         ->required();
-    CLI::Option* const moments =
-        command
-            .add_option("--moments", options.moments,
-                        "Write so many Legendre moments, [1, 20000], in place of values")
-            ->check(whole_number(1, 20'000));
+    command
+        .add_option("--moments", options.moments,
+                    "Write so many Legendre moments, [1, 20000], in place of values")
+        ->check(whole_number(1, 20'000));
     command
         .add_option("--step", options.step_deg, "Between scattering angles, degrees, [0.001, 90]")
         ->capture_default_str()
         ->check(number_in("[0.001, 90]"))
-        ->excludes(moments);
+        ->excludes("--moments");
     add_csv_output(command, options.output);
     add_file(command, "--svg", options.svg, "Figure to draw, .svg: all over the scattering angle");
     command.add_flag("--quiet", options.quiet, "No summary, no notes");

@@ -164,16 +164,10 @@ void add_shader(CLI::App& app) {
         ->check(CLI::IsMember(shader_language_names()));
     command.add_option("-o,--output", options.folder, "Folder to write into; made if missing")
         ->required();
-    command
-        .add_option("--optical-depth", options.optical_depth,
-                    "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
-        ->delimiter(',')
-        ->check(number_in("[0, inf]"));
-    command
-        .add_option("--albedo", options.albedo,
-                    "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
-        ->delimiter(',')
-        ->check(number_in("[0, 1]"));
+    add_numbers(command, "--optical-depth", options.optical_depth, "[0, inf]",
+                "Also bind one layer, of this depth, [0, inf]; one, or three with commas");
+    add_numbers(command, "--albedo", options.albedo, "[0, 1]",
+                "The layer's single-scattering albedo, [0, 1]; one, or three with commas");
     command.add_flag("--filtered", options.filtered,
                      "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
                      "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");

@@ -345,27 +345,18 @@ void add_request_options(CLI::App& solve, SolveCommand& command) {
              "TOML file of a stack: tables [[layers]], top first, with phase_function, "
              "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, "
              "with ground (as --over), or with phase_function and albedo")
-        ->excludes(solve.get_option("--phase"), solve.get_option("--albedo"),
-                   solve.get_option("--optical-depth"), solve.get_option("--over"),
-                   solve.get_option("--scheme"));
-    CLI::Option* const query = add_file(solve, "--query", command.query,
-                                        "CSV with columns " + direction_columns_help +
-                                            "; - is standard input. Without: fluxes only");
-    solve
-        .add_option("--mu-in", command.mu_in,
-                    "Cosines at which fluxes are given, (0, 1], comma between")
-        ->delimiter(',')
-        ->check(number_in("(0, 1]"))
-        ->excludes(query);
-    solve
-        .add_option(
-            "--levels", command.levels,
-            "Optical depths, from the top, at which the light inside is given as CSV: fluxes "
-            "at --mu-in (default 1), or with --query radiance. Comma between, in [0, the whole "
-            "depth]")
-        ->delimiter(',')
-        ->check(number_in("[0, inf)"))
-        ->excludes(solve.get_option("--orders"));
+        ->excludes("--phase", "--albedo", "--optical-depth", "--over", "--scheme");
+    add_file(solve, "--query", command.query,
+             "CSV with columns " + direction_columns_help +
+                 "; - is standard input. Without: fluxes only");
+    add_numbers(solve, "--mu-in", command.mu_in, "(0, 1]",
+                "Cosines at which fluxes are given, (0, 1], comma between")
+        ->excludes("--query");
+    add_numbers(solve, "--levels", command.levels, "[0, inf)",
+                "Optical depths, from the top, at which the light inside is given as CSV: fluxes "
+                "at --mu-in (default 1), or with --query radiance. Comma between, in [0, the whole "
+                "depth]")
+        ->excludes("--orders");
     add_file(solve, "-o,--output", command.output, "File to write. Default or -: standard output");
     solve.add_flag("--quiet", command.quiet, "No notes");
 }

@@ -109,17 +109,15 @@ void add_max_memory(CLI::App& command, ReadOptions& options) {
 }
 
 void add_threads(CLI::App& command, int& threads, const std::string& more) {
-    command.add_option("--threads", threads, "Threads; 0: one for each processor" + more)
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_whole_number(command, "--threads", threads, 0, 1024,
+                     "Threads; 0: one for each processor" + more)
+        ->capture_default_str();
 }
 
 void add_accuracy(CLI::App& command, int& nodes, double& tolerance, bool& accept,
                   const std::string& more) {
-    command
-        .add_option("--nodes", nodes,
-                    "Gauss nodes of the solver, [1, 512], in place of --tolerance" + more)
-        ->check(whole_number(1, 512));
+    add_whole_number(command, "--nodes", nodes, 1, 512,
+                     "Gauss nodes of the solver, [1, 512], in place of --tolerance" + more);
     command
         .add_option("--tolerance", tolerance,
                     "Relative error of R and T, or of fluxes, [1e-12, 1]: the solver chooses nodes "
@@ -236,9 +234,9 @@ void add_drop(CLI::App& command, std::string& names) {
 }
 
 void add_width(CLI::App& command, int& width) {
-    command.add_option("--width", width, "Pixels, instead of the scene's; 0: the scene's")
-        ->capture_default_str()
-        ->check(whole_number(0, 16384));
+    add_whole_number(command, "--width", width, 0, 16384,
+                     "Pixels, instead of the scene's; 0: the scene's")
+        ->capture_default_str();
 }
 
 void add_cache(CLI::App& command, CacheOptions& options) {

@@ -52,6 +52,13 @@ CLI::Option* add_file(CLI::App& command, const std::string& name, Paths& paths,
     return command.add_option(name, paths, help)->check(file_name());
 }
 
+/// Adds an option for a whole number in [min, max].
+template <class Number>
+CLI::Option* add_whole_number(CLI::App& command, const std::string& name, Number& value,
+                              long long min, long long max, const std::string& help) {
+    return command.add_option(name, value, help)->check(whole_number(min, max));
+}
+
 /// Adds an option for numbers in an interval, comma between.
 CLI::Option* add_numbers(CLI::App& command, const std::string& name, std::vector<double>& numbers,
                          const NumberRange& interval, const std::string& help);

@@ -127,10 +127,8 @@ void add_phase(CLI::App& app) {
         .add_option("PHASE", options.texts,
                     "Phase functions, one or several, each one of\n" + phase_function_help())
         ->required();
-    command
-        .add_option("--moments", options.moments,
-                    "Write so many Legendre moments, [1, 20000], in place of values")
-        ->check(whole_number(1, 20'000));
+    add_whole_number(command, "--moments", options.moments, 1, 20'000,
+                     "Write so many Legendre moments, [1, 20000], in place of values");
     command
         .add_option("--step", options.step_deg, "Between scattering angles, degrees, [0.001, 90]")
         ->capture_default_str()

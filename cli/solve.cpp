@@ -304,11 +304,9 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
 
 /// Options that some schemes know.
 void add_scheme_options(CLI::App& solve, SolveCommand& command) {
-    solve
-        .add_option("--orders", command.request.orders,
-                    "Light scattered at most this often, [1, 200]; harmonic and markov tell "
-                    "every order")
-        ->check(whole_number(1, 200));
+    add_whole_number(solve, "--orders", command.request.orders, 1, 200,
+                     "Light scattered at most this often, [1, 200]; harmonic and markov tell "
+                     "every order");
     solve
         .add_option("--start", command.request.start,
                     "classic: diamond (default) or single, the thin layer's start")
@@ -318,25 +316,17 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
                     "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
                     "1e-3 of the smallest cosine")
         ->check(number_in("[1e-15, 1]"));
-    solve
-        .add_option("--sublayers", command.request.sublayers,
-                    "markov: sublayers, even, [4, 1024]. Default: 32")
-        ->check(whole_number(4, 1024));
-    solve
-        .add_option("--photons", command.request.photons,
-                    "photons: how many for each mu_in, [2, 1e12]. Default: 1000000")
-        ->check(whole_number(2, 1'000'000'000'000));
-    solve.add_option("--seed", command.request.seed, "photons: another draw. Default: 1")
-        ->check(whole_number(0, 1'000'000'000'000'000'000));
-    solve
-        .add_option("--backward-collisions", command.request.backward_collisions,
-                    "photons: of paths also followed back from the exits, [0, 100]; 8 for narrow "
-                    "peaks. Default: 0")
-        ->check(whole_number(0, 100));
-    solve
-        .add_option("--threads", command.request.threads,
-                    "photons: threads; 0: one for each processor. The answer is the same")
-        ->check(whole_number(0, 1024));
+    add_whole_number(solve, "--sublayers", command.request.sublayers, 4, 1024,
+                     "markov: sublayers, even, [4, 1024]. Default: 32");
+    add_whole_number(solve, "--photons", command.request.photons, 2, 1'000'000'000'000,
+                     "photons: how many for each mu_in, [2, 1e12]. Default: 1000000");
+    add_whole_number(solve, "--seed", command.request.seed, 0, 1'000'000'000'000'000'000,
+                     "photons: another draw. Default: 1");
+    add_whole_number(solve, "--backward-collisions", command.request.backward_collisions, 0, 100,
+                     "photons: of paths also followed back from the exits, [0, 100]; 8 for narrow "
+                     "peaks. Default: 0");
+    add_whole_number(solve, "--threads", command.request.threads, 0, 1024,
+                     "photons: threads; 0: one for each processor. The answer is the same");
 }
 
 /// Stacks, and what is asked.

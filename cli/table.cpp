@@ -406,12 +406,11 @@ void add_verify(CLI::App& app) {
     const auto [command, options] = add_command<VerifyCommand>(
         app, "verify", "Check a table against the solver at random points", run_verify);
     add_table(command, options.table);
-    command.add_option("--samples", options.options.samples, "Random points")
-        ->capture_default_str()
-        ->check(whole_number(1, 100000000));
-    command.add_option("--seed", options.options.seed, "Seed of the random points")
-        ->capture_default_str()
-        ->check(whole_number(0, std::numeric_limits<unsigned>::max()));
+    add_whole_number(command, "--samples", options.options.samples, 1, 100000000, "Random points")
+        ->capture_default_str();
+    add_whole_number(command, "--seed", options.options.seed, 0,
+                     std::numeric_limits<unsigned>::max(), "Seed of the random points")
+        ->capture_default_str();
     add_threads(command, options.options.threads);
     command.add_flag("--bound", options.options.bound,
                      "Look up through bound slices, as renderers do, instead of five axes at once");

@@ -39,7 +39,7 @@ void set_known(const LayerModel& model, const std::map<std::string, Doubles>& kn
     std::vector<std::string> names;
     for (const FamilyAxis& axis : family) names.emplace_back(axis.name());
     for (const auto& [name, values] : known)
-        require(std::find(names.begin(), names.end(), name) != names.end(), "fit", "family",
+        require(is_listed(name, names), "fit", "family",
                 names.empty() ? "left out, for nothing varies" : "of " + joined(names), name);
     for (std::size_t i = 0; i < observations.size(); ++i) {
         std::vector<double> point(family.size(), std::numeric_limits<double>::quiet_NaN());
@@ -84,12 +84,11 @@ py::dict fit(const AnyTable* table, const std::optional<PhaseFunction>& first,
              const std::optional<PhaseFunction>& second, bool single, const Observed& observed,
              const std::vector<int>& light, const std::map<std::string, Doubles>& known,
              const std::map<std::string, double>& fixed, const std::vector<std::string>& free,
-             double density, const std::tuple<std::string, double, double>& opposition) {
+             double density, const OppositionParts& opposition) {
     const std::unique_ptr<LayerModel> by = make_model(table, first, second, single);
     const LayerModel& model = *by;
-    const auto& [law, width, amplitude] = opposition;
     const FitOptions options =
-        make_options(model, fixed, free, density, make_opposition(law, width, amplitude));
+        make_options(model, fixed, free, density, make_opposition(opposition));
     Observations observations = make_observations(observed, light);
     set_known(model, known, observations);
     const Fit found = without_lock([&] { return fit_layer(model, observations, options); });

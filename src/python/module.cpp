@@ -14,7 +14,8 @@ LowerBoundary make_lower_boundary(const py::object& below) {
     return LowerBoundary::surface(below.cast<double>());
 }
 
-Opposition make_opposition(const std::string& law, double width, double amplitude) {
+Opposition make_opposition(const OppositionParts& parts) {
+    const auto& [law, width, amplitude] = parts;
     if (law.empty()) return {};
     require(law == "blinn" || law == "hapke", "opposition", "law", "blinn or hapke", law);
     return {law == "blinn" ? Opposition::Law::blinn : Opposition::Law::hapke, width, amplitude};

@@ -81,8 +81,9 @@ void require_all(const Number* values, std::size_t count, const char* function,
 /// None, the albedo of a surface, or a phase function with an albedo.
 LowerBoundary make_lower_boundary(const py::object& below);
 
-/// "", "blinn", "hapke"; width 0: of the density.
-Opposition make_opposition(const std::string& law, double width, double amplitude);
+/// Law, "", "blinn" or "hapke"; width, 0: of the density; amplitude.
+using OppositionParts = std::tuple<std::string, double, double>;
+Opposition make_opposition(const OppositionParts& parts);
 
 // Long work that Ctrl-C stops, and that tells Python how far it is.
 //

@@ -35,9 +35,7 @@ Effects to_effects(const py::dict& asked) {
     flag("transmission", effects.transmission);
     flag("background", effects.background);
     effects.density = asked["density"].cast<double>();
-    effects.opposition =
-        make_opposition(asked["law"].cast<std::string>(), asked["width"].cast<double>(),
-                        asked["amplitude"].cast<double>());
+    effects.opposition = make_opposition(asked["opposition"].cast<OppositionParts>());
     return effects;
 }
 
@@ -130,10 +128,9 @@ void require_known(const KnownDirections& known, const char* function, double mu
     require(is_within(known.mu_in, mu_in), function, "mu_in", "one that the table knows", mu_in);
     require(is_within(known.mu_out, mu_out), function, "mu_out", "one that the table knows",
             mu_out);
-    require(known.azimuth.count == 1 && known.azimuth.lowest == 0
-                ? true
-                : is_within(known.azimuth, folded),
-            function, "azimuth", "one that the table knows", azimuth);
+    require(
+        (known.azimuth.count == 1 && known.azimuth.lowest == 0) || is_within(known.azimuth, folded),
+        function, "azimuth", "one that the table knows", azimuth);
 }
 
 Values scattered(const Bound& bound, bool transmitted, const Floats& mu_in, const Floats& mu_out,

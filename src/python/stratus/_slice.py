@@ -141,6 +141,5 @@ def effects_dict(
     density: float = 0.0,
     opposition: Opposition | None = None,
 ) -> dict[str, Any]:
-    law, width, amplitude = opposition_parts(opposition)
     return dict(single=single, multiple=multiple, reflection=reflection, transmission=transmission,
-                background=background, density=density, law=law, width=width, amplitude=amplitude)
+                background=background, density=density, opposition=opposition_parts(opposition))

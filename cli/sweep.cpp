@@ -82,12 +82,10 @@ class SweepFolder {
         const std::optional<Table> table = resume_ ? find(row) : std::nullopt;
         if (!table) return std::nullopt;
         fs::remove(checkpoint(row));
-        Outcome outcome;
-        outcome.met = states_tolerance_met(*table);
-        outcome.remark = "was there";
-        outcome.worst = table->measured_error;
-        outcome.bytes = static_cast<double>(fs::file_size(this->table(row)));
-        return outcome;
+        return Outcome{{.met = states_tolerance_met(*table),
+                        .worst = table->measured_error,
+                        .bytes = static_cast<double>(fs::file_size(this->table(row)))},
+                       "was there"};
     }
 
     /// Bakes a row's table, from its checkpoint if there is one, or finds it baked already.
@@ -267,21 +265,18 @@ void write_summary(std::ostream& out, const std::vector<SweepRow>& rows,
 
 /// Throws where a table failed, or missed its tolerance.
 void judge(const std::vector<Outcome>& outcomes, const BakeCommand& command) {
-    const auto count = [&](auto holds) {
-        return std::to_string(std::ranges::count_if(outcomes, holds)) + " of " +
-               std::to_string(outcomes.size()) + " tables ";
-    };
-    const auto has_failed = [](const Outcome& outcome) { return outcome.failed; };
-    const auto has_missed = [](const Outcome& outcome) { return !outcome.failed && !outcome.met; };
+    const auto failed = std::ranges::count_if(outcomes, &Outcome::failed);
+    const auto missed = std::ranges::count_if(
+        outcomes, [](const Outcome& outcome) { return !outcome.failed && !outcome.met; });
+    const std::string tables = " of " + std::to_string(outcomes.size()) + " tables ";
     std::vector<std::string> sentences;
-    const bool any_failed = std::ranges::any_of(outcomes, has_failed);
-    if (any_failed) sentences.push_back(count(has_failed) + "failed");
-    if (std::ranges::any_of(outcomes, has_missed))
-        sentences.push_back(count(has_missed) + "miss their tolerance" +
+    if (failed > 0) sentences.push_back(std::to_string(failed) + tables + "failed");
+    if (missed > 0)
+        sentences.push_back(std::to_string(missed) + tables + "miss their tolerance" +
                             (command.accept ? "" : " (--accept: exit code 0)"));
     if (sentences.empty()) return;
     const std::string line = "bake: " + command.output + ": " + joined(sentences, "; ");
-    if (any_failed || !command.accept) throw std::runtime_error(line);
+    if (failed > 0 || !command.accept) throw std::runtime_error(line);
     say(line);
 }
 

@@ -13,22 +13,21 @@ RingProfile read_profile(const fs::path& path, double unit) {
     struct Column {
         const char* name;
         std::vector<double> RingProfile::*values;
-        double max;
-        const char* allowed;
+        NumberRange range;
     };
-    const Column columns[] = {{"radius", &RingProfile::radius, 1e12, "in [0, 1e12]"},
-                              {"optical_depth", &RingProfile::optical_depth, 1e4, "in [0, 1e4]"},
-                              {"w1", &RingProfile::w1, 1, "in [0, 1]"},
-                              {"w2", &RingProfile::w2, 1, "in [0, 1]"}};
+    const Column columns[] = {{"radius", &RingProfile::radius, "[0, 1e12]"},
+                              {"optical_depth", &RingProfile::optical_depth, "[0, 1e4]"},
+                              {"w1", &RingProfile::w1, "[0, 1]"},
+                              {"w2", &RingProfile::w2, "[0, 1]"}};
     RingProfile profile;
     for (std::size_t r = 0; r < csv.rows.size(); ++r) {
         const std::string line = csv.name + ", line " + std::to_string(csv.lines[r]);
-        auto check = [&](bool holds, const char* name, const char* allowed, double value) {
+        auto check = [&](bool holds, const char* name, const std::string& allowed, double value) {
             require(holds, line.c_str(), name, allowed, value);
         };
         for (const Column& column : columns) {
             const double value = csv.rows[r][size(csv.column(column.name))];
-            check(value >= 0 && value <= column.max, column.name, column.allowed, value);
+            check(column.range.holds(value), column.name, "in " + column.range.text, value);
             (profile.*column.values).push_back(value);
         }
         const double both = profile.w1[r] + profile.w2[r];

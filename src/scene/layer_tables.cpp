@@ -4,7 +4,7 @@
 
 namespace stratus {
 
-std::shared_ptr<const LayerTable> make_layer_table(PackedTable table) {
+SharedLayerTable make_layer_table(PackedTable table) {
     Axis mixture{AxisScale::linear, {}};
     std::vector<Table> headers;
     const Table& header = table.header();
@@ -29,8 +29,7 @@ BakeOptions table_options(BakeOptions options) {
     return options;
 }
 
-std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOptions& options,
-                                                   TableCache* cache) {
+SharedLayerTable bake_layer_table(Recipe recipe, const BakeOptions& options, TableCache* cache) {
     recipe.text = resolved_text(recipe);
     if (cache)
         if (std::optional<PackedTable> table = cache->find(recipe))
@@ -49,8 +48,7 @@ namespace {
 
 /// The tables of a scene, from the first of those of channel_scenes, which are taken away; none where
 /// none is needed.
-std::shared_ptr<const LayerTables> take_tables(const Scene& scene,
-                                               std::span<const LayerTables>& own) {
+SharedLayerTables take_tables(const Scene& scene, std::span<const LayerTables>& own) {
     const auto all = std::make_shared<LayerTables>();
     const auto take = [&]() -> const LayerTables& {
         const LayerTables& first = own[0];
@@ -108,9 +106,9 @@ class GivenTable {
     }
 
     /// For a light path of a scene of one phase function, or of two that mix.
-    std::shared_ptr<const LayerTable> serve(const Scene& scene, const NeededRecipe& needed) {
+    SharedLayerTable serve(const Scene& scene, const NeededRecipe& needed) {
         const Recipe& recipe = needed.recipe;
-        std::shared_ptr<const LayerTable>& made = made_[family_ ? recipe.phase_text : ""];
+        SharedLayerTable& made = made_[family_ ? recipe.phase_text : ""];
         if (!made) {
             require(mixture_range(recipe) == nullptr, "scene", "table",
                     "one with a mixture axis alone where there are rings of two components",
@@ -127,19 +125,19 @@ class GivenTable {
 
   private:
     std::optional<Table> family_;
-    std::map<std::string, std::shared_ptr<const LayerTable>> made_;  // by phase function, or ""
+    std::map<std::string, SharedLayerTable> made_;  // by phase function, or ""
     bool served_ = false;
 };
 
 /// The first of several tables that serves a light path of a scene. All are tried, so that those that
 /// serve nothing are known.
-std::shared_ptr<const LayerTable> served(std::vector<GivenTable>& given, const Scene& scene,
-                                         const NeededRecipe& needed) {
-    std::shared_ptr<const LayerTable> first;
+SharedLayerTable served(std::vector<GivenTable>& given, const Scene& scene,
+                        const NeededRecipe& needed) {
+    SharedLayerTable first;
     std::string refusal;
     for (GivenTable& table : given) {
         try {
-            const std::shared_ptr<const LayerTable> serving = table.serve(scene, needed);
+            const SharedLayerTable serving = table.serve(scene, needed);
             if (!first) first = serving;
         } catch (const std::invalid_argument& refused) {
             refusal = refused.what();
@@ -181,7 +179,7 @@ SceneTables make_tables(const Scenes& scenes, const TableMaker& make) {
     const Scenes channels = channel_scenes(scenes);
     std::vector<LayerTables> made(channels.size());
     for (const SharedRecipe& shared : shared_recipes(channels)) {
-        const std::shared_ptr<const LayerTable> table = make(shared.recipe);
+        const SharedLayerTable table = make(shared.recipe);
         for (const std::size_t s : shared.scenes)
             made[s].paths[static_cast<std::size_t>(shared.path)] = table;
     }

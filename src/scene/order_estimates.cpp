@@ -148,38 +148,35 @@ void raise(ChangeEstimate& change, double found, const auto& where) {
 }
 
 /// The estimates of one phase function of a scene, or of a stack.
-class Estimates {
-  public:
-    Estimates(const Scene& scene, const std::vector<PhaseFunction>& phase_functions,
-              const ScatteringMatter& matter)
-        : scene_(scene),
-          light_(seen_light(scene)),
-          phase_functions_(phase_functions),
-          matter_(matter) {}
+struct Estimates {
+    const Scene& scene;
+    const std::vector<PhaseFunction>& phase_functions;
+    const ScatteringMatter& matter;
+    const SeenLight light = seen_light(scene);
 
     /// Estimates on a grid of so many cosines and azimuths, in all octaves or the deepest alone.
     OrderEstimates find(int cosines, int azimuths, bool deepest_alone) const {
         std::vector<std::pair<Side, std::vector<SeenPair>>> sides;
         SolvedCosines solved;
         for (const Side side : both_sides) {
-            if (side == Side::reflection ? !light_.reflection : !light_.transmission) continue;
-            sides.emplace_back(side, seen_pairs(scene_, side, cosines, azimuths));
+            if (side == Side::reflection ? !light.reflection : !light.transmission) continue;
+            sides.emplace_back(side, seen_pairs(scene, side, cosines, azimuths));
             for (const SeenPair& pair : sides.back().second) {
                 solved.place(pair.mu_in);
                 solved.place(pair.mu_out);
             }
         }
-        const SeenDirections seen = seen_directions(scene_);
-        if (light_.fluxes)
+        const SeenDirections seen = seen_directions(scene);
+        if (light.fluxes)
             for (const Range& range : {seen.mu_in, seen.mu_out})
                 for (const double mu : cosines_over(range, cosines)) solved.place(mu);
         OrderEstimates found;
         // Without orders n >= 2 nothing is reflected back to the ground.
-        if (light_.underside)
+        if (light.underside)
             raise(found.multiple, 1,
                   [] { return "light of the ground that the layer reflects down"; });
         if (solved.mu().empty()) return found;
-        DepthLadder ladder = matter_.ladder;
+        DepthLadder ladder = matter.ladder;
         if (deepest_alone && !ladder.to_infinity)
             ladder = {std::ldexp(ladder.first, ladder.octaves - 1), 1, false};
         for (const LayerSolution& layer : solve(ladder, solved.mu())) {
@@ -187,18 +184,17 @@ class Estimates {
                 for (const SeenPair& pair : pairs)
                     add(layer, side, pair, solved.place(pair.mu_in), solved.place(pair.mu_out),
                         found);
-            if (light_.fluxes && !std::isinf(layer.optical_depth)) add_fluxes(layer, found);
+            if (light.fluxes && !std::isinf(layer.optical_depth)) add_fluxes(layer, found);
         }
         return found;
     }
 
-  private:
     std::vector<LayerSolution> solve(const DepthLadder& ladder,
                                      const std::vector<double>& mu) const {
-        const SolverOptions options = quick_solver(phase_functions_, light_.fluxes);
-        const auto& stacks = scene_.layer.stacks;
+        const SolverOptions options = quick_solver(phase_functions, light.fluxes);
+        const auto& stacks = scene.layer.stacks;
         if (stacks.empty())
-            return solve_ladder(phase_functions_[0], {matter_.albedo}, ladder, mu, options)[0];
+            return solve_ladder(phase_functions[0], {matter.albedo}, ladder, mu, options)[0];
         return {as_one_layer(solve_stack(stacks[0], {}, mu, options))};
     }
 
@@ -228,11 +224,11 @@ class Estimates {
 
     /// Adds what the orders n >= 2 add to light through the layer.
     void add_fluxes(const LayerSolution& layer, OrderEstimates& found) const {
-        const double ground = brightest_ground(scene_);
+        const double ground = brightest_ground(scene);
         const std::optional<SingleDiffuseTransmittance> once =
             ground > 0 || layer.stack
                 ? std::nullopt
-                : std::optional<SingleDiffuseTransmittance>(phase_functions_[0]);
+                : std::optional<SingleDiffuseTransmittance>(phase_functions[0]);
         const double underside =
             layer.stack ? layer.stack->spherical_albedo_below : layer.spherical_albedo;
         double least_direct = 1;
@@ -253,11 +249,6 @@ class Estimates {
                   1 - least_direct * least_direct * (1 - std::min(1.0, ground * underside)),
                   [&] { return "the ground through " + layer_text(layer); });
     }
-
-    const Scene& scene_;
-    const SeenLight light_;
-    const std::vector<PhaseFunction>& phase_functions_;
-    const ScatteringMatter matter_;
 };
 
 /// Whether so few nodes as the bake may choose resolve a phase function's moments, so that mode 0 is
@@ -284,7 +275,7 @@ OrderEstimates estimate_channel(const Scene& scene, double enough) {
         if (shines) change.change = 1 - (1 - change.change) * (1 - change.change);
     };
     for (const std::vector<PhaseFunction>& together : mixed_phase_functions(scene, span.mixture)) {
-        const Estimates estimates(scene, together, matter);
+        const Estimates estimates{scene, together, matter};
         const bool isotropic = std::ranges::all_of(together, &PhaseFunction::is_isotropic),
                    smooth = std::ranges::all_of(together, is_smooth);
         OrderEstimates one = estimates.find(1, 1, true);

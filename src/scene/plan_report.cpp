@@ -76,8 +76,7 @@ class SparsePictures {
         return {all_, with_effects(all_, without(all_.effects, &SceneEffects::density)),
                 with_effects(all_, without(all_.effects, &SceneEffects::azimuth))};
     }
-    void set_tables(std::shared_ptr<const LayerTables> tables,
-                    std::shared_ptr<const LayerTables> without_azimuth) {
+    void set_tables(SharedLayerTables tables, SharedLayerTables without_azimuth) {
         with_azimuth_ = std::move(tables);
         without_azimuth_ = std::move(without_azimuth);
     }
@@ -116,7 +115,7 @@ class SparsePictures {
 
     Scene all_;
     double pixels_;
-    std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
+    SharedLayerTables with_azimuth_, without_azimuth_;
     const LayerLight* lent_ = nullptr;
     std::vector<Made> made_;
 };
@@ -311,7 +310,7 @@ std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* ta
 
 }  // namespace
 
-std::shared_ptr<const LayerTable> small_table(const Recipe& recipe) {
+SharedLayerTable small_table(const Recipe& recipe) {
     Recipe small = recipe;
     Discretisation& d = small.discretisation;
     const bool peaked = is_peaked(recipe.phase_function), has_azimuth = d.modes != 1;

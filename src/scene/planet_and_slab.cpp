@@ -70,9 +70,7 @@ Rgb3 planet_light(const Planet& planet, const View& view, const Vector3& normal)
 Rgb3 ray_radiance(const Planet& planet, const View& view) {
     if (seen_shell(view.scene) > 0) return shell_radiance(planet, view);
     const double distance = distance_to_sphere(view.ray);
-    if (distance < 0)
-        return background_along(view.scene, view.ray.direction) +
-               sun_along(view.scene, view.ray.direction);
+    if (distance < 0) return light_beyond(view.scene, view.ray.direction);
     const Vector3 normal = normalised(view.ray.at(distance));
     return dot(normal, view.to_sun) > 0 ? planet_light(planet, view, normal) : Rgb3{};
 }
@@ -153,8 +151,7 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
     const Vector3 nearest = view.ray.at(along);
     const double squared_impact = dot(nearest, nearest);
     Rgb3 light{};
-    if (squared_impact >= top * top || along <= 0)
-        return background_along(scene, direction) + sun_along(scene, direction);
+    if (squared_impact >= top * top || along <= 0) return light_beyond(scene, direction);
     const bool hits = squared_impact < 1;
     const double half = std::sqrt(top * top - squared_impact),
                  chord = half + (hits ? -std::sqrt(1 - squared_impact) : half);
@@ -201,8 +198,7 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
         const double seen = (1 - through[1]) / -std::expm1(-green / geometry.mu_out);
         light += seen * mu_in * (sun * view.light.reflection(matter, geometry));
     }
-    if (!hits)
-        return light + through * (background_along(scene, direction) + sun_along(scene, direction));
+    if (!hits) return light + through * light_beyond(scene, direction);
     if (planet.surface.is_black() || mu_in <= 0) return light;
     // The ground's beams are those of the shell; what is diffuse is that of the plane layer. Light that
     // reaches the ground and what the layer sends back to it make `lit`, as beneath a vertical beam.
@@ -336,8 +332,7 @@ Rgb3 ray_radiance(const Slab& slab, const View& view) {
         const Vector3 point = view.ray.at(to_ground);
         return ground_light(slab, view, point) + sun_in_water(slab, view, point, {});
     }
-    return background_along(view.scene, view.ray.direction) +
-           sun_along(view.scene, view.ray.direction);
+    return light_beyond(view.scene, view.ray.direction);
 }
 
 }  // namespace stratus

@@ -137,9 +137,9 @@ Rgb3 ray_radiance(const Rings& rings, const View& view) {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
     auto planet = [&] { return globe_light(rings, view, view.ray.at(to_planet)); };
-    auto background = [&] { return background_along(view.scene, view.ray.direction); };
-    auto sun = [&] { return sun_along(view.scene, view.ray.direction); };
-    auto behind = [&] { return to_planet > 0 ? planet() : background() + sun(); };
+    auto behind = [&] {
+        return to_planet > 0 ? planet() : light_beyond(view.scene, view.ray.direction);
+    };
     if (std::isinf(crossing.distance) || (to_planet > 0 && to_planet < crossing.distance))
         return behind();
     const RingFootprint footprint =
@@ -184,8 +184,9 @@ Rgb3 ray_radiance(const Rings& rings, const View& view) {
         });
     const Rgb3 light = irradiance(view, geometry.mu_in) * sunlight + planetlight;
     if (!view.scene.effects.background) return light;
-    return to_planet > 0 ? light + beam * planet()
-                         : light + background_share * background() + beam * sun();
+    if (to_planet > 0) return light + beam * planet();
+    return light + background_share * background_along(view.scene, view.ray.direction) +
+           beam * sun_along(view.scene, view.ray.direction);
 }
 
 namespace {

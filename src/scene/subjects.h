@@ -37,6 +37,11 @@ bool is_sun_along(const Scene& scene, const Vector3& direction);
 /// pi I / F0 of the sun's disk, pi over its solid angle; 0 beside it and where it is not visible.
 Rgb3 sun_along(const Scene& scene, const Vector3& direction);
 
+/// Both, along a ray that meets nothing.
+inline Rgb3 light_beyond(const Scene& scene, const Vector3& direction) {
+    return background_along(scene, direction) + sun_along(scene, direction);
+}
+
 /// Distance at which a ray enters the unit sphere flattened along z; negative: nowhere.
 double distance_to_globe(const Ray& ray, double flattening);
 

@@ -113,17 +113,16 @@ function albedos() {
 // ---- what is seen
 
 function view() {
-  const at = (id) => value(id);
-  const density = at("density");
-  const toSun = direction(at("sun-elevation"), at("sun-azimuth"));
+  const density = value("density");
+  const toSun = direction(value("sun-elevation"), value("sun-azimuth"));
   const shapes = { sphere: [10, 1.1, false], rings: [10, 2.45, false], slab: [12, 0.2, true], lobes: [10, 1, false] };
   return {
     scene: state.scene,
-    camera: cameraAt(at("camera-elevation"), at("camera-azimuth"), ...shapes[state.scene]),
+    camera: cameraAt(value("camera-elevation"), value("camera-azimuth"), ...shapes[state.scene]),
     toSun,
-    ground: at("ground"),
-    white: 2 ** -at("exposure"),
-    opposition: { amplitude: density > 0 ? at("opposition") : 0, width: -3 / 8 * Math.log1p(-density) },
+    ground: value("ground"),
+    white: 2 ** -value("exposure"),
+    opposition: { amplitude: density > 0 ? value("opposition") : 0, width: -3 / 8 * Math.log1p(-density) },
   };
 }
 

@@ -53,25 +53,30 @@ struct LayerTable {
     PackedTable packed;
 };
 
+using SharedLayerTable = std::shared_ptr<const LayerTable>;
+
 /// Prepares a table for lookups.
-std::shared_ptr<const LayerTable> make_layer_table(PackedTable table);
+SharedLayerTable make_layer_table(PackedTable table);
 
 /// The options with which tables of scenes are baked: checked at fewer points, which for small tables
 /// took longer than all else.
 BakeOptions table_options(BakeOptions options);
 
 /// Bakes `recipe`, or takes its table from the cache, and prepares it for lookups.
-std::shared_ptr<const LayerTable> bake_layer_table(Recipe recipe, const BakeOptions& options = {},
-                                                   TableCache* cache = nullptr);
+SharedLayerTable bake_layer_table(Recipe recipe, const BakeOptions& options = {},
+                                  TableCache* cache = nullptr);
+
+struct LayerTables;
+using SharedLayerTables = std::shared_ptr<const LayerTables>;
 
 /// Tables of one scene.
 struct LayerTables {
     /// By LightPath; null where there is none, and sunlight's, if any, stands in.
-    std::array<std::shared_ptr<const LayerTable>, light_paths> paths;
+    std::array<SharedLayerTable, light_paths> paths;
     /// Tables of red, green and blue where these have their own phase functions, in place of the above.
-    std::array<std::shared_ptr<const LayerTables>, 3> channels;
+    std::array<SharedLayerTables, 3> channels;
     /// Tables of the planet_scene (scene.h).
-    std::shared_ptr<const LayerTables> planet;
+    SharedLayerTables planet;
 
     const LayerTable* at(LightPath path) const {
         const auto& own = paths[static_cast<std::size_t>(path)];
@@ -80,7 +85,7 @@ struct LayerTables {
 };
 
 /// Tables of several scenes, in their order; null where none is needed.
-using SceneTables = std::vector<std::shared_ptr<const LayerTables>>;
+using SceneTables = std::vector<SharedLayerTables>;
 
 /// Tables for each of several scenes out of those that are given: each light path of each channel
 /// gets the first that serves it. One of a family that has the phase functions of scenes and channels
@@ -111,7 +116,7 @@ SceneTables bake_for(const Scenes& scenes, const BakeOptions& options = {},
                      TableCache* cache = nullptr);
 
 /// Makes the table of a recipe.
-using TableMaker = std::function<std::shared_ptr<const LayerTable>(const Recipe& recipe)>;
+using TableMaker = std::function<SharedLayerTable(const Recipe& recipe)>;
 SceneTables make_tables(const Scenes& scenes, const TableMaker& make);
 
 }  // namespace stratus

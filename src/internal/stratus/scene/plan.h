@@ -166,7 +166,7 @@ struct FileReport {
 constexpr double few_pixels = 400;
 
 /// A table of few nodes and samples, which misses some 3 % of the light: for what effects change.
-std::shared_ptr<const LayerTable> small_table(const Recipe& recipe);
+SharedLayerTable small_table(const Recipe& recipe);
 
 /// Reports on the scenes of a file, or of the first frame of a film, whose tables serve the scenes of
 /// its `later` frames, too. Mean changes, and those of effects that are never left out, are

@@ -11,28 +11,19 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def builtin_errors(path: str | None = None) -> Iterator[None]:
-    """Turns failures into OSError where a file cannot be opened, ValueError otherwise."""
+def builtin_errors(text: str = "", is_path: bool = False) -> Iterator[None]:
+    """Turns failures into OSError where a file, that of `text` or another, cannot be opened, ValueError otherwise."""
     try:
         yield
     except RuntimeError as failure:
         sentence = str(failure)
         kind: type[Exception] = FileNotFoundError if "cannot be opened" in sentence else ValueError
-        if path is not None:
+        if is_path:
             try:
-                open(path, "rb").close()
+                open(text, "rb").close()
             except OSError as unopened:
                 kind = type(unopened)
         raise kind(sentence) from None
-
-
-@contextlib.contextmanager
-def os_errors() -> Iterator[None]:
-    """Turns failures to write a file into OSError."""
-    try:
-        yield
-    except RuntimeError as failure:
-        raise OSError(str(failure)) from None
 
 
 def warn(notes: Iterable[str]) -> None:

@@ -82,9 +82,9 @@ def plan(
     Errors   ValueError naming the key, the allowed range and the value met; OSError for a file that
              cannot be opened.
     """
-    text, is_path = text_or_path(scene)
-    with builtin_errors(text if is_path else None):
-        told, seconds, notes = _stratus.plan(text, is_path, tolerance, list(drop), measure, threads, progress)
+    source = text_or_path(scene)
+    with builtin_errors(*source):
+        told, seconds, notes = _stratus.plan(*source, tolerance, list(drop), measure, threads, progress)
     warn(notes)
     for one in told:
         one["left_out"] = [LeftOut(*effect) for effect in one["left_out"]]
@@ -122,11 +122,11 @@ def render(
     Errors   ValueError naming the key or argument, the allowed range and the value met; OSError for a file
              that cannot be opened.
     """
-    text, is_path = text_or_path(scene)
+    source = text_or_path(scene)
     tables = [table] if isinstance(table, (str, os.PathLike)) else list(table)
-    with builtin_errors(text if is_path else None):
+    with builtin_errors(*source):
         light, height, across, notes = _stratus.render(
-            text, is_path, frame, list(effects), list(drop), width, [os.fspath(each) for each in tables], cache,
+            *source, frame, list(effects), list(drop), width, [os.fspath(each) for each in tables], cache,
             threads, progress,
         )
     warn(notes)

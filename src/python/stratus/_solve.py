@@ -81,9 +81,9 @@ class Stack:
     __slots__ = ("_own",)
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
-        text, is_path = text_or_path(source)
-        with builtin_errors(text if is_path else None):
-            self._own, notes = _stratus.read_stack(text, is_path)
+        given = text_or_path(source)
+        with builtin_errors(*given):
+            self._own, notes = _stratus.read_stack(*given)
         warn(notes)
 
     @classmethod

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
 from ._arrays import each
-from ._errors import builtin_errors, os_errors, text_or_path, warn
+from ._errors import builtin_errors, text_or_path, warn
 from ._phase import PhaseFunction, as_phase_function
 from ._slice import Bsdf, Opposition, Slice, effects_dict, make_medium
 
@@ -208,8 +208,10 @@ class Table:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes .h5 or .exr, of dense tables; or .stratus, which packs it. Whole or not at all."""
-        with os_errors():
+        try:
             self._own.write(os.fspath(path))
+        except RuntimeError as failure:
+            raise OSError(str(failure)) from None
 
     def pack(self) -> Table:
         """The packed table, in memory: what fast lookups read, a tenth of the samples' size."""
@@ -241,7 +243,7 @@ def load(path: str | os.PathLike[str]) -> Table:
              foreign, with the reason.
     """
     name = os.fspath(path)
-    with builtin_errors(name):
+    with builtin_errors(name, is_path=True):
         return Table(_stratus.read_table(name))
 
 
@@ -267,9 +269,9 @@ def bake(
     Errors   ValueError naming the key of the recipe, the allowed range and the value met; OSError
              for a file that cannot be opened.
     """
-    text, is_path = text_or_path(recipe)
-    with builtin_errors(text if is_path else None):
-        own, notes, missed = _stratus.bake(text, is_path, threads, note, progress)
+    source = text_or_path(recipe)
+    with builtin_errors(*source):
+        own, notes, missed = _stratus.bake(*source, threads, note, progress)
     warn(notes)
     if missed:
         warnings.warn("bake: " + missed, RuntimeWarning, stacklevel=2)

@@ -12,10 +12,12 @@ namespace {
 
 // ---- Layout
 
+constexpr double page_width = 1600, page_margin = 40;  // pixels
+constexpr double text_width = page_width - 2 * page_margin;
+
 /// In pixels: in each column one zone for the lobes and one for the spheres.
 struct Layout {
-    double width = 1600, height = 0;
-    double margin = 40;
+    double height = 0;
     double column_width = 0;
     double heading_y = 0;
     Point lobes{};  // where the beam meets the layer, from the column's left edge
@@ -24,10 +26,7 @@ struct Layout {
     double legend_y = 0;
 };
 
-double column_width(std::size_t columns) {
-    const Layout layout;
-    return (layout.width - 2 * layout.margin) / static_cast<double>(columns);
-}
+double column_width(std::size_t columns) { return text_width / static_cast<double>(columns); }
 
 /// With few columns, spheres stand beside the lobes and not below.
 bool is_side_by_side(std::size_t columns) { return columns <= 2; }
@@ -89,10 +88,10 @@ LobeSide make_side(const PortraitColumn& column, std::vector<double> LobeCurve::
     side.up = up;
     side.single = &(column.single.*radii);
     if (side.single->empty()) return side;
-    double max = *std::ranges::max_element(*side.single);
+    double max = std::ranges::max(*side.single);
     for (const LobeCurve& curve : column.all) {
         side.all.push_back(&(curve.*radii));
-        max = std::max(max, *std::ranges::max_element(curve.*radii));
+        max = std::max(max, std::ranges::max(curve.*radii));
     }
     side.full_radius = 1.04 * max;
     return side;
@@ -238,11 +237,10 @@ void draw_spheres(const Page& page, const Layout& layout, const Portrait& portra
 
 // ---- Text
 
-void draw_header(const Page& page, const Layout& layout, const Portrait& portrait) {
-    const double x = layout.margin, max_width = layout.width - 2 * layout.margin;
-    page.text({x, 66}, portrait.title, 36, bright, Align::left, max_width);
-    page.text({x, 100}, portrait.subtitles[0], 19, quiet, Align::left, max_width);
-    page.text({x, 126}, portrait.subtitles[1], 16, quiet, Align::left, max_width);
+void draw_header(const Page& page, const Portrait& portrait) {
+    page.text({page_margin, 66}, portrait.title, 36, bright, Align::left, text_width);
+    page.text({page_margin, 100}, portrait.subtitles[0], 19, quiet, Align::left, text_width);
+    page.text({page_margin, 126}, portrait.subtitles[1], 16, quiet, Align::left, text_width);
 }
 
 std::string depth_heading(double optical_depth) {
@@ -258,8 +256,8 @@ double draw_key(const Page& page, Point at, const Pen& pen, const std::string& m
 }
 
 void draw_legend(const Page& page, const Layout& layout, const Portrait& portrait, double white) {
-    double x = layout.margin;
-    const double y = layout.legend_y + 24, max_width = layout.width - 2 * layout.margin;
+    double x = page_margin;
+    const double y = layout.legend_y + 24;
     const auto albedo = [&](std::size_t a) {
         return "albedo " + short_number(portrait.albedos[a], 4) + ", ";
     };
@@ -273,25 +271,25 @@ void draw_legend(const Page& page, const Layout& layout, const Portrait& portrai
                                   ? "R \u00b7 mu_out above the layer, T \u00b7 mu_out below"
                               : portrait.has_reflection ? "R \u00b7 mu_out"
                                                         : "T \u00b7 mu_out";
-    page.text({layout.margin, y + 34},
+    page.text({page_margin, y + 34},
               "Lobes: light leaving per solid angle in the plane of incidence, " + sides +
                   "; the outer ring's value stands beside it. A white Lambert surface "
                   "draws a circle of diameter 1.",
-              15, quiet, Align::left, max_width);
+              15, quiet, Align::left, text_width);
     if (!portrait.has_reflection) return;
-    page.text({layout.margin, y + 58},
+    page.text({page_margin, y + 58},
               "Spheres: covered with the layer, " + albedo(0) + portrait.lower_boundary +
                   ", phase angle " + short_number(degrees(portrait.phase_angle), 3) +
                   "\u00b0; I/F = mu_in \u00b7 R in sRGB, white from I/F = " +
                   short_number(white, 2) + " up, the same for all.",
-              15, quiet, Align::left, max_width);
+              15, quiet, Align::left, text_width);
 }
 
 }  // namespace
 
 PictureSize portrait_size(const Portrait& portrait) {
     const Layout layout = make_layout(portrait);
-    return {static_cast<int>(layout.width), static_cast<int>(layout.height)};
+    return {static_cast<int>(page_width), static_cast<int>(layout.height)};
 }
 
 double sphere_radius(std::size_t columns) {
@@ -303,10 +301,10 @@ void draw_portrait(const Portrait& portrait, const std::filesystem::path& png) {
     const PictureSize size = portrait_size(portrait);
     const double white = white_level(portrait);
     draw_png(png, size.width, size.height, background, [&](const Page& page) {
-        draw_header(page, layout, portrait);
+        draw_header(page, portrait);
         for (std::size_t k = 0; k < portrait.columns.size(); ++k) {
             const PortraitColumn& column = portrait.columns[k];
-            const double left = layout.margin + static_cast<double>(k) * layout.column_width;
+            const double left = page_margin + static_cast<double>(k) * layout.column_width;
             page.translated({left, 0}, [&] {
                 page.text({layout.column_width / 2, layout.heading_y},
                           depth_heading(column.optical_depth), 20, bright, Align::centre);

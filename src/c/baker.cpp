@@ -1,5 +1,6 @@
 // The solver without a table, and recipes baked, tables packed and written.
 #include <stratus/bake/bake.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/stratus_baker.h>
 #include <stratus/table/member_and_ground.h>
@@ -32,14 +33,10 @@ LowerBoundary make_lower_boundary(const stratus_problem& problem, const char* fu
         return read_ground(problem.below_ground);
     }
     const double albedo = problem.below_albedo;
-    require(albedo >= 0 && albedo <= 1, function, "problem.below_albedo", "in [0, 1]", albedo);
+    require_in("[0, 1]", function, "problem.below_albedo", albedo);
     if (problem.below == STRATUS_SURFACE_BELOW) return LowerBoundary::surface(albedo);
     require_given(function, {{problem.below_phase_function, "problem.below_phase_function"}});
     return LowerBoundary::layer(read_phase_function(problem.below_phase_function), albedo);
-}
-
-void require_cosine(double mu, const char* function, const char* argument) {
-    require(mu > 0 && mu <= 1, function, argument, "in (0, 1]", mu);
 }
 
 constexpr std::size_t first_problem_size = offsetof(stratus_problem, below_ground);
@@ -62,7 +59,7 @@ Problem make_problem(const stratus_problem* given, const char* function) {
 
 std::vector<double> checked_cosines(std::size_t count, const double* mu, const char* function) {
     std::vector<double> cosines(mu, mu + count);
-    for (const double cosine : cosines) require_cosine(cosine, function, "mu");
+    for (const double cosine : cosines) require_in("(0, 1]", function, "mu", cosine);
     return cosines;
 }
 
@@ -105,7 +102,7 @@ const Table& require_samples(const stratus_table* table, const char* function) {
 
 using namespace stratus::c;
 
-using stratus::require;
+using stratus::require, stratus::require_in;
 
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
                   stratus_solved* reflection, stratus_solved* transmission) {
@@ -115,11 +112,11 @@ int stratus_solve(const stratus_problem* problem, size_t count, const stratus_ge
         require_given(function, {{geometries, "geometries"}});
         std::vector<stratus::Geometry> all;
         for (std::size_t i = 0; i < count; ++i) {
-            require_cosine(geometries[i].mu_in, function, "mu_in");
-            require_cosine(geometries[i].mu_out, function, "mu_out");
-            require(std::isfinite(geometries[i].azimuth), function, "azimuth", "finite",
-                    geometries[i].azimuth);
-            all.push_back({geometries[i].mu_in, geometries[i].mu_out, geometries[i].azimuth});
+            const auto& [mu_in, mu_out, azimuth] = geometries[i];
+            require_in("(0, 1]", function, "mu_in", mu_in);
+            require_in("(0, 1]", function, "mu_out", mu_out);
+            require(std::isfinite(azimuth), function, "azimuth", "finite", azimuth);
+            all.push_back({mu_in, mu_out, azimuth});
         }
         const stratus::SolvedGeometries solved =
             stratus::solve_geometries(asked.layers, asked.below, all, asked.options);

@@ -1,6 +1,5 @@
 #include <stratus/fit/fit.h>
 
-#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 
 #include "least_squares.h"
@@ -15,21 +14,17 @@ namespace {
 constexpr const char* light_names[] = {"reflected light", "transmitted light", "a beam"};
 
 void check(const Observation& at, const LayerModel& model, const FamilyAxes& family) {
-    const auto is_cosine = [](double mu) { return mu > 0 && mu <= 1; };
-    require(is_cosine(at.geometry.mu_out), fit_caller, "mu_out", "in (0, 1]", at.geometry.mu_out);
+    require_in("(0, 1]", fit_caller, "mu_out", at.geometry.mu_out);
     if (at.light != Light::beam) {
-        require(is_cosine(at.geometry.mu_in), fit_caller, "mu_in", "in (0, 1]", at.geometry.mu_in);
+        require_in("(0, 1]", fit_caller, "mu_in", at.geometry.mu_in);
         require(std::isfinite(at.geometry.azimuth), fit_caller, "azimuth", "finite",
                 at.geometry.azimuth);
     }
     require(std::isfinite(at.brightness), fit_caller, "brightness", "finite", at.brightness);
-    require(at.sigma > 0 && std::isfinite(at.sigma), fit_caller, "sigma", "in (0, inf)", at.sigma);
-    // Whose squares, and sums of them, are numbers.
-    constexpr double largest = 1e100;
-    require(at.sigma >= 1 / largest && at.sigma <= largest, fit_caller, "sigma",
-            "in [1e-100, 1e100], so that its square is a number", at.sigma);
-    require(std::abs(at.brightness / at.sigma) <= largest, fit_caller, "brightness / sigma",
-            "in [-1e100, 1e100], so that its square is a number", at.brightness / at.sigma);
+    require_in("(0, inf)", fit_caller, "sigma", at.sigma);
+    require_in("[1e-100, 1e100], so that its square is a number", fit_caller, "sigma", at.sigma);
+    require_in("[-1e100, 1e100], so that its square is a number", fit_caller, "brightness / sigma",
+               at.brightness / at.sigma);
     require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
             light_names[static_cast<std::size_t>(at.light)]);
     require(at.known.size() <= family.size(), fit_caller, "values known of an observation",

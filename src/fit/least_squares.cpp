@@ -1,6 +1,5 @@
 #include "least_squares.h"
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
@@ -86,11 +85,8 @@ void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& opti
             "left out where beams alone are fitted", "one");
     require(model.kinds() != 1 || !options.w2, fit_caller, "w2",
             "left out with particles of one kind", options.w2.value_or(0));
-    const auto check = [&](const char* name, double value) {
-        require(value >= 0 && value <= 1, fit_caller, name, "in [0, 1]", value);
-    };
-    if (options.w1) check(w1, held_.w1 = *options.w1);
-    if (options.w2) check("w2 held", held_.w2 = *options.w2);
+    if (options.w1) require_in("[0, 1]", fit_caller, w1, held_.w1 = *options.w1);
+    if (options.w2) require_in("[0, 1]", fit_caller, "w2 held", held_.w2 = *options.w2);
     const bool both_held = options.w1 && (options.w2 || one_kind_);
     if (both_held) {
         require(ranges.albedo.contains(held_.albedo()), fit_caller, one_kind_ ? w1 : "w1 + w2 held",

@@ -1,6 +1,5 @@
 #include "light_inside.h"
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/transfer/stack.h>

@@ -1,6 +1,6 @@
 #include <stratus/transfer/solve.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
@@ -321,8 +321,7 @@ std::vector<std::vector<LayerSolution>> solve_problem(const LadderProblem& probl
 void check(const std::vector<double>& albedos, const SolverOptions& options,
            const LowerBoundary& boundary) {
     require(!albedos.empty(), "solve", "albedos", "at least one", "none");
-    for (double albedo : albedos)
-        require(albedo >= 0 && albedo <= 1, "solve", "albedo", "in [0, 1]", albedo);
+    for (double albedo : albedos) require_in("[0, 1]", "solve", "albedo", albedo);
     check_options(options);
     check_boundary(boundary);
     require(options.orders == 0 || !boundary.is_present(), "solve", "orders",
@@ -354,8 +353,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(
     require(ladder.place(ladder.count()) > 0, "solve", "depths of a ladder", "at least one",
             "none");
     if (ladder.octaves > 0)
-        require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
-                "first depth of a ladder", "in [1e-280, inf)", ladder.first);
+        require_in("[1e-280, inf)", "solve", "first depth of a ladder", ladder.first);
     return solve_problem({phase_function, albedos, order_weights(albedos, options), ladder,
                           depth_targets(ladder), mu, options, boundary, take ? &take : nullptr});
 }
@@ -363,7 +361,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options,
                           const LowerBoundary& boundary) {
-    require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
+    require_in("[0, inf]", "solve", "optical_depth", optical_depth);
     const std::vector<double> albedos{albedo};
     check(albedos, options, boundary);
     const bool can_be_stacked = options.scheme == Scheme::harmonic && options.orders == 0;
@@ -389,7 +387,7 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                         double optical_depth, const std::vector<double>& mu,
                                         const SolverOptions& options) {
     require(options.orders >= 1, "solve_orders", "orders", "in [1, 200]", options.orders);
-    require(optical_depth >= 0, "solve_orders", "optical_depth", "in [0, inf]", optical_depth);
+    require_in("[0, inf]", "solve_orders", "optical_depth", optical_depth);
     const std::vector<double> albedos(size(options.orders), albedo);
     const LowerBoundary none;
     check(albedos, options, none);
@@ -411,8 +409,7 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options) {
     for (const double albedo : albedos)
-        require(albedo >= 0 && albedo <= 1, "compute_diffusion_exponents", "albedo", "in [0, 1]",
-                albedo);
+        require_in("[0, 1]", "compute_diffusion_exponents", "albedo", albedo);
     const std::vector<double> moments = phase_function.moments(2 * options.nodes);
     const Directions directions =
         gauss_directions(options.nodes, choose_node_map(moments, options.nodes));

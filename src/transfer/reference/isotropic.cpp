@@ -1,6 +1,6 @@
 #include <stratus/transfer/reference/solvers.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
@@ -22,8 +22,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double max_depth = 1024;  // cost and, at w = 1, rounding grow with the depth
-
 // H behaves as mu log(mu) near 0, and 1/(mu + mu') varies there over a distance mu. The
 // double-exponential rule, mu = 1 / (1 + exp(-pi sinh t)), is uniform in log(mu) at that end: the
 // nearest singularity, mu' = -mu, stays pi / (pi cosh t) off the real axis, and a step of 1/64
@@ -38,7 +36,7 @@ constexpr int H_iterations = 70;
 }  // namespace
 
 HFunction::HFunction(double albedo) : albedo_(albedo) {
-    require(albedo >= 0 && albedo <= 1, "HFunction", "albedo", "in [0, 1]", albedo);
+    require_in("[0, 1]", "HFunction", "albedo", albedo);
     for (int i = -H_steps; i <= H_steps; ++i) {
         const double t = i * H_step, e = std::exp(-pi * std::sinh(t));
         mu_.push_back(1 / (1 + e));
@@ -312,12 +310,11 @@ IsotropicSolution solve_semi_infinite(double albedo, const VectorXd& mu) {
 
 IsotropicSolution solve_isotropic(double albedo, double optical_depth,
                                   const std::vector<double>& mu, int nodes) {
-    require(albedo >= 0 && albedo <= 1, "solve_isotropic", "albedo", "in [0, 1]", albedo);
-    require((optical_depth >= 0 && optical_depth <= max_depth) || optical_depth == infinity,
-            "solve_isotropic", "optical_depth", "in [0, 1024] or inf", optical_depth);
-    require(nodes >= 1 && nodes <= 512, "solve_isotropic", "nodes", "in [1, 512]", nodes);
-    for (const double cosine : mu)
-        require(cosine >= 1e-12 && cosine <= 1, "solve_isotropic", "mu", "in [1e-12, 1]", cosine);
+    require_in("[0, 1]", "solve_isotropic", "albedo", albedo);
+    // Cost and, at w = 1, rounding grow with the depth.
+    require_in("[0, 1024] or inf", "solve_isotropic", "optical_depth", optical_depth);
+    require_in("[1, 512]", "solve_isotropic", "nodes", nodes);
+    for (const double cosine : mu) require_in("[1e-12, 1]", "solve_isotropic", "mu", cosine);
     if (std::isinf(optical_depth))
         return solve_semi_infinite(albedo, VectorXd::Map(mu.data(), std::ssize(mu)));
     const Directions directions = gauss_directions(nodes, NodeMap::grazing, mu);

@@ -1,6 +1,6 @@
 #include <stratus/transfer/reference/solvers.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
@@ -287,15 +287,14 @@ MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,
                             double optical_depth, const std::vector<double>& mu,
                             const MarkovOptions& options) {
     const char* const caller = "markov";
-    require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
-    require(optical_depth >= 0 && !std::isinf(optical_depth), caller, "optical_depth",
-            "in [0, inf) (a semi-infinite layer cannot be divided into sublayers)", optical_depth);
+    require_in("[0, 1]", caller, "albedo", albedo);
+    require_in("[0, inf) (a semi-infinite layer cannot be divided into sublayers)", caller,
+               "optical_depth", optical_depth);
     require(options.sublayers >= 4 && options.sublayers <= max_states && options.sublayers % 2 == 0,
             caller, "sublayers", "even and in [4, 8192]", options.sublayers);
     require(options.modes >= 0, caller, "modes", ">= 0", options.modes);
     require(options.orders >= 0, caller, "orders", ">= 0", options.orders);
-    require(options.nodes >= 1 && options.nodes <= 512, caller, "nodes", "in [1, 512]",
-            options.nodes);
+    require_in("[1, 512]", caller, "nodes", options.nodes);
     require(2 * options.sublayers * options.nodes <= max_states, caller, "2 sublayers x nodes",
             "at most 8192 (a dense matrix of 512 MiB)", 2 * options.sublayers * options.nodes);
     return MarkovRun(phase_function, albedo, optical_depth, mu, options).run();

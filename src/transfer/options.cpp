@@ -105,10 +105,6 @@ void require_finite(const ModeMatrices& layer, int mode, const Directions& direc
                              std::to_string(directions.nodes));
 }
 
-SolvedValue put_together(double single, double corrected, double orders) {
-    return {corrected + orders, single, orders + (corrected - single)};
-}
-
 int count_modes(const std::vector<double>& moments) {
     int count = int_size(moments);
     while (count > 1 && moments[size(count - 1)] == 0) --count;

@@ -2,9 +2,7 @@
 
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/layer/single_scattering.h>
 
-#include "../layer.h"
 #include "classic.h"
 
 #include <Eigen/LU>
@@ -16,6 +14,7 @@ namespace stratus {
 
 namespace {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -51,7 +50,7 @@ struct Discretisation {
         : K(count),
           start(directions.size(), K),
           escape(directions.size(), K),
-          hit(MatrixXd::Zero(directions.nodes, Eigen::Index{K} * K)) {
+          hit(MatrixXd::Zero(directions.nodes, Index{K} * K)) {
         // Sublayers as thin as K^-3 at both faces, where light varies fastest with depth; edges are
         // a smooth function of k/K, so that the error remains a series in K^-2.
         std::vector<double> edge;
@@ -59,7 +58,7 @@ struct Discretisation {
             const double x = static_cast<double>(k) / K;
             edge.push_back(optical_depth * x * x * x * (10 - 15 * x + 6 * x * x));
         }
-        for (Eigen::Index i = 0; i < directions.size(); ++i) {
+        for (Index i = 0; i < directions.size(); ++i) {
             const double mu = directions.mu(i);
             const auto slant = [&](int from, int to) {
                 return (edge[size(to)] - edge[size(from)]) / mu;
@@ -77,7 +76,7 @@ struct Discretisation {
         }
     }
 
-    Eigen::Index column(int k, int l) const { return Eigen::Index{k} * K + l; }
+    Index column(int k, int l) const { return Index{k} * K + l; }
 };
 
 /// The chain of light that is symmetric (sign = 1) or antisymmetric (-1) about the mid-plane:
@@ -85,7 +84,7 @@ struct Discretisation {
 std::vector<MatrixXd> run_chain(const Discretisation& discretisation, const Directions& directions,
                                 const PhaseKernels& kernels, double albedo, double sign,
                                 int orders) {
-    const Eigen::Index N = directions.nodes, n = directions.size();
+    const Index N = directions.nodes, n = directions.size();
     const int K = discretisation.K;
     const VectorXd weight = albedo / 2 * directions.weight.head(N);
     const MatrixXd same = kernels.same.leftCols(N), other = sign * kernels.other.leftCols(N);
@@ -214,7 +213,7 @@ class MarkovRun {
 
   private:
     MatrixXd asked(Side side, const MatrixXd& all) const {
-        const Eigen::Index n = directions_.size(), count = solution_.layer.mu.size();
+        const Index n = directions_.size(), count = solution_.layer.mu.size();
         return all.block((side == Side::reflection ? n : 2 * n) - count, n - count, count, count);
     }
 
@@ -230,20 +229,19 @@ class MarkovRun {
     void record_fluxes(const Extrapolated& multiple) {
         LayerSolution& layer = solution_.layer;
         const double w = layer.albedo, tau = layer.optical_depth;
-        const Eigen::Index N = options_.nodes, n = directions_.size(), count = layer.mu.size();
+        const Index N = options_.nodes, n = directions_.size(), count = layer.mu.size();
         const PhaseKernels kernels = reference_phase_kernels(directions_, moments_, 0);
         const VectorXd share = directions_.s.head(N).cwiseAbs2();
         MatrixXd fluxes = multiple.value.bottomRows(2);
-        for (Eigen::Index j = 0; j < n; ++j)
-            for (Eigen::Index i = 0; i < N; ++i) {
+        for (Index j = 0; j < n; ++j)
+            for (Index i = 0; i < N; ++i) {
                 const double out = directions_.mu(i), in = directions_.mu(j);
                 fluxes(0, j) += share(i) * single_reflection(kernels.other(i, j), w, tau, in, out);
                 fluxes(1, j) += share(i) * single_transmission(kernels.same(i, j), w, tau, in, out);
             }
         layer.plane_albedo = fluxes.row(0).tail(count);
         layer.diffuse_transmittance = fluxes.row(1).tail(count);
-        for (Eigen::Index j = 0; j < N; ++j)
-            fluxes(1, j) += direct_transmittance(tau, directions_.mu(j));
+        for (Index j = 0; j < N; ++j) fluxes(1, j) += direct_transmittance(tau, directions_.mu(j));
         const MatrixXd uniform = fluxes.leftCols(N) * share / share.sum();
         layer.spherical_albedo = uniform(0);
         layer.total_transmittance = uniform(1);

@@ -13,7 +13,6 @@
 #include <bit>
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 namespace stratus {
 
@@ -303,9 +302,7 @@ void check(double albedo, double optical_depth, const std::vector<Geometry>& geo
 std::vector<IncidentBeam> sort_by_beam(const std::vector<Geometry>& geometries) {
     std::vector<IncidentBeam> beams;
     for (std::size_t i = 0; i < geometries.size(); ++i) {
-        auto beam = std::find_if(beams.begin(), beams.end(), [&](const IncidentBeam& each) {
-            return each.mu_in == geometries[i].mu_in;
-        });
+        auto beam = std::ranges::find(beams, geometries[i].mu_in, &IncidentBeam::mu_in);
         if (beam == beams.end()) beam = beams.insert(beam, {geometries[i].mu_in, {}, {}});
         beam->geometries.push_back(geometries[i]);
         beam->asked_at.push_back(i);

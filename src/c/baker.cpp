@@ -92,7 +92,7 @@ Table baked(const char* recipe, const stratus_bake_options& asked, const char* f
 
 /// A table's samples.
 const Table& require_samples(const stratus_table* table, const char* function) {
-    const stratus::AnyTable& own = table->shared->own;
+    const AnyTable& own = table->shared->own;
     require(own.packed() == nullptr, function, "table", "one with samples", "a packed one");
     return own.table();
 }
@@ -100,9 +100,8 @@ const Table& require_samples(const stratus_table* table, const char* function) {
 }  // namespace
 }  // namespace stratus::c
 
+using namespace stratus;
 using namespace stratus::c;
-
-using stratus::require, stratus::require_in;
 
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
                   stratus_solved* reflection, stratus_solved* transmission) {
@@ -110,7 +109,7 @@ int stratus_solve(const stratus_problem* problem, size_t count, const stratus_ge
         const Problem asked = make_problem(problem, function);
         if (count == 0) return;
         require_given(function, {{geometries, "geometries"}});
-        std::vector<stratus::Geometry> all;
+        std::vector<Geometry> all;
         for (std::size_t i = 0; i < count; ++i) {
             const auto& [mu_in, mu_out, azimuth] = geometries[i];
             require_in("(0, 1]", function, "mu_in", mu_in);
@@ -118,10 +117,10 @@ int stratus_solve(const stratus_problem* problem, size_t count, const stratus_ge
             require(std::isfinite(azimuth), function, "azimuth", "finite", azimuth);
             all.push_back({mu_in, mu_out, azimuth});
         }
-        const stratus::SolvedGeometries solved =
-            stratus::solve_geometries(asked.layers, asked.below, all, asked.options);
+        const SolvedGeometries solved =
+            solve_geometries(asked.layers, asked.below, all, asked.options);
         for (std::size_t i = 0; i < count; ++i) {
-            const stratus::SolvedGeometry& at = solved.at[i];
+            const SolvedGeometry& at = solved.at[i];
             if (reflection != nullptr) reflection[i] = in_c(at.reflection, at.reflection_error);
             if (transmission != nullptr)
                 transmission[i] = in_c(at.transmission, at.transmission_error);
@@ -136,7 +135,7 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
         const Problem asked = make_problem(problem, function);
         if (uniform != nullptr) require_size(*uniform, function, "uniform");
         require_arrays(count, {mu}, function);
-        const stratus::SolvedFluxes solved = stratus::solve_fluxes(
+        const SolvedFluxes solved = solve_fluxes(
             asked.layers, asked.below, checked_cosines(count, mu, function), asked.options);
         if (plane_albedo != nullptr) std::copy_n(solved.plane_albedo.data(), count, plane_albedo);
         if (diffuse_transmittance != nullptr)
@@ -155,10 +154,10 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
         const Problem asked = make_problem(problem, function);
         require_arrays(level_count * count, {levels, mu, light}, function);
         if (level_count * count == 0) return;
-        const stratus::SolvedInside solved =
-            stratus::solve_fluxes_inside(asked.layers, asked.below, {levels, levels + level_count},
-                                         checked_cosines(count, mu, function), asked.options);
-        for (const stratus::FluxesAtLevel& at : solved.levels)
+        const SolvedInside solved =
+            solve_fluxes_inside(asked.layers, asked.below, {levels, levels + level_count},
+                                checked_cosines(count, mu, function), asked.options);
+        for (const FluxesAtLevel& at : solved.levels)
             for (size_t i = 0; i < count; ++i)
                 *light++ = {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i],
                             at.heating_rate[i]};
@@ -175,17 +174,17 @@ int stratus_bake(const char* recipe, const stratus_bake_options* options, stratu
 
 int stratus_table_pack(const stratus_table* table, stratus_table** packed) {
     return make_guarded(__func__, packed, "packed", {{table, "table"}}, [&, function = __func__] {
-        return make_handle(stratus::PackedTable(stratus::pack(require_samples(table, function))));
+        return make_handle(PackedTable(pack(require_samples(table, function))));
     });
 }
 
 int stratus_table_write(const stratus_table* table, const char* path) {
     return run_guarded(__func__, {{table, "table"}}, [&, function = __func__] {
-        const stratus::Table& samples = require_samples(table, function);
+        const Table& samples = require_samples(table, function);
         require_given(function, {{path, "path"}});
-        if (std::filesystem::path(path).extension() == stratus::packed_ending)
-            return stratus::write_content_atomically(path, stratus::pack(samples));
+        if (std::filesystem::path(path).extension() == packed_ending)
+            return write_content_atomically(path, pack(samples));
         const std::unique_lock lock = hdf5_lock();
-        stratus::write_table(samples, path);
+        write_table(samples, path);
     });
 }

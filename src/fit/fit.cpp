@@ -16,25 +16,25 @@ using Eigen::MatrixXd;
 constexpr const char* light_names[] = {"reflected light", "transmitted light", "a beam"};
 
 void check(const Observation& at, const LayerModel& model, const FamilyAxes& family) {
-    require_in("(0, 1]", fit_caller, "mu_out", at.geometry.mu_out);
-    if (at.light != Light::beam) {
-        require_in("(0, 1]", fit_caller, "mu_in", at.geometry.mu_in);
-        require(std::isfinite(at.geometry.azimuth), fit_caller, "azimuth", "finite",
-                at.geometry.azimuth);
+    const auto& [geometry, light, brightness, sigma, known] = at;
+    require_in("(0, 1]", fit_caller, "mu_out", geometry.mu_out);
+    if (light != Light::beam) {
+        require_in("(0, 1]", fit_caller, "mu_in", geometry.mu_in);
+        require(std::isfinite(geometry.azimuth), fit_caller, "azimuth", "finite", geometry.azimuth);
     }
-    require(std::isfinite(at.brightness), fit_caller, "brightness", "finite", at.brightness);
-    require_in("(0, inf)", fit_caller, "sigma", at.sigma);
-    require_in("[1e-100, 1e100], so that its square is a number", fit_caller, "sigma", at.sigma);
+    require(std::isfinite(brightness), fit_caller, "brightness", "finite", brightness);
+    require_in("(0, inf)", fit_caller, "sigma", sigma);
+    require_in("[1e-100, 1e100], so that its square is a number", fit_caller, "sigma", sigma);
     require_in("[-1e100, 1e100], so that its square is a number", fit_caller, "brightness / sigma",
-               at.brightness / at.sigma);
-    require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
-            light_names[static_cast<std::size_t>(at.light)]);
-    require(at.known.size() <= family.size(), fit_caller, "values known of an observation",
+               brightness / sigma);
+    require(model.has(light), fit_caller, "observed light", "such as the model knows",
+            light_names[static_cast<std::size_t>(light)]);
+    require(known.size() <= family.size(), fit_caller, "values known of an observation",
             "as many as the table's family has axes, " + std::to_string(family.size()),
-            at.known.size());
-    for (std::size_t k = 0; k < at.known.size(); ++k)
-        require(std::isnan(at.known[k]) || holds(family[k], at.known[k]), fit_caller,
-                family[k].name(), allowed_text(family[k]), at.known[k]);
+            known.size());
+    for (std::size_t k = 0; k < known.size(); ++k)
+        require(std::isnan(known[k]) || holds(family[k], known[k]), fit_caller, family[k].name(),
+                allowed_text(family[k]), known[k]);
 }
 
 void check(const LayerModel& model, const Observations& observations, const FitOptions& options) {

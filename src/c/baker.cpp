@@ -1,5 +1,6 @@
 // The solver without a table, and recipes baked, tables packed and written.
 #include <stratus/bake/bake.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/stratus_baker.h>
 #include <stratus/table/member_and_ground.h>
@@ -32,14 +33,10 @@ LowerBoundary make_lower_boundary(const stratus_problem& problem, const char* fu
         return read_ground(problem.below_ground);
     }
     const double albedo = problem.below_albedo;
-    require(albedo >= 0 && albedo <= 1, function, "problem.below_albedo", "in [0, 1]", albedo);
+    require_in("[0, 1]", function, "problem.below_albedo", albedo);
     if (problem.below == STRATUS_SURFACE_BELOW) return LowerBoundary::surface(albedo);
     require_given(function, {{problem.below_phase_function, "problem.below_phase_function"}});
     return LowerBoundary::layer(read_phase_function(problem.below_phase_function), albedo);
-}
-
-void require_cosine(double mu, const char* function, const char* argument) {
-    require(mu > 0 && mu <= 1, function, argument, "in (0, 1]", mu);
 }
 
 constexpr std::size_t first_problem_size = offsetof(stratus_problem, below_ground);
@@ -62,7 +59,7 @@ Problem make_problem(const stratus_problem* given, const char* function) {
 
 std::vector<double> checked_cosines(std::size_t count, const double* mu, const char* function) {
     std::vector<double> cosines(mu, mu + count);
-    for (const double cosine : cosines) require_cosine(cosine, function, "mu");
+    for (const double cosine : cosines) require_in("(0, 1]", function, "mu", cosine);
     return cosines;
 }
 
@@ -95,7 +92,7 @@ Table baked(const char* recipe, const stratus_bake_options& asked, const char* f
 
 /// A table's samples.
 const Table& require_samples(const stratus_table* table, const char* function) {
-    const stratus::AnyTable& own = table->shared->own;
+    const AnyTable& own = table->shared->own;
     require(own.packed() == nullptr, function, "table", "one with samples", "a packed one");
     return own.table();
 }
@@ -103,9 +100,8 @@ const Table& require_samples(const stratus_table* table, const char* function) {
 }  // namespace
 }  // namespace stratus::c
 
+using namespace stratus;
 using namespace stratus::c;
-
-using stratus::require;
 
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
                   stratus_solved* reflection, stratus_solved* transmission) {
@@ -113,18 +109,18 @@ int stratus_solve(const stratus_problem* problem, size_t count, const stratus_ge
         const Problem asked = make_problem(problem, function);
         if (count == 0) return;
         require_given(function, {{geometries, "geometries"}});
-        std::vector<stratus::Geometry> all;
+        std::vector<Geometry> all;
         for (std::size_t i = 0; i < count; ++i) {
-            require_cosine(geometries[i].mu_in, function, "mu_in");
-            require_cosine(geometries[i].mu_out, function, "mu_out");
-            require(std::isfinite(geometries[i].azimuth), function, "azimuth", "finite",
-                    geometries[i].azimuth);
-            all.push_back({geometries[i].mu_in, geometries[i].mu_out, geometries[i].azimuth});
+            const auto& [mu_in, mu_out, azimuth] = geometries[i];
+            require_in("(0, 1]", function, "mu_in", mu_in);
+            require_in("(0, 1]", function, "mu_out", mu_out);
+            require(std::isfinite(azimuth), function, "azimuth", "finite", azimuth);
+            all.push_back({mu_in, mu_out, azimuth});
         }
-        const stratus::SolvedGeometries solved =
-            stratus::solve_geometries(asked.layers, asked.below, all, asked.options);
+        const SolvedGeometries solved =
+            solve_geometries(asked.layers, asked.below, all, asked.options);
         for (std::size_t i = 0; i < count; ++i) {
-            const stratus::SolvedGeometry& at = solved.at[i];
+            const SolvedGeometry& at = solved.at[i];
             if (reflection != nullptr) reflection[i] = in_c(at.reflection, at.reflection_error);
             if (transmission != nullptr)
                 transmission[i] = in_c(at.transmission, at.transmission_error);
@@ -139,7 +135,7 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
         const Problem asked = make_problem(problem, function);
         if (uniform != nullptr) require_size(*uniform, function, "uniform");
         require_arrays(count, {mu}, function);
-        const stratus::SolvedFluxes solved = stratus::solve_fluxes(
+        const SolvedFluxes solved = solve_fluxes(
             asked.layers, asked.below, checked_cosines(count, mu, function), asked.options);
         if (plane_albedo != nullptr) std::copy_n(solved.plane_albedo.data(), count, plane_albedo);
         if (diffuse_transmittance != nullptr)
@@ -158,10 +154,10 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
         const Problem asked = make_problem(problem, function);
         require_arrays(level_count * count, {levels, mu, light}, function);
         if (level_count * count == 0) return;
-        const stratus::SolvedInside solved =
-            stratus::solve_fluxes_inside(asked.layers, asked.below, {levels, levels + level_count},
-                                         checked_cosines(count, mu, function), asked.options);
-        for (const stratus::FluxesAtLevel& at : solved.levels)
+        const SolvedInside solved =
+            solve_fluxes_inside(asked.layers, asked.below, {levels, levels + level_count},
+                                checked_cosines(count, mu, function), asked.options);
+        for (const FluxesAtLevel& at : solved.levels)
             for (size_t i = 0; i < count; ++i)
                 *light++ = {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i],
                             at.heating_rate[i]};
@@ -178,17 +174,17 @@ int stratus_bake(const char* recipe, const stratus_bake_options* options, stratu
 
 int stratus_table_pack(const stratus_table* table, stratus_table** packed) {
     return make_guarded(__func__, packed, "packed", {{table, "table"}}, [&, function = __func__] {
-        return make_handle(stratus::PackedTable(stratus::pack(require_samples(table, function))));
+        return make_handle(PackedTable(pack(require_samples(table, function))));
     });
 }
 
 int stratus_table_write(const stratus_table* table, const char* path) {
     return run_guarded(__func__, {{table, "table"}}, [&, function = __func__] {
-        const stratus::Table& samples = require_samples(table, function);
+        const Table& samples = require_samples(table, function);
         require_given(function, {{path, "path"}});
-        if (std::filesystem::path(path).extension() == stratus::packed_ending)
-            return stratus::write_content_atomically(path, stratus::pack(samples));
+        if (std::filesystem::path(path).extension() == packed_ending)
+            return write_content_atomically(path, pack(samples));
         const std::unique_lock lock = hdf5_lock();
-        stratus::write_table(samples, path);
+        write_table(samples, path);
     });
 }

@@ -98,12 +98,13 @@ int look_up_many(const stratus_slice* slice, Side side, std::size_t count, const
 }  // namespace
 }  // namespace stratus::c
 
+using namespace stratus;
 using namespace stratus::c;
 
 int stratus_effects_default(stratus_effects* effects) {
     return run_guarded(__func__, {{effects, "effects"}}, [&, function = __func__] {
         require_size(*effects, function, "effects", first_effects_size);
-        const stratus::Effects usual;
+        const Effects usual;
         fill(*effects, {sizeof(stratus_effects), usual.single, usual.multiple, usual.reflection,
                         usual.transmission, usual.density, STRATUS_NO_OPPOSITION,
                         usual.opposition.width, usual.opposition.amplitude, usual.background});
@@ -114,14 +115,14 @@ int stratus_slice_bind(const stratus_table* table, int channels, const double* o
                        const double* albedo, const stratus_effects* effects,
                        stratus_slice** slice) {
     return bind_table(table, channels, optical_depth, albedo, effects, slice, __func__,
-                      stratus::OutsideTable::refuse);
+                      OutsideTable::refuse);
 }
 
 int stratus_slice_bind_clamped(const stratus_table* table, int channels,
                                const double* optical_depth, const double* albedo,
                                const stratus_effects* effects, stratus_slice** slice) {
     return bind_table(table, channels, optical_depth, albedo, effects, slice, __func__,
-                      stratus::OutsideTable::clamp);
+                      OutsideTable::clamp);
 }
 
 int stratus_slice_bind_single(const char* phase_function, int channels, const double* optical_depth,
@@ -129,20 +130,19 @@ int stratus_slice_bind_single(const char* phase_function, int channels, const do
                               stratus_slice** slice) {
     const char* const function = __func__;
     return make_guarded(function, slice, "slice", {{phase_function, "phase_function"}}, [&] {
-        return bound(stratus::read_phase_function(phase_function), channels, optical_depth, albedo,
-                     effects, function);
+        return bound(read_phase_function(phase_function), channels, optical_depth, albedo, effects,
+                     function);
     });
 }
 
 int stratus_slice_bind_single_stack(size_t layer_count, const stratus_layer* layers, int channels,
                                     const stratus_effects* effects, stratus_slice** slice) {
     return make_guarded(__func__, slice, "slice", {}, [&, function = __func__] {
-        const std::vector<stratus::StackLayer> stack = make_layers(layers, layer_count, function);
+        const std::vector<StackLayer> stack = make_layers(layers, layer_count, function);
         require_channels(channels, function);
-        const stratus::Effects asked = to_effects(effects, function);
-        return new stratus_slice{stratus::AnySlice::with_channels(
-            stratus::size(channels),
-            [&](auto count) { return stratus::SliceOf<count>(stack, asked); })};
+        const Effects asked = to_effects(effects, function);
+        return new stratus_slice{AnySlice::with_channels(
+            size(channels), [&](auto count) { return SliceOf<count>(stack, asked); })};
     });
 }
 
@@ -164,14 +164,12 @@ int stratus_slice_clamped(const stratus_slice* slice) {
 
 int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                              float* value) {
-    return look_up_angles(slice, stratus::Side::reflection, mu_in, mu_out, azimuth, value,
-                          __func__);
+    return look_up_angles(slice, Side::reflection, mu_in, mu_out, azimuth, value, __func__);
 }
 
 int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                                float* value) {
-    return look_up_angles(slice, stratus::Side::transmission, mu_in, mu_out, azimuth, value,
-                          __func__);
+    return look_up_angles(slice, Side::transmission, mu_in, mu_out, azimuth, value, __func__);
 }
 
 int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const float wo[3],
@@ -184,14 +182,12 @@ int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const floa
 
 int stratus_slice_reflection_many(const stratus_slice* slice, size_t count, const float* mu_in,
                                   const float* mu_out, const float* azimuth, float* value) {
-    return look_up_many(slice, stratus::Side::reflection, count, mu_in, mu_out, azimuth, value,
-                        __func__);
+    return look_up_many(slice, Side::reflection, count, mu_in, mu_out, azimuth, value, __func__);
 }
 
 int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, const float* mu_in,
                                     const float* mu_out, const float* azimuth, float* value) {
-    return look_up_many(slice, stratus::Side::transmission, count, mu_in, mu_out, azimuth, value,
-                        __func__);
+    return look_up_many(slice, Side::transmission, count, mu_in, mu_out, azimuth, value, __func__);
 }
 
 int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const float* const wi[3],

@@ -29,6 +29,7 @@ const char* stratus_version(void) { return STRATUS_VERSION; }
 
 int stratus_abi_version(void) { return STRATUS_ABI_VERSION; }
 
+using namespace stratus;
 using namespace stratus::c;
 
 int stratus_observed_direction(double incidence_deg, double emission_deg, double phase_deg,
@@ -38,11 +39,11 @@ int stratus_observed_direction(double incidence_deg, double emission_deg, double
         {{mu_in, "mu_in"}, {mu_out, "mu_out"}, {azimuth, "azimuth"}, {transmitted, "transmitted"}},
         [&, function = __func__] {
             const auto [at, side] =
-                stratus::observed_geometry({incidence_deg, emission_deg, phase_deg}, function);
+                observed_geometry({incidence_deg, emission_deg, phase_deg}, function);
             *mu_in = at.mu_in;
             *mu_out = at.mu_out;
             *azimuth = at.azimuth;
-            *transmitted = side == stratus::Side::transmission ? 1 : 0;
+            *transmitted = side == Side::transmission ? 1 : 0;
         });
 }
 
@@ -127,7 +128,7 @@ int look_up_arrays(const stratus_table* table, Side side, const PackedPoints& po
                        function);
         if (points.count == 0) return;
         const bool has_family = table->view.has_family();
-        require(!has_family || stratus::is_mixture(*table->view.family), function, "table",
+        require(!has_family || is_mixture(*table->view.family), function, "table",
                 "of one phase function, or mixtures of two", "of a family");
         packed->scattering(side, points, total, has_family ? table->view.chosen_mixture : 1);
     });
@@ -136,27 +137,24 @@ int look_up_arrays(const stratus_table* table, Side side, const PackedPoints& po
 }  // namespace
 }  // namespace stratus::c
 
-using stratus::require;
-
 int stratus_table_open(const char* path, stratus_table** table) {
     return make_guarded(__func__, table, "table", {{path, "path"}}, [&] {
         const std::unique_lock lock = hdf5_lock();
-        return make_handle(stratus::read_any_table(path));
+        return make_handle(read_any_table(path));
     });
 }
 
 int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table) {
     return make_guarded(__func__, table, "table", {{data, "data"}},
-                        [&] { return make_handle(stratus::PackedTable(data, bytes)); });
+                        [&] { return make_handle(PackedTable(data, bytes)); });
 }
 
 int stratus_table_at(const stratus_table* table, size_t count, const double* values,
                      stratus_table** chosen) {
     return make_guarded(__func__, chosen, "chosen", {{table, "table"}}, [&, function = __func__] {
         if (count > 0) require_given(function, {{values, "values"}});
-        const stratus::TableView whole = table->shared->own.view();
-        return new stratus_table{table->shared,
-                                 whole.at(stratus::FamilyPoint({values, values + count}))};
+        const TableView whole = table->shared->own.view();
+        return new stratus_table{table->shared, whole.at(FamilyPoint({values, values + count}))};
     });
 }
 
@@ -177,7 +175,7 @@ void stratus_table_close(stratus_table* table) { delete table; }
 int stratus_table_describe(const stratus_table* table, stratus_table_info* info) {
     return run_guarded(__func__, {{table, "table"}, {info, "info"}}, [&, function = __func__] {
         require_size(*info, function, "info", first_info_size);
-        const stratus::Table& of = table->shared->own.table();
+        const Table& of = table->shared->own.table();
         stratus_table_info found{};
         found.optical_depth = to_range(of.optical_depth);
         found.albedo = to_range(of.albedo);
@@ -190,8 +188,7 @@ int stratus_table_describe(const stratus_table* table, stratus_table_info* info)
         found.highest_order = of.highest_order;
         found.tolerance = of.tolerance;
         found.measured_error = of.measured_error;
-        if (of.has_family() && stratus::is_mixture(of.family))
-            found.mixture = to_range(of.family[0].axis);
+        if (of.has_family() && is_mixture(of.family)) found.mixture = to_range(of.family[0].axis);
         found.is_packed = table->shared->own.packed() != nullptr;
         found.is_stack = of.is_stack();
         fill(*info, found);
@@ -217,19 +214,19 @@ const stratus_layer* stratus_table_layers(const stratus_table* table, size_t* co
 
 int stratus_table_reflection(const stratus_table* table, size_t count, const stratus_point* points,
                              stratus_scattered* values) {
-    return look_up_points(table, stratus::Side::reflection, count, points, values, __func__);
+    return look_up_points(table, Side::reflection, count, points, values, __func__);
 }
 
 int stratus_table_transmission(const stratus_table* table, size_t count,
                                const stratus_point* points, stratus_scattered* values) {
-    return look_up_points(table, stratus::Side::transmission, count, points, values, __func__);
+    return look_up_points(table, Side::transmission, count, points, values, __func__);
 }
 
 int stratus_table_reflection_many(const stratus_table* table, size_t count,
                                   const float* optical_depth, const float* albedo,
                                   const float* mu_in, const float* mu_out, const float* azimuth,
                                   float* total) {
-    return look_up_arrays(table, stratus::Side::reflection,
+    return look_up_arrays(table, Side::reflection,
                           {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total, __func__);
 }
 
@@ -237,6 +234,6 @@ int stratus_table_transmission_many(const stratus_table* table, size_t count,
                                     const float* optical_depth, const float* albedo,
                                     const float* mu_in, const float* mu_out, const float* azimuth,
                                     float* total) {
-    return look_up_arrays(table, stratus::Side::transmission,
+    return look_up_arrays(table, Side::transmission,
                           {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total, __func__);
 }

@@ -69,11 +69,11 @@ class FamilyViews {
   private:
     TableView kept(int member) const {
         {
-            const std::lock_guard<std::mutex> lock(mutex_);
+            const std::lock_guard lock(mutex_);
             if (const auto found = kept_.find(member); found != kept_.end()) return found->second;
         }
-        const TableView view = table_.at(member_at(grid_, static_cast<std::size_t>(member)));
-        const std::lock_guard<std::mutex> lock(mutex_);
+        const TableView view = table_.at(member_at(grid_, size(member)));
+        const std::lock_guard lock(mutex_);
         if (kept_.size() >= most_kept) kept_.clear();
         return kept_.emplace(member, view).first->second;
     }
@@ -246,12 +246,11 @@ class SolverModel : public ParticleModel {
         const LayerSolution solution = solve_layer(mixed_phase_function(layer), layer.albedo(),
                                                    layer.optical_depth, mu, options_);
         for (std::size_t i = 0; i < observations.size(); ++i) {
-            const auto& [geometry, light, brightness, sigma, known] = observations[i];
-            if (light == Light::beam) continue;
-            const int in = at(geometry.mu_in), out = at(geometry.mu_out);
-            const SolvedValue value = light == Light::transmitted
-                                          ? solution.transmission(in, out, geometry.azimuth)
-                                          : solution.reflection(in, out, geometry.azimuth);
+            const Observation& observed = observations[i];
+            if (observed.light == Light::beam) continue;
+            const auto& [mu_in, mu_out, azimuth] = observed.geometry;
+            const SolvedValue value =
+                solution.values(side(observed), at(mu_in), at(mu_out), {azimuth})[0];
             values[i] = {value.single, value.multiple};
         }
         return values;

@@ -1,6 +1,5 @@
 #include "least_squares.h"
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
@@ -12,6 +11,9 @@
 
 namespace stratus {
 namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
@@ -86,11 +88,8 @@ void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& opti
             "left out where beams alone are fitted", "one");
     require(model.kinds() != 1 || !options.w2, fit_caller, "w2",
             "left out with particles of one kind", options.w2.value_or(0));
-    const auto check = [&](const char* name, double value) {
-        require(value >= 0 && value <= 1, fit_caller, name, "in [0, 1]", value);
-    };
-    if (options.w1) check(w1, held_.w1 = *options.w1);
-    if (options.w2) check("w2 held", held_.w2 = *options.w2);
+    if (options.w1) require_in("[0, 1]", fit_caller, w1, held_.w1 = *options.w1);
+    if (options.w2) require_in("[0, 1]", fit_caller, "w2 held", held_.w2 = *options.w2);
     const bool both_held = options.w1 && (options.w2 || one_kind_);
     if (both_held) {
         require(ranges.albedo.contains(held_.albedo()), fit_caller, one_kind_ ? w1 : "w1 + w2 held",
@@ -222,8 +221,8 @@ LayerParameters ParameterSpace::layer(const Point& at) const {
     return layer;
 }
 
-Eigen::MatrixXd ParameterSpace::derivatives(const Point& at) const {
-    Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(fit_parameters, size());
+MatrixXd ParameterSpace::derivatives(const Point& at) const {
+    MatrixXd derivatives = MatrixXd::Zero(fit_parameters, size());
     const LayerParameters layer = this->layer(at);
     for (int p = 0; p < size(); ++p) {
         const double extent = ranges_[stratus::size(p)].extent();
@@ -259,10 +258,10 @@ namespace {
 using Point = Problem::Point;
 
 /// The step that the damped normal equations ask for; none along coordinates that must not move.
-Point damped_step(const Eigen::MatrixXd& curvature, const Point& slope, const Point& at,
-                  double damping, std::optional<int> held) {
+Point damped_step(const MatrixXd& curvature, const Point& slope, const Point& at, double damping,
+                  std::optional<int> held) {
     constexpr double min_curvature = 1e-9;
-    Eigen::MatrixXd damped = curvature;
+    MatrixXd damped = curvature;
     Point right_side = -slope;
     damped.diagonal() *= 1 + damping;
     damped.diagonal().array() += 1e-12 * curvature.trace() + min_curvature;
@@ -331,10 +330,10 @@ std::vector<Minimum> distinct(const std::vector<Minimum>& sorted) {
 
 }  // namespace
 
-Eigen::VectorXd Problem::residuals(const Point& at) const {
+VectorXd Problem::residuals(const Point& at) const {
     const std::vector<double> brightness =
         model.brightness(space.layer(at), observations, options.density, options.opposition);
-    Eigen::VectorXd residuals(index(observations.size()));
+    VectorXd residuals(index(observations.size()));
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
         const Observation& observed = observations[size(i)];
         residuals[i] = (brightness[size(i)] - observed.brightness) / observed.sigma;
@@ -342,9 +341,9 @@ Eigen::VectorXd Problem::residuals(const Point& at) const {
     return residuals;
 }
 
-Eigen::MatrixXd Problem::derivatives(const Point& at, std::optional<int> held) const {
+MatrixXd Problem::derivatives(const Point& at, std::optional<int> held) const {
     constexpr double step = 1e-3;
-    Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(index(observations.size()), at.size());
+    MatrixXd derivatives = MatrixXd::Zero(index(observations.size()), at.size());
     for (int p = 0; p < at.size(); ++p) {
         if (held == p) continue;
         Point upper = at, lower = at;
@@ -358,17 +357,17 @@ Eigen::MatrixXd Problem::derivatives(const Point& at, std::optional<int> held) c
 Minimum descend(const Problem& problem, Point at, std::optional<int> held, double tolerance) {
     constexpr int max_steps = 60;
     constexpr double min_damping = 1e-9, max_damping = 1e9;
-    Eigen::VectorXd residuals = problem.residuals(at);
+    VectorXd residuals = problem.residuals(at);
     double chi_square = residuals.squaredNorm(), damping = 1e-3;
     for (int step = 0; step < max_steps && at.size() > 0; ++step) {
-        const Eigen::MatrixXd derivatives = problem.derivatives(at, held);
-        const Eigen::MatrixXd curvature = derivatives.transpose() * derivatives;
+        const MatrixXd derivatives = problem.derivatives(at, held);
+        const MatrixXd curvature = derivatives.transpose() * derivatives;
         const Point slope = derivatives.transpose() * residuals;
         bool improved = false, converged = true;
         for (; !improved && damping < max_damping; damping *= improved ? 0.1 : 10) {
             const Point next =
                 (at + damped_step(curvature, slope, at, damping, held)).cwiseMax(0).cwiseMin(1);
-            const Eigen::VectorXd next_residuals = problem.residuals(next);
+            const VectorXd next_residuals = problem.residuals(next);
             if (!(next_residuals.squaredNorm() < chi_square)) continue;
             improved = true;
             converged = chi_square - next_residuals.squaredNorm() < tolerance * (1 + chi_square) &&

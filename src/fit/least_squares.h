@@ -39,7 +39,7 @@ class ParameterSpace {
     ParameterSpace(const LayerModel& model, const Observations& observations,
                    const FitOptions& options);
 
-    int size() const { return static_cast<int>(ranges_.size()); }
+    int size() const { return int_size(ranges_); }
     Coordinate coordinate(int of) const { return ranges_[stratus::size(of)].of; }
 
     /// Place of a coordinate; -1: not free.
@@ -125,10 +125,5 @@ std::vector<Minimum> scan_minima(const Problem& problem);
 /// Accuracy 1e-13 relative: half-integer incomplete gamma functions are finite sums of positive
 ///          terms.
 double chi_square_probability(double chi_square, int degrees_of_freedom) noexcept;
-
-/// Adds the remarks of a fit whose estimates, covariance and chi-square are known. `covariance` is
-/// in the terms of ParameterSpace::derivatives; `minima` are sorted, the best first.
-void add_remarks(const Problem& problem, const std::vector<Minimum>& minima,
-                 const Eigen::MatrixXd& covariance, Fit& fit);
 
 }  // namespace stratus

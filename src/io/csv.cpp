@@ -1,6 +1,5 @@
 #include <stratus/io/csv.h>
 
-#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/file_bytes.h>
 
@@ -62,10 +61,9 @@ std::vector<double> read_row(const CsvTable& table, const std::vector<std::strin
     std::vector<double> row(fields.size());
     for (std::size_t c = 0; c < fields.size(); ++c) {
         const std::string& column = table.columns[c];
-        const auto of = std::find_if(words.begin(), words.end(),
-                                     [&](const CsvWords& known) { return known.column == column; });
+        const auto of = std::ranges::find(words, column, &CsvWords::column);
         if (of != words.end()) {
-            const auto word = std::find(of->words.begin(), of->words.end(), fields[c]);
+            const auto word = std::ranges::find(of->words, fields[c]);
             if (word == of->words.end())
                 refuse(table.name, line,
                        "column '" + column + "' must be one of " + joined(of->words) + ", got '" +
@@ -141,12 +139,10 @@ CsvTable read_numbers(std::istream& stream, const std::string& name,
 
 }  // namespace
 
-bool CsvColumns::has_column(const std::string& wanted) const {
-    return std::find(columns.begin(), columns.end(), wanted) != columns.end();
-}
+bool CsvColumns::has_column(const std::string& wanted) const { return is_listed(wanted, columns); }
 
 int CsvColumns::column(const std::string& wanted) const {
-    const auto found = std::find(columns.begin(), columns.end(), wanted);
+    const auto found = std::ranges::find(columns, wanted);
     if (found != columns.end()) return static_cast<int>(found - columns.begin());
     throw std::invalid_argument(name + ": column '" + wanted + "' must be there, got " +
                                 shown(joined(columns)));

@@ -1,4 +1,3 @@
-#include <stratus/base/size.h>
 #include <stratus/io/image.h>
 
 #include "memory_stream.h"
@@ -12,7 +11,6 @@
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace stratus {

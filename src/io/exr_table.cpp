@@ -20,8 +20,6 @@
 //
 // The metadata's checksum covers `stratus:` and `dataset:`. Headers are checked before OpenEXR
 // reads them, because it allocates memory for any size that they give.
-#include <stratus/base/size.h>
-
 #include "memory_stream.h"
 #include "table_content.h"
 
@@ -46,8 +44,8 @@ namespace stratus::io {
 namespace {
 
 constexpr const char* channel_name = "Y";
-constexpr std::string_view metadata_prefix = "stratus:";
-constexpr std::string_view dataset_prefix = "dataset:";
+constexpr const char* metadata_prefix = "stratus:";
+constexpr const char* dataset_prefix = "dataset:";
 constexpr const char* layout_attribute = "part:layout";
 constexpr const char* checksum_attribute = "part:checksum";
 
@@ -147,31 +145,18 @@ class Cursor {
     std::string_view rest_;
 };
 
-/// A type of attribute in the headers of tables. OpenEXR reads as many bytes as the type needs,
-/// whatever length the file gives: if they differed, it would go on reading in the wrong place and
-/// allocate memory for lengths that were not checked.
-struct AttributeType {
-    std::string_view name;
-    std::size_t size;  // 0: any, given by the file
-};
-
-constexpr std::array<AttributeType, 8> attribute_types{{
-    {"box2i", 16},
-    {"chlist", 19},
-    {"compression", 1},
-    {"float", 4},
-    {"int", 4},
-    {"lineOrder", 1},
-    {"string", 0},
-    {"v2f", 8},
-}};
+/// The types of attributes in the headers of tables, and their sizes; 0: any, given by the file. OpenEXR
+/// reads as many bytes as the type needs, whatever length the file gives: if they differed, it would go on
+/// reading in the wrong place and allocate memory for lengths that were not checked.
+const std::map<std::string_view, std::size_t> attribute_sizes{
+    {"box2i", 16}, {"chlist", 19},   {"compression", 1}, {"float", 4},
+    {"int", 4},    {"lineOrder", 1}, {"string", 0},      {"v2f", 8}};
 
 void check_attribute(std::string_view type, std::string_view value) {
-    const auto found = std::find_if(attribute_types.begin(), attribute_types.end(),
-                                    [&](const AttributeType& known) { return known.name == type; });
-    if (found == attribute_types.end())
+    const auto found = attribute_sizes.find(type);
+    if (found == attribute_sizes.end())
         throw std::runtime_error("a header has an attribute of an unsupported type");
-    if (found->size != 0 && value.size() != found->size)
+    if (found->second != 0 && value.size() != found->second)
         throw std::runtime_error("a header has an attribute of the wrong length");
     // One channel, its name one character, ended by an empty name.
     if (type == "chlist" && (value[0] == '\0' || value[1] != '\0' || value.back() != '\0'))
@@ -203,7 +188,7 @@ void check_attributes(Cursor& cursor, std::size_t file_size, MemoryLimit& limit)
         const std::string_view type = cursor.take_name();
         const std::int32_t size = cursor.take_integer();
         if (size < 0) throw std::runtime_error("a header is damaged");
-        const std::string_view value = cursor.take(static_cast<std::size_t>(size));
+        const std::string_view value = cursor.take(stratus::size(size));
         check_attribute(type, value);
         if (name == "dataWindow") check_window(value, file_size, limit);
         if (name == "type" && value != Imf::SCANLINEIMAGE)
@@ -232,7 +217,7 @@ void check_headers(const Bytes& bytes, MemoryLimit& limit) {
 Metadata table_attributes(const Table& table, const Metadata& metadata) {
     const std::string dataset(dataset_prefix);
     Metadata texts;
-    for (const auto& [name, text] : metadata) texts[std::string(metadata_prefix) + name] = text;
+    for (const auto& [name, text] : metadata) texts[metadata_prefix + name] = text;
     for (const AxisField& field : all_axis_fields(table)) {
         texts[dataset + field.name] = to_text(table_axis(table, field).values);
         texts[dataset + field.name + ".scale"] = stored_scale_name(field, table);
@@ -391,7 +376,7 @@ void write_exr(const Table& table, const Metadata& metadata, const fs::path& pat
     const std::vector<Imf::Header> headers = make_headers(table, metadata, fields);
     Imf::StdOSStream stream;  // in memory
     {
-        Imf::MultiPartOutputFile file(stream, headers.data(), static_cast<int>(headers.size()));
+        Imf::MultiPartOutputFile file(stream, headers.data(), int_size(headers));
         for (std::size_t i = 0; i < fields.size(); ++i) {
             const Picture picture = make_picture(table, fields[i].rank);
             std::vector<float> pixels = to_picture(table.*fields[i].samples, picture.extents);
@@ -414,12 +399,10 @@ Table decode_exr(const Bytes& bytes, const ReadOptions& options) {
     const Metadata metadata = read_metadata(file.header(0), options.ignore_checksums);
     Table table = table_without_samples(metadata);
     read_axes(file.header(0), table);
-    const std::vector<SampleField> listed = listed_samples(metadata);
-    take_memory(table, listed, bytes.size(), limit);
-    for (const SampleField& field : listed)
-        table.*field.samples = read_part(file, field, make_picture(table, field.rank), limit,
-                                         options.ignore_checksums);
-    prepare(table);
+    read_samples(table, metadata, bytes.size(), limit, [&](const SampleField& field) {
+        return read_part(file, field, make_picture(table, field.rank), limit,
+                         options.ignore_checksums);
+    });
     return table;
 }
 

@@ -25,6 +25,14 @@ constexpr std::size_t max_transfer = std::size_t{1} << 30;
 
 std::system_error last_error() { return {errno, std::generic_category()}; }
 
+/// Throws for what is there and no regular file.
+void require_regular(const fs::path& path) {
+    const auto status = fs::status(path);
+    if (fs::is_directory(status)) throw std::runtime_error("is a directory");
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        throw std::runtime_error("is not a regular file");
+}
+
 }  // namespace
 
 Descriptor::Descriptor(const fs::path& path, int flags)
@@ -93,20 +101,16 @@ void Descriptor::close() {
 
 Bytes read_bytes(const fs::path& path, std::string_view magic, const std::string& kind,
                  MemoryLimit& limit) {
-    const auto status = fs::status(path);
-    if (fs::is_directory(status)) throw std::runtime_error("is a directory");
-    if (fs::exists(status) && !fs::is_regular_file(status))
-        throw std::runtime_error("is not a regular file");
-
+    require_regular(path);
     const Descriptor file(path, O_RDONLY);
     const std::uintmax_t size = fs::file_size(path);
     if (size == 0) throw std::runtime_error("is empty");
-    Bytes bytes(static_cast<std::size_t>(std::min<std::uintmax_t>(size, magic.size())));
+    Bytes bytes(std::min<std::uintmax_t>(size, magic.size()));
     file.read_at(0, bytes);
     if (std::string_view(bytes.data(), bytes.size()) != magic)
         throw std::runtime_error("is not " + kind + " file");
     limit.take("the file", size);
-    bytes.resize(static_cast<std::size_t>(size));
+    bytes.resize(size);
     file.read_at(magic.size(), std::span(bytes).subspan(magic.size()));
     return bytes;
 }
@@ -149,12 +153,12 @@ std::ifstream open_text(const fs::path& path) {
 std::string read_text(const fs::path& path) {
     std::ifstream file = open_text(path);
     std::string text;
-    constexpr std::size_t step = 1 << 16;
+    constexpr int step = 1 << 16;
     while (file && text.size() <= max_text) {
-        const std::size_t size = text.size();
-        text.resize(size + step);
-        file.read(text.data() + size, static_cast<std::streamsize>(step));
-        text.resize(size + static_cast<std::size_t>(file.gcount()));
+        const std::size_t before = text.size();
+        text.resize(before + step);
+        file.read(text.data() + before, step);
+        text.resize(before + size(file.gcount()));
     }
     if (file.bad()) throw std::runtime_error(path.string() + ": cannot be read");
     if (text.size() > max_text)
@@ -289,10 +293,7 @@ class Temporary {
 fs::path checked_target(const fs::path& path) {
     if (path.empty()) throw std::runtime_error("a file name is needed");
     fs::path target = resolve(path);
-    const auto status = fs::status(target);
-    if (fs::is_directory(status)) throw std::runtime_error("is a directory");
-    if (fs::exists(status) && !fs::is_regular_file(status))
-        throw std::runtime_error("is not a regular file");
+    io::require_regular(target);
     return target;
 }
 

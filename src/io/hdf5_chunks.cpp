@@ -161,10 +161,10 @@ class Parts {
         first_.push_back(values.size());
     }
 
-    int count() const { return static_cast<int>(first_.size()) - 1; }
+    int count() const { return int_size(first_) - 1; }
 
     std::vector<char> give(int part) const {
-        const auto n = static_cast<std::size_t>(part);
+        const std::size_t n = size(part);
         const Cuts of_part{cuts_.length, cuts_.run - first_[n] % cuts_.run};
         std::vector<char> given;
         append(byte_span(of_part), given);
@@ -210,8 +210,7 @@ std::size_t chunks_ahead(int threads) {
 
 void set_chunks(hid_t creation, Extents extents) {
     const Chunks chunks(extents);
-    checked(H5Pset_chunk(creation, static_cast<int>(extents.size()), chunks.chunk.data()),
-            "set chunks");
+    checked(H5Pset_chunk(creation, int_size(extents), chunks.chunk.data()), "set chunks");
     checked(H5Pset_shuffle(creation), "set a filter");
     checked(H5Pset_deflate(creation, deflate_level), "set a filter");
 }

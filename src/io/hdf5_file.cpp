@@ -37,7 +37,7 @@ Handle new_property_list(hid_t kind) {
 
 Handle new_dataspace(Extents extents) {
     const std::vector<hsize_t> sizes(extents.begin(), extents.end());
-    return {H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose,
+    return {H5Screate_simple(int_size(sizes), sizes.data(), nullptr), H5Sclose,
             "create a dataspace"};
 }
 
@@ -291,7 +291,7 @@ std::size_t checked_size(hid_t attribute, std::size_t element_size, const std::s
     const std::string task = "read attribute " + name;
     const Handle space(H5Aget_space(attribute), H5Sclose, task);
     const Handle file(H5Iget_file_id(attribute), H5Fclose, task);
-    const auto count = static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space), task));
+    const std::size_t count = size(checked(H5Sget_simple_extent_npoints(space), task));
     hsize_t file_size = 0;
     checked(H5Fget_filesize(file, &file_size), task);
     if (element_size == 0 || count > file_size / element_size)

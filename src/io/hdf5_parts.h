@@ -6,7 +6,6 @@
 
 #include <hdf5.h>
 
-#include <cstddef>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>

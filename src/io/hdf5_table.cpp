@@ -13,14 +13,9 @@
 
 #include "hdf5_parts.h"
 
-#include <hdf5.h>
 #include <hdf5_hl.h>
 
-#include <algorithm>
-#include <cstddef>
-#include <span>
 #include <stdexcept>
-#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -217,12 +212,9 @@ Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
     for (const AxisField& field : all_axis_fields(table)) read_axis(source, field, table);
     table.diffusion_exponent =
         read_over_axes<double>(source, diffusion_exponent_name, extents(table, 1));
-    const std::vector<SampleField> listed = listed_samples(metadata);
-    take_memory(table, listed, bytes.size(), limit);
-    for (const SampleField& field : listed)
-        table.*field.samples =
-            read_over_axes<float>(source, field.name, extents(table, field.rank));
-    prepare(table);
+    read_samples(table, metadata, bytes.size(), limit, [&](const SampleField& field) {
+        return read_over_axes<float>(source, field.name, extents(table, field.rank));
+    });
     return table;
 }
 

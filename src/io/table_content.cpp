@@ -1,6 +1,5 @@
 #include "table_content.h"
 
-#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 
 #include <algorithm>
@@ -58,7 +57,7 @@ std::string names_of_samples(const Table& table) {
 std::vector<double> moments_to_store(const Table& table) {
     const std::vector<double> all =
         table.path_law ? significant_moments(table.phase_function) : std::vector<double>{};
-    return table.phase_function.moments(std::max(stored_moments, static_cast<int>(all.size())));
+    return table.phase_function.moments(std::max(stored_moments, int_size(all)));
 }
 
 /// Smoothing of the moments that the path law leaves out: b(l) is 1 up to the first, 0 from the
@@ -146,13 +145,17 @@ std::vector<SampleField> listed_samples(const Metadata& metadata) {
     return listed;
 }
 
-void take_memory(const Table& table, const std::vector<SampleField>& listed,
-                 std::uintmax_t file_size, MemoryLimit& limit) {
+void read_samples(Table& table, const Metadata& metadata, std::uintmax_t file_size,
+                  MemoryLimit& limit,
+                  const std::function<std::vector<float>(const SampleField& field)>& read) {
+    const std::vector<SampleField> listed = listed_samples(metadata);
     std::uintmax_t bytes = 0;  // five times 8 GiB at most
     for (const SampleField& field : listed)
         bytes += sizeof(float) *
                  checked_count(field.name, extents(table, field.rank), sizeof(float), file_size);
     limit.take("the samples", bytes);
+    for (const SampleField& field : listed) table.*field.samples = read(field);
+    prepare(table);
 }
 
 std::string checksum(std::span<const std::byte> bytes, const std::function<void()>& read) {

@@ -6,11 +6,11 @@
 // that one checksum over names and texts serves both formats.
 #pragma once
 
+#include <stratus/base/size.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 #include <stratus/table/metadata.h>
-#include <stratus/table/table.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -50,10 +50,11 @@ Table table_without_samples(const Metadata& metadata);
 /// The sample datasets that a file says it holds.
 std::vector<SampleField> listed_samples(const Metadata& metadata);
 
-/// Counts the samples of a table whose axes have been read towards the limit, before any of them is
-/// read. The size of each dataset is checked as in `checked_count`, given the size of the file.
-void take_memory(const Table& table, const std::vector<SampleField>& listed,
-                 std::uintmax_t file_size, MemoryLimit& limit);
+/// Completes a table whose axes have been read: counts its samples towards the limit, the size of each
+/// dataset checked as in `checked_count`, given the size of the file; then reads them, read(field).
+void read_samples(Table& table, const Metadata& metadata, std::uintmax_t file_size,
+                  MemoryLimit& limit,
+                  const std::function<std::vector<float>(const SampleField& field)>& read);
 
 /// "crc32:xxxxxxxx" of bytes that need not be in memory at once: calls read(), if given, after every few.
 std::string checksum(std::span<const std::byte> bytes, const std::function<void()>& read = {});
@@ -90,10 +91,10 @@ inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 /// The file's bytes are never in memory at once.
 void write_hdf5(const Table& table, const Metadata& metadata, const fs::path& path,
                 const WriteOptions& options);
-Table decode_hdf5(const Bytes& bytes, const ReadOptions& options = {});
+Table decode_hdf5(const Bytes& bytes, const ReadOptions& options);
 void write_exr(const Table& table, const Metadata& metadata, const fs::path& path,
                const WriteOptions& options);
-Table decode_exr(const Bytes& bytes, const ReadOptions& options = {});
+Table decode_exr(const Bytes& bytes, const ReadOptions& options);
 
 /// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory;
 /// the azimuth takes over either of its two, the axis of a family whether it is discrete. A linear

@@ -139,7 +139,7 @@ PhaseColumns find_columns(const CsvTable& file, const std::vector<std::string>& 
     PhaseColumns columns;
     columns.name = file.name;
     for (const std::string& column : wanted) {
-        const auto at = static_cast<std::size_t>(find_column(file, column));
+        const std::size_t at = size(find_column(file, column));
         columns.names.push_back(file.columns[at]);
         std::vector<double>& values = columns.values.emplace_back();
         for (const std::vector<double>& row : file.rows) values.push_back(row[at]);

@@ -1,7 +1,6 @@
 #include <stratus/layer/diffusion.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace stratus {
 

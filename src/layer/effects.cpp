@@ -1,4 +1,4 @@
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/layer/effects.h>
@@ -136,24 +136,24 @@ Opposition Opposition::blinn(double density) {
 }
 
 Opposition Opposition::hapke(double amplitude, double width) {
-    require(width > 0 && width < INFINITY, "Opposition", "width", "in (0, inf)", width);
+    require_in("(0, inf)", "Opposition", "width", width);
     Opposition opposition = hapke(amplitude);
     opposition.width = width;
     return opposition;
 }
 
 Opposition Opposition::hapke(double amplitude) {
-    require(amplitude >= 0 && amplitude <= 1, "Opposition", "amplitude", "in [0, 1]", amplitude);
+    require_in("[0, 1]", "Opposition", "amplitude", amplitude);
     return {Law::hapke, 0, amplitude};
 }
 
 double Opposition::radius_in_free_paths(double density) {
-    require(density > 0 && density < 1, "Opposition", "density", "in (0, 1)", density);
+    require_in("(0, 1)", "Opposition", "density", density);
     return 0.75 * density;
 }
 
 double Opposition::width_of_density(double density) {
-    require(density > 0 && density < 1, "Opposition", "density", "in (0, 1)", density);
+    require_in("(0, 1)", "Opposition", "density", density);
     return -0.375 * std::log1p(-density);
 }
 
@@ -174,8 +174,7 @@ void check_opposition(const Opposition& opposition, double density, const char* 
                 (opposition.width > 0 || density > 0),
             caller, "opposition.width", "in (0, inf), or 0 with a density above 0",
             opposition.width);
-    require(opposition.amplitude >= 0 && opposition.amplitude <= 1, caller, "opposition.amplitude",
-            "in [0, 1]", opposition.amplitude);
+    require_in("[0, 1]", caller, "opposition.amplitude", opposition.amplitude);
 }
 
 double opposition_factor(const Opposition& opposition, double cos_scattering_angle,
@@ -236,9 +235,8 @@ OppositionTableView OppositionTable::view() const noexcept {
 
 double volume_fraction(double number_density, double radius) {
     constexpr const char* caller = "volume_fraction";
-    require(number_density >= 0 && std::isfinite(number_density), caller, "number_density",
-            "in [0, inf)", number_density);
-    require(radius > 0 && std::isfinite(radius), caller, "radius", "in (0, inf)", radius);
+    require_in("[0, inf)", caller, "number_density", number_density);
+    require_in("(0, inf)", caller, "radius", radius);
     const double density = number_density * (4 * pi / 3) * radius * radius * radius;
     require(density < 1, caller, "number_density * (4/3) pi radius^3", "in [0, 1)", density);
     return density;
@@ -249,8 +247,7 @@ double effective_optical_depth(double optical_depth, double density) noexcept {
 }
 
 void check_effects(const Effects& effects) {
-    require(effects.density >= 0 && effects.density < 1, "Effects", "density", "in [0, 1)",
-            effects.density);
+    require_in("[0, 1)", "Effects", "density", effects.density);
     if (effects.opposition.law == Opposition::Law::none) return;
     check_opposition(effects.opposition, effects.density, "Effects");
     require(effects.single, "Effects", "opposition", "none without single scattering", "a law");

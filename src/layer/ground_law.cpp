@@ -1,9 +1,8 @@
 #include <stratus/layer/ground_law.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
-#include <stratus/base/number_text.h>
 
 #include "phase/kinds/phase_text.h"
 
@@ -77,9 +76,9 @@ class Ocean final : public GroundLaw {
           index_(given.at("index")),
           albedo_(given.at("albedo")),
           variance_(0.003 + 0.00512 * wind_) {
-        require(wind_ >= 0 && wind_ <= 50, "ocean", "wind", "in [0, 50] m/s", wind_);
-        require(index_ >= 1 && index_ <= 3, "ocean", "index", "in [1, 3]", index_);
-        require(albedo_ >= 0 && albedo_ <= 1, "ocean", "albedo", "in [0, 1]", albedo_);
+        require_in("[0, 50] m/s", "ocean", "wind", wind_);
+        require_in("[1, 3]", "ocean", "index", index_);
+        require_in("[0, 1]", "ocean", "albedo", albedo_);
         // Smith's shadows leave the facets less than they receive.
         const auto [most, spherical] = fluxes(*this);
         require(most <= 1, "ocean", "albedo",
@@ -161,10 +160,10 @@ class Rpv final : public GroundLaw {
           k_(given.at("k")),
           theta_(given.at("theta")),
           rho_c_(given.count("rho_c") ? given.at("rho_c") : rho0_) {
-        require(rho0_ >= 0 && rho0_ <= 1, "rpv", "rho0", "in [0, 1]", rho0_);
-        require(k_ >= 0 && k_ <= 2, "rpv", "k", "in [0, 2]", k_);
-        require(std::abs(theta_) < 1, "rpv", "theta", "in (-1, 1)", theta_);
-        require(rho_c_ >= 0 && rho_c_ <= 1, "rpv", "rho_c", "in [0, 1]", rho_c_);
+        require_in("[0, 1]", "rpv", "rho0", rho0_);
+        require_in("[0, 2]", "rpv", "k", k_);
+        require_in("(-1, 1)", "rpv", "theta", theta_);
+        require_in("[0, 1]", "rpv", "rho_c", rho_c_);
         constexpr double lowest = 1e-6, highest = 0.2;
         if (reflects_no_more_than_it_receives(lowest)) return;
         double above = highest;

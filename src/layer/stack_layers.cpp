@@ -1,6 +1,6 @@
 #include <stratus/layer/stack_layers.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 
 #include <algorithm>
@@ -21,9 +21,8 @@ void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, con
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const std::string of = layers.size() > 1 ? " of layer " + std::to_string(k + 1) : "";
         const double depth = layers[k].optical_depth;
-        require(layers[k].albedo >= 0 && layers[k].albedo <= 1, caller, "albedo" + of, "in [0, 1]",
-                layers[k].albedo);
-        require(depth >= 0, caller, "optical_depth" + of, "in [0, inf]", depth);
+        require_in("[0, 1]", caller, "albedo" + of, layers[k].albedo);
+        require_in("[0, inf]", caller, "optical_depth" + of, depth);
         const bool may_be_infinite = k + 1 == layers.size() && !over_boundary;
         require(depth < infinity || may_be_infinite, caller, "optical_depth" + of,
                 "finite above another layer or a lower boundary", depth);

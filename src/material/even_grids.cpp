@@ -5,7 +5,6 @@
 // Both directions point away from the surface there, so that phi_d = 0 is back to the light:
 // azimuth pi.
 #include <stratus/bake/parallel.h>
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
@@ -84,11 +83,11 @@ struct Samples {
 
 Samples sample(LitSide side, const SolvedColours& colours, const std::vector<double>& mu,
                const std::vector<double>& azimuths, int threads) {
-    const int cosines = static_cast<int>(mu.size());
+    const int cosines = int_size(mu);
     const std::size_t row_size = mu.size() * azimuths.size(),
                       count = colours.size() * mu.size() * row_size;
     Samples samples{std::vector<float>(count), std::vector<float>(count)};
-    parallel_for(static_cast<int>(colours.size()) * cosines, threads, [&](int row) {
+    parallel_for(int_size(colours) * cosines, threads, [&](int row) {
         const int in = row % cosines;
         const SolvedStack& colour = colours[size(row / cosines)];
         std::size_t at = size(row) * row_size;
@@ -108,9 +107,8 @@ constexpr int atlas_cosines = 64, atlas_azimuths = 64;
 Image draw_tiles(const std::vector<LitSide>& rows, const SolvedColours& colours,
                  const std::vector<double>& mu, int threads) {
     const std::vector<double> azimuths = even_azimuths(atlas_azimuths);
-    const int row_count = static_cast<int>(rows.size());
-    Image image(atlas_cosines * atlas_azimuths, row_count * atlas_cosines);
-    for (int row = 0; row < row_count; ++row) {
+    Image image(atlas_cosines * atlas_azimuths, int_size(rows) * atlas_cosines);
+    for (int row = 0; row < int_size(rows); ++row) {
         const std::vector<float> values =
             sample(rows[size(row)], colours, mu, azimuths, threads).all_orders;
         for (std::size_t c = 0; c < 3; ++c) {

@@ -56,11 +56,11 @@ Functions to_channels(Functions colours) {
 using SideSeries = std::vector<std::vector<Functions>>;
 
 /// `symmetric`: half of the pairs are worked out.
-SideSeries make_series(const SolvedColours& colours, LitSide side, std::size_t count,
-                       bool symmetric, int threads) {
-    SideSeries all(count, std::vector<Functions>(count));
-    parallel_for(static_cast<int>(count), threads, [&](int in) {
-        for (int out = symmetric ? in : 0; out < static_cast<int>(count); ++out) {
+SideSeries make_series(const SolvedColours& colours, LitSide side, int count, bool symmetric,
+                       int threads) {
+    SideSeries all(size(count), std::vector<Functions>(size(count)));
+    parallel_for(count, threads, [&](int in) {
+        for (int out = symmetric ? in : 0; out < count; ++out) {
             const auto bsdf = [&](const std::vector<double>& azimuths) {
                 Functions of_colours;
                 for (const SolvedStack& colour : colours) {
@@ -116,14 +116,14 @@ std::array<double, 4> midway_shares(const std::vector<double>& mu, int place) {
 /// 0 and the nodes above it, a colour is solved there and then midway after each of `tried_after`.
 double spline_error(const SolvedStack& colour, LitSide side, const std::vector<double>& mu,
                     int threads) {
-    constexpr int tried = static_cast<int>(tried_after.size()), steps = 32;
+    constexpr int tried = int_size(tried_after), steps = 32;
     std::vector<double> azimuths;  // dense forward and back, where droplets have peaks
     for (int k = 0; k <= steps; ++k) {
         const double share = static_cast<double>(k) / steps;
         azimuths.insert(azimuths.end(), {pi * share * share, pi * (1 - share * share)});
     }
     std::array<double, tried> worst{};
-    const int first_tried = static_cast<int>(mu.size());
+    const int first_tried = int_size(mu);
     parallel_for(tried, threads, [&](int i) {
         const auto row = size(i);
         const int in = tried_after[row];
@@ -159,12 +159,12 @@ class FourierTable {
         std::vector<double> solved = nodes;
         for (const int place : tried_after) solved.push_back(midway(nodes, place));
         const SolvedColours colours = solve_colours(material, solved, options);
-        channels_ = static_cast<int>(colours.size());
+        channels_ = int_size(colours);
         const bool symmetric = std::ranges::all_of(colours, &SolvedStack::is_symmetric);
         const auto all_series = [&](LitSide side, bool symmetric_side, double& error) {
             for (const SolvedStack& colour : colours)
                 error = std::max(error, spline_error(colour, side, nodes, options.threads));
-            return make_series(colours, side, nodes.size(), symmetric_side, options.threads);
+            return make_series(colours, side, int_size(nodes), symmetric_side, options.threads);
         };
         const SideSeries above = all_series(LitSide::reflection, true, reflection_error_);
         const bool same = symmetric && std::ranges::all_of(colours, &SolvedStack::is_transparent);

@@ -1,6 +1,4 @@
-
 #include <stratus/bake/parallel.h>
-#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/io/file_bytes.h>
@@ -27,12 +25,11 @@ std::string describe(const Stack& stack) {
                 shortest_text(layer.albedo) + ", optical depth " +
                 shortest_text(layer.optical_depth);
     const LowerBoundary& below = stack.lower_boundary;
-    if (below.kind == LowerBoundary::Kind::surface)
-        text += " on a Lambert surface of albedo " + shortest_text(below.albedo);
+    const std::string albedo = "albedo " + shortest_text(below.albedo);
+    if (below.kind == LowerBoundary::Kind::surface) text += " on a Lambert surface of " + albedo;
     if (below.law) text += " on " + below.law->text();
     if (below.kind == LowerBoundary::Kind::layer)
-        text += " on a semi-infinite layer, " + below.phase_function.text() + ", albedo " +
-                shortest_text(below.albedo);
+        text += " on a semi-infinite layer, " + below.phase_function.text() + ", " + albedo;
     return text;
 }
 
@@ -48,18 +45,14 @@ const std::vector<std::string>& material_format_names() {
 
 SolvedColours solve_colours(const Material& material, const std::vector<double>& mu,
                             const MaterialOptions& options) {
-    const int count = static_cast<int>(material.colours.size());
+    const int count = int_size(material.colours);
     SolvedColours solved(material.colours.size());
-    const auto finished = [&](int done) {
-        if (options.progress) options.progress(static_cast<double>(done) / count, "solving");
-    };
     parallel_for(
         count, options.threads,
-        [&](int c) {
-            const auto at = size(c);
-            solved[at] = SolvedStack(material.colours[at], mu, options.nodes);
-        },
-        finished);
+        [&](int c) { solved[size(c)] = SolvedStack(material.colours[size(c)], mu, options.nodes); },
+        [&](int done) {
+            if (options.progress) options.progress(static_cast<double>(done) / count, "solving");
+        });
     return solved;
 }
 
@@ -106,10 +99,9 @@ ChosenNodes choose_nodes(const Material& material, const MaterialOptions& option
     else
         solver.tolerance = options.tolerance;
     std::vector<ChosenNodes> chosen(material.colours.size());
-    parallel_for(static_cast<int>(chosen.size()), options.threads, [&](int c) {
-        const auto at = size(c);
-        const Stack& stack = material.colours[at];
-        chosen[at] = stratus::choose_nodes(stack.layers, stack.lower_boundary, solver);
+    parallel_for(int_size(chosen), options.threads, [&](int c) {
+        const Stack& stack = material.colours[size(c)];
+        chosen[size(c)] = stratus::choose_nodes(stack.layers, stack.lower_boundary, solver);
     });
     return {std::ranges::max(chosen, {}, &ChosenNodes::nodes).nodes,
             std::ranges::max(chosen, {}, &ChosenNodes::error).error};

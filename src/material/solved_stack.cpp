@@ -195,8 +195,8 @@ ReflectionField::ReflectionField(const Stack& stack, const SolvedStack& solved,
     const std::vector<double> azimuths = even_azimuths(azimuth_intervals + 1);
     const std::size_t count = mu.size(), row = azimuths.size();
     rest_.resize(count * count * row);
-    parallel_for(static_cast<int>(count), threads, [&](int out) {
-        for (int in = out; in < static_cast<int>(count); ++in) {
+    parallel_for(int_size(mu), threads, [&](int out) {
+        for (int in = out; in < int_size(mu); ++in) {
             const std::vector<SolvedValue> values =
                 solved.values(LitSide::reflection, in, out, azimuths);
             const auto i = size(in), o = size(out);
@@ -208,7 +208,7 @@ ReflectionField::ReflectionField(const Stack& stack, const SolvedStack& solved,
 }
 
 double ReflectionField::operator()(double mu_in, int out, double azimuth) const {
-    const int last = static_cast<int>(mu_.size()) - 1;
+    const int last = int_size(mu_) - 1;
     const double mu = std::max(mu_in, grazing);
     const LagrangeStencil over_mu = stencil_at(spread(mu) * last, 0, last);
     // even in azimuth about 0 and pi: samples beyond are those within

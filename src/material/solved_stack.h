@@ -6,7 +6,6 @@
 #include <stratus/transfer/stack.h>
 
 #include <bit>
-#include <cstddef>
 #include <optional>
 #include <string_view>
 #include <type_traits>

@@ -1,5 +1,3 @@
-#include <stratus/shader/shader.h>
-
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_block.h>
@@ -193,12 +191,8 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
             for (const Grid& grid : of_word)
                 texels.insert(texels.end(), grid.value.begin() + k * plane,
                               grid.value.begin() + (k + 1) * plane);
-        light = {"stratus_light",
-                 words * first.count[1],
-                 true,
-                 {},
-                 first.count[0],
-                 static_cast<int>(blocks.size()) * first.count[2]};
+        light = {"stratus_light", words * first.count[1],           true, {},
+                 first.count[0],  int_size(blocks) * first.count[2]};
     }
     return texels;
 }

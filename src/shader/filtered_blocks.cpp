@@ -47,11 +47,11 @@ struct LayerGrid {
                         last = part[p + 1] - (p + 2 < part.size() ? inside : 0);
             const int steps =
                 unit_steps * std::max(1, static_cast<int>((last - first) * units + 0.01f));
-            range.push_back(static_cast<int>(depth.size()));
+            range.push_back(int_size(depth));
             for (int d = 0; d <= steps; ++d)
                 depth.push_back(depth_at(first + (last - first) * exactly(d) / exactly(steps)));
         }
-        range.push_back(static_cast<int>(depth.size()));
+        range.push_back(int_size(depth));
     }
     float coordinate(float at) const { return std::log2(at / (at + offset)); }
     std::size_t number(std::size_t a, int d) const { return a * depth.size() + size(d); }

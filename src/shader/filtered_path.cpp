@@ -1,7 +1,5 @@
 #include "texture_parts.h"
 
-#include <stratus/phase/path_law.h>
-
 #include <utility>
 
 namespace stratus {
@@ -179,15 +177,14 @@ struct LawRows {
 
 FilteredPath filtered_path(const TableView& table, const std::vector<float>& albedos) {
     const LawRows of(table);
-    const int rows = of.rows(), angles = 2 * of.law.angle_count(),
-              columns = static_cast<int>(albedos.size());
+    const int rows = of.rows(), angles = 2 * of.law.angle_count(), columns = int_size(albedos);
     std::vector<vec4> function(size(2 * of.octaves * words * angles)),
         weight(size(words * slices * rows * columns));
     for (int octave = 0; octave < of.octaves; ++octave)
         for (int side = 0; side < 2; ++side) {
             const Basis basis = find_basis(make_sketch(table, of.count, side, octave, albedos),
                                            side == STRATUS_REFLECTION ? 4 : 8);
-            const auto functions = static_cast<int>(basis.angle.size());
+            const int functions = int_size(basis.angle);
             for (int f = 0; f < functions; ++f) {
                 const int word = (2 * octave + side) * words + f / 4;
                 for (int angle = 0; angle < angles; ++angle)

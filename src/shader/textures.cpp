@@ -15,8 +15,6 @@ using shader::vec4;
 
 constexpr std::size_t record_texels = 16;
 
-float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
-
 /// An optical depth, which may have no end.
 float finite(double depth) { return static_cast<float>(std::min(depth, 1e30)); }
 
@@ -178,22 +176,22 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
         curve[0],
         curve[1],
         curve[2],
-        of_axis(side.albedo, as_float(side.fourth_root_of_albedo)),
-        of_axis(side.optical_depth, as_float(side.ends_at_infinity)),
-        of_axis(side.mu_in, as_float(side.symmetric)),
+        of_axis(side.albedo, exactly(side.fourth_root_of_albedo)),
+        of_axis(side.optical_depth, exactly(side.ends_at_infinity)),
+        of_axis(side.mu_in, exactly(side.symmetric)),
         of_axis(side.mu_out, 0),
         {side.azimuth_first, side.azimuth_step_inverse, exactly(side.azimuths),
-         as_float(side.square_root_of_azimuth)},
+         exactly(side.square_root_of_azimuth)},
         {side.azimuth_window, side.last_azimuth_window, exactly(side.row_step),
          exactly(side.column_step)},
         {side.min_albedo, side.max_albedo, side.min_depth, max_finite_depth},
-        {side.max_depth, as_float(side.divided), as_float(side.over_surface),
+        {side.max_depth, exactly(side.divided), exactly(side.over_surface),
          side.extrapolation_length},
         {side.surface_albedo, side.boundary_quarter_albedo, shared.path_steps, path.last_depth},
         {path.offset, exactly(path.first_angle), exactly(path.angles), exactly(path.channel / 2)},
         {exactly(shared.of_albedo), exactly(cells), exactly(phase),
          exactly(shared.first_of_path) - side.path_first * exactly(path.channel / 2)},
-        {as_float(held), as_float(view.has_lower_boundary()), side.path_growth,
+        {exactly(held), exactly(view.has_lower_boundary()), side.path_growth,
          exactly(side.functions / 4)},
         shared.stack};
     std::copy_n(record, record_texels, to.numbers.begin() + (lit ? 0 : record_texels));
@@ -285,8 +283,8 @@ void append_density(const DirectionDensity& density, bool one_sided, std::vector
     layer[3].z = append_numbers(density.samples(), layer);
     layer[3].w = append_numbers(density.along_azimuth(), layer);
     const float over_lines = append_numbers(density.over_lines(), layer);
-    layer[4] = {over_lines, as_float(density.is_peaked()), exactly(rows), exactly(quarter_lines)};
-    layer[5] = {exactly(azimuths), as_float(one_sided), 0, 0};
+    layer[4] = {over_lines, exactly(density.is_peaked()), exactly(rows), exactly(quarter_lines)};
+    layer[5] = {exactly(azimuths), exactly(one_sided), 0, 0};
     for (const Side side : both_sides) {
         const DirectionDensity::Peaks& of = density.peaks(side);
         layer[6 + size(static_cast<int>(side))] = {of.at_same_cosine, of.at_horizon, of.slope,

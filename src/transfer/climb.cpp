@@ -4,15 +4,24 @@
 #include <stratus/transfer/solve.h>
 
 #include "doubling_ladder.h"
-#include "layer.h"
 #include "ordered_ladder.h"
 #include "reference/classic.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace stratus {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::vector<int> modes_between(int first, int end) {
+    std::vector<int> modes(size(end - first));
+    std::iota(modes.begin(), modes.end(), first);
+    return modes;
+}
 
 namespace {
 
@@ -81,9 +90,9 @@ void climb_harmonic(const ClimbTask& task, std::span<const int> modes, const Rec
     }
 }
 
-void climb_classic(const ClimbTask& task, const SolverOptions& options, int first, int end,
+void climb_classic(const ClimbTask& task, const SolverOptions& options, std::span<const int> modes,
                    const RecordMode& record) {
-    for (int mode = first; mode < end; ++mode) {
+    for (const int mode : modes) {
         const PhaseKernels kernels = reference_phase_kernels(task.directions, task.moments, mode);
         for (std::size_t a = 0; a < task.albedos.size(); ++a) {
             const ClimbTask::Albedo& of = task.albedos[a];
@@ -100,10 +109,8 @@ void climb_classic(const ClimbTask& task, const SolverOptions& options, int firs
 }
 
 void climb_orders(const ClimbTask& task, double fraction,
-                  const std::vector<Eigen::VectorXd>& order_weights, int first, int end,
+                  const std::vector<VectorXd>& order_weights, std::span<const int> modes,
                   const RecordMode& record) {
-    std::vector<int> modes;
-    for (int mode = first; mode < end; ++mode) modes.push_back(mode);
     const double first_depth = task.albedos[0].first_depth;
     const int doublings = count_doublings(task.directions.mu.minCoeff(), first_depth);
     OrderedLadder layers(task.directions, task.moments, fraction, modes,
@@ -118,21 +125,13 @@ void climb_orders(const ClimbTask& task, double fraction,
     });
 }
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-namespace {
-
 constexpr std::size_t fitted_points = 8;  // of the polynomials that fill gaps
-
-}  // namespace
 
 std::vector<int> thinned_modes(int count, double tolerance) {
     constexpr int dense = 48;  // modes below are all solved
     // From pair to pair, of the mode; what polynomials miss falls as its power of their points.
     const double step = 0.07 * std::pow(tolerance / 1e-2, 1.0 / fitted_points);
-    std::vector<int> modes;
-    for (int mode = 0; mode < std::min(count, dense); ++mode) modes.push_back(mode);
+    std::vector<int> modes = modes_between(0, std::min(count, dense));
     for (int pair = dense; pair < count;) {
         for (const int mode : {pair, pair + 1})
             if (mode < count && mode > modes.back()) modes.push_back(mode);
@@ -161,9 +160,8 @@ void fill_modes(std::span<const int> solved, std::vector<AzimuthalMode>& modes) 
         const std::size_t count = std::min(fitted_points, x.size());
         const std::size_t first =
             std::min(next > count / 2 ? next - count / 2 : 0, x.size() - count);
-        const auto begin = x.begin() + static_cast<std::ptrdiff_t>(first);
-        const std::vector<double> weights =
-            lagrange_weights({begin, begin + static_cast<std::ptrdiff_t>(count)}, mode);
+        const std::span points = std::span(x).subspan(first, count);
+        const std::vector<double> weights = lagrange_weights({points.begin(), points.end()}, mode);
         MatrixXd sum = MatrixXd::Zero(modes[0].values.rows(), modes[0].values.cols());
         for (std::size_t k = 0; k < count; ++k) sum += weights[k] * *values[mode % 2][first + k];
         all.push_back({std::move(sum)});

@@ -2,11 +2,7 @@
 // narrow peaks by ways of their own.
 #pragma once
 
-#include <stratus/transfer/solver_options.h>
-
 #include "layer.h"
-
-#include <Eigen/Core>
 
 #include <cstddef>
 #include <functional>
@@ -37,17 +33,20 @@ struct ClimbTask {
 using RecordMode = std::function<bool(int mode, std::size_t albedo, int depth, ModeMatrices layer,
                                       const PhaseKernels& kernels)>;
 
+/// The modes `first` to before `end`.
+std::vector<int> modes_between(int first, int end);
+
 /// (mode, albedo) pairs eight at a time or one by one.
 void climb_harmonic(const ClimbTask& task, std::span<const int> modes, const RecordMode& record);
 
-/// Modes `first` to before `end`, by textbook doubling (reference/classic.h).
-void climb_classic(const ClimbTask& task, const SolverOptions& options, int first, int end,
+/// By textbook doubling (reference/classic.h).
+void climb_classic(const ClimbTask& task, const SolverOptions& options, std::span<const int> modes,
                    const RecordMode& record);
 
 /// The sum of orders with the weights of each albedo; up to eight modes. All albedos share a first
 /// depth, that of the layers before the share `fraction` was truncated.
 void climb_orders(const ClimbTask& task, double fraction,
-                  const std::vector<Eigen::VectorXd>& order_weights, int first, int end,
+                  const std::vector<Eigen::VectorXd>& order_weights, std::span<const int> modes,
                   const RecordMode& record);
 
 // Azimuthal modes of layers with a narrow peak, out of grazing directions or into them. There light is

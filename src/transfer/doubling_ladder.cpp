@@ -2,7 +2,6 @@
 
 #include <stratus/base/size.h>
 
-#include "layer.h"
 #include "options.h"
 
 #include <algorithm>
@@ -94,7 +93,7 @@ constexpr int worthwhile_doublings = 4, worthwhile_directions = 12;
 /// a depth takes so few doublings that it does not pay to part them.
 DirectionGroups group_directions(const Directions& directions, double optical_depth, double limit) {
     std::vector<double> mu(directions.mu.begin(), directions.mu.end());
-    std::sort(mu.begin(), mu.end());
+    std::ranges::sort(mu);
     std::size_t first_steep = 0;
     double widest = 1;
     for (std::size_t i = 1; i < mu.size(); ++i)

@@ -1,8 +1,6 @@
 #include <stratus/transfer/fourier_sum.h>
 
 #include <stratus/base/argument.h>
-#include <stratus/base/constants.h>
-#include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
 
 #include "options.h"
@@ -19,13 +17,14 @@ namespace stratus {
 
 namespace {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 MatrixXd tabulate_cosines(const std::vector<double>& azimuths, int modes) {
     MatrixXd cosines(std::ssize(azimuths), modes);
-    for (Eigen::Index k = 0; k < cosines.rows(); ++k)
-        for (Eigen::Index m = 0; m < modes; ++m)
+    for (Index k = 0; k < cosines.rows(); ++k)
+        for (Index m = 0; m < modes; ++m)
             cosines(k, m) = (m ? 2 : 1) * std::cos(static_cast<double>(m) * azimuths[size(k)]);
     return cosines;
 }
@@ -40,9 +39,8 @@ MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<cons
                    const MatrixXd& cosines) {
     const std::vector<AzimuthalMode>& modes = layer.modes[side];
     MatrixXd terms(std::ssize(modes), std::ssize(out));
-    for (Eigen::Index j = 0; j < terms.cols(); ++j)
-        for (Eigen::Index m = 0; m < terms.rows(); ++m)
-            terms(m, j) = modes[size(m)](in, out[size(j)]);
+    for (Index j = 0; j < terms.cols(); ++j)
+        for (Index m = 0; m < terms.rows(); ++m) terms(m, j) = modes[size(m)](in, out[size(j)]);
     return cosines.leftCols(terms.rows()) * terms;
 }
 
@@ -232,7 +230,7 @@ std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
 struct SketchedPair {
     int in, out;
     std::size_t first;  // of its positions
-    std::vector<Eigen::Index> places;
+    std::vector<Index> places;
     std::vector<double> azimuth, cosine, phase, boundary;  // cosine: of the scattering angle
 
     SketchedPair(const DirectionGrid& grid, Side side, const std::vector<std::size_t>& positions,
@@ -244,7 +242,7 @@ struct SketchedPair {
         out = grid.pairs().out[pair % outs];
         for (std::size_t n = begin; n < positions.size() && positions[n] / azimuths == pair; ++n) {
             const std::size_t at = positions[n];
-            places.push_back(static_cast<Eigen::Index>(at % azimuths));
+            places.push_back(static_cast<Index>(at % azimuths));
             azimuth.push_back(grid.azimuth()[at % azimuths]);
             cosine.push_back(grid.cos_scattering_angle(side)[at]);
             phase.push_back(grid.phase(side)[at]);
@@ -312,15 +310,14 @@ class RestOfPaths {
         for (const auto& [optical_depth, depth] : depths_) {
             const PathWeights along = path_weights(side, int_size(depth.orders[0]), optical_depth,
                                                    any_.mu(pair.in), any_.mu(pair.out));
-            const Eigen::Index orders = std::max(0, along.count - 2);
+            const Index orders = std::max(0, along.count - 2);
             const MatrixXd terms =
                 Eigen::Map<const VectorXd>(along.of_order + 2, orders).asDiagonal() *
                 rest.topRows(orders);
             for (std::size_t n = 0; n < depth.solutions.size(); ++n)
                 for (std::size_t k = 0; k < pair.size(); ++k)
                     values[depth.solutions[n]][pair.first + k] +=
-                        depth.orders[n].segment(2, orders).dot(
-                            terms.col(static_cast<Eigen::Index>(k)));
+                        depth.orders[n].segment(2, orders).dot(terms.col(static_cast<Index>(k)));
         }
     }
 
@@ -360,7 +357,7 @@ std::vector<SolvedValue> LayerSolution::values(Side side, int in, int out,
                                                const std::vector<double>& azimuths) const {
     if (stack) return stack->values(side, in, out, azimuths);
     if (side == Side::transmission && lower_boundary.is_present())
-        return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+        return std::vector<SolvedValue>(azimuths.size());
     std::vector<double> cosines, phase, boundary_phase;
     for (const double azimuth : azimuths) {
         const Geometry geometry{mu(in), mu(out), azimuth};
@@ -379,14 +376,6 @@ std::vector<SolvedValue> LayerSolution::values(Side side, int in, int out,
         all.push_back({single + multiple[k], single, multiple[k]});
     }
     return all;
-}
-
-SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
-    return values(Side::reflection, in, out, {azimuth})[0];
-}
-
-SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
-    return values(Side::transmission, in, out, {azimuth})[0];
 }
 
 }  // namespace stratus

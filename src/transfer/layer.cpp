@@ -2,7 +2,6 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/solve.h>
 
 #include <Eigen/LU>

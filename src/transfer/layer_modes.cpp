@@ -5,11 +5,9 @@
 
 #include "climb.h"
 #include "options.h"
-#include "simd/doubling_steps.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace stratus {
@@ -24,9 +22,9 @@ LayerModes::LayerModes(const Directions& directions, LayerTask task)
       count_(count_modes(task_.moments)) {}
 
 const LayerMode& LayerModes::layer(int mode) {
-    if (first_ < 0 || mode / lane_count * lane_count != first_)
-        solve_pack(mode / lane_count * lane_count);
-    return layers_[size(mode - first_)];
+    const int first = mode / lane_count * lane_count;
+    if (first != first_) solve_pack(first);
+    return layers_[size(mode - first)];
 }
 
 const PhaseKernels& LayerModes::kernels(int mode) {
@@ -41,11 +39,10 @@ void LayerModes::solve_pack(int first) {
     const DepthLadder ladder = ladder_to(target_);
     const double first_depth = ladder.octaves ? ladder.first : first_depth_to_infinity;
     const VectorXd beam = beam_along(directions_, task_.optical_depth);
-    std::vector<int> modes(size(std::min(lane_count, count_ - first)));
-    std::iota(modes.begin(), modes.end(), first);
     double half_transmittance = 0;
     climb_harmonic(
-        {directions_, task_.moments, ladder, {{task_.albedo, task_.co_albedo, first_depth}}}, modes,
+        {directions_, task_.moments, ladder, {{task_.albedo, task_.co_albedo, first_depth}}},
+        modes_between(first, std::min(first + lane_count, count_)),
         [&](int mode, std::size_t, int depth, ModeMatrices layer, const PhaseKernels& kernels) {
             require_finite(layer, mode, directions_);
             if (depth + 1 < ladder.octaves) {

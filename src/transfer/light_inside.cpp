@@ -1,11 +1,9 @@
 #include "light_inside.h"
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/transfer/stack.h>
 
-#include "layer.h"
 #include "stack_solver.h"
 
 #include <algorithm>
@@ -66,8 +64,7 @@ SingleLayers::SingleLayers(const std::vector<StackLayer>& layers,
 }
 
 double SingleLayers::depth(std::size_t first, std::size_t end) const {
-    return std::accumulate(depths.begin() + static_cast<std::ptrdiff_t>(first),
-                           depths.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+    return std::accumulate(depths.data() + first, depths.data() + end, 0.0);
 }
 
 double SingleLayers::scattered(std::size_t k, std::size_t above, double phase, double mu_in,
@@ -267,7 +264,8 @@ std::vector<SolvedValue> light_at_level(const Solved& solved, const ModeSolution
             single += by_boundary(plain, solved.lower_boundary);
             truncated += by_boundary(corrected, boundary_corrected);
         }
-        all.push_back(put_together(single, truncated, sum_modes(modes, azimuths[a]) + again[a]));
+        const double orders = sum_modes(modes, azimuths[a]) + again[a];
+        all.push_back({truncated + orders, single, orders + (truncated - single)});
     }
     return all;
 }
@@ -286,7 +284,7 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
                                                const std::vector<double>& azimuths) const {
     if (alone) return alone->values(side, in, out, azimuths);
     const bool reflected = side == Side::reflection;
-    if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size());
     std::vector<double> scattered_back;
     if (backward_path)
         scattered_back = backward_path->legendre(side, layers[0].albedo, layers[0].optical_depth,

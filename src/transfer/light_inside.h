@@ -6,17 +6,8 @@
 // from above, as R and T are (docs/conventions.md).
 #pragma once
 
-#include <stratus/layer/lower_boundary.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/solve.h>
-#include <stratus/transfer/solver_options.h>
-#include <stratus/transfer/truncation.h>
-
-#include <Eigen/Core>
-
-#include <cstddef>
-#include <memory>
-#include <vector>
 
 namespace stratus {
 

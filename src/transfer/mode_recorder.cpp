@@ -1,7 +1,5 @@
 #include "mode_recorder.h"
 
-#include "layer.h"
-
 #include <algorithm>
 #include <cmath>
 #include <span>

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <stratus/transfer/solve.h>
-#include <stratus/transfer/solver_options.h>
 
 #include "layer_modes.h"
 #include "simd/doubling_steps.h"

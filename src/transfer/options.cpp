@@ -1,6 +1,6 @@
 #include "options.h"
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/phase/path_law.h>
 
 #include <algorithm>
@@ -12,15 +12,13 @@
 namespace stratus {
 
 void check_options(const SolverOptions& options) {
-    require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
-            options.nodes);
+    require_in("[1, 512]", "solve", "nodes", options.nodes);
     require(options.tolerance == 0 || (options.tolerance >= 1e-12 && options.tolerance <= 1),
             "solve", "tolerance", "0 or in [1e-12, 1]", options.tolerance);
     require(options.moments >= 0 && options.moments <= 2 * options.nodes, "solve", "moments",
             "in [0, 2 nodes]", options.moments);
     require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
-    require(options.orders >= 0 && options.orders <= 200, "solve", "orders", "in [0, 200]",
-            options.orders);
+    require_in("[0, 200]", "solve", "orders", options.orders);
     require(options.orders == 0 || options.scheme == Scheme::harmonic, "solve", "scheme",
             "harmonic where orders are counted", "classic");
     require(!options.grazing || (options.scheme == Scheme::harmonic && options.orders == 0 &&
@@ -95,8 +93,7 @@ LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncat
 }
 
 void check_boundary(const LowerBoundary& boundary) {
-    require(boundary.albedo >= 0 && boundary.albedo <= 1, "solve", "albedo of the lower boundary",
-            "in [0, 1]", boundary.albedo);
+    require_in("[0, 1]", "solve", "albedo of the lower boundary", boundary.albedo);
 }
 
 void require_finite(const ModeMatrices& layer, int mode, const Directions& directions) {
@@ -106,10 +103,6 @@ void require_finite(const ModeMatrices& layer, int mode, const Directions& direc
                              std::to_string(2 * directions.nodes) +
                              " moments is too negative in mode " + std::to_string(mode) + ", got " +
                              std::to_string(directions.nodes));
-}
-
-SolvedValue put_together(double single, double corrected, double orders) {
-    return {corrected + orders, single, orders + (corrected - single)};
 }
 
 int count_modes(const std::vector<double>& moments) {

@@ -1,11 +1,7 @@
 // The solver's options applied: checks, truncation and modes.
 #pragma once
 
-#include <stratus/layer/lower_boundary.h>
-#include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
-#include <stratus/transfer/solver_options.h>
-#include <stratus/transfer/truncation.h>
 
 #include "layer.h"
 
@@ -44,9 +40,6 @@ void check_boundary(const LowerBoundary& boundary);
 
 /// Throws std::runtime_error, suggesting more nodes, when a mode is not finite.
 void require_finite(const ModeMatrices& layer, int mode, const Directions& directions);
-
-/// A value from its closed form, that form after truncation, and the higher orders.
-SolvedValue put_together(double single, double corrected, double orders);
 
 /// Modes up to the last nonzero moment; nothing is scattered into higher ones.
 int count_modes(const std::vector<double>& moments);

@@ -2,13 +2,10 @@
 
 #include <stratus/base/size.h>
 
-#include "layer.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 namespace stratus {
 
@@ -19,7 +16,7 @@ using Eigen::VectorXd;
 
 Pack* packs(double* memory) { return reinterpret_cast<Pack*>(memory); }
 
-std::vector<DoublingTask> conservative_tasks(const std::vector<int>& modes, double thin_depth) {
+std::vector<DoublingTask> conservative_tasks(std::span<const int> modes, double thin_depth) {
     std::vector<DoublingTask> tasks;
     for (const int mode : modes) tasks.push_back({mode, 1, 0, thin_depth});
     return tasks;
@@ -122,7 +119,7 @@ OrderedLadder::Series OrderedLadder::scattered(double depth, const Pack* kernel_
 }
 
 OrderedLadder::OrderedLadder(const Directions& directions, const std::vector<double>& moments,
-                             double truncated, const std::vector<int>& modes, int highest_order,
+                             double truncated, std::span<const int> modes, int highest_order,
                              double thin_depth)
     : directions_(directions),
       steps_(chosen_functions<DoublingSteps<Pack>>()),

@@ -11,8 +11,8 @@
 #pragma once
 
 #include "doubling_ladder.h"
-#include "layer.h"
 
+#include <span>
 #include <vector>
 
 namespace stratus {
@@ -22,7 +22,7 @@ class OrderedLadder {
     /// Layers of depths up to the smallest cosine, orders 1 to `highest_order` of 1 to 8 `modes`;
     /// `truncated` is the share f taken from the peak.
     OrderedLadder(const Directions& directions, const std::vector<double>& moments,
-                  double truncated, const std::vector<int>& modes, int highest_order,
+                  double truncated, std::span<const int> modes, int highest_order,
                   double thin_depth);
 
     void double_depth();

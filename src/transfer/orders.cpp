@@ -1,10 +1,8 @@
 #include "orders.h"
 
 #include <stratus/base/size.h>
-#include <stratus/layer/single_scattering.h>
 
 #include "climb.h"
-#include "layer.h"
 #include "stack_solver.h"
 
 #include <algorithm>
@@ -184,7 +182,8 @@ class OrderedStackRun : StackSolver {
                              {{layer.albedo, 1 - layer.albedo,
                                ladder.octaves > 0 ? ladder.first : first_depth_to_infinity}}};
         climb_orders(
-            task, 0, weights_of_each_order(layer.albedo, options_.orders), first, count,
+            task, 0, weights_of_each_order(layer.albedo, options_.orders),
+            modes_between(first, count),
             [&](int mode, std::size_t order, int depth, ModeMatrices solved, const PhaseKernels&) {
                 if (depth + 1 < ladder.octaves) return false;
                 solved = reach(target, mode, 0, directions_, std::move(solved));

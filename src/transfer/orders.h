@@ -12,10 +12,6 @@
 
 #include <stratus/transfer/stack.h>
 
-#include <Eigen/Core>
-
-#include <vector>
-
 namespace stratus {
 
 /// 1, w, w^2, ...: the weights of all orders up to `highest`.

@@ -25,15 +25,9 @@
 // chi_l less that of c_l.
 #pragma once
 
-#include <stratus/layer/single_scattering.h>
 #include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
-
-#include <Eigen/Core>
-
-#include <cstddef>
-#include <vector>
 
 namespace stratus {
 

@@ -1,6 +1,6 @@
 #include <stratus/transfer/quadrature.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 
 #include <boost/math/special_functions/legendre.hpp>
 
@@ -73,9 +73,8 @@ const Directions& gauss_nodes(int nodes, NodeMap map) {
 }  // namespace
 
 Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& extra) {
-    require(nodes >= 1 && nodes <= max_nodes, "gauss_directions", "nodes", "in [1, 512]", nodes);
-    for (double mu : extra)
-        require(mu >= 1e-100 && mu <= 1, "gauss_directions", "mu", "in [1e-100, 1]", mu);
+    require_in("[1, 512]", "gauss_directions", "nodes", nodes);
+    for (double mu : extra) require_in("[1e-100, 1]", "gauss_directions", "mu", mu);
 
     Directions directions = gauss_nodes(nodes, map);
     const auto size = nodes + std::ssize(extra);

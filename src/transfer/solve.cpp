@@ -1,27 +1,22 @@
 #include <stratus/transfer/solve.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
 
 #include "climb.h"
 #include "doubling_ladder.h"
-#include "layer.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
 #include "paths.h"
-#include "simd/doubling_steps.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
-#include <numeric>
 #include <span>
 #include <utility>
 
@@ -31,6 +26,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
+
+/// Over (albedo, depth).
+using Solutions = std::vector<std::vector<LayerSolution>>;
 
 /// Layers of one phase function: all albedos at all depths of a ladder, mode after mode.
 struct LadderProblem {
@@ -60,7 +58,10 @@ class LadderRun {
                 problem.ladder,
                 {},
                 !problem.boundary.is_present()} {
-        path_ = make_path(problem);
+        if (!problem.boundary.is_present() &&
+            follows_paths(problem.phase_function, truncation_, problem.options))
+            path_ = std::make_shared<const TruncatedPath>(
+                PathLaw(path_moments(problem.phase_function)), truncation_);
         if (truncation_.backward)
             backward_path_ = std::make_shared<const BackwardPath>(
                 path_moments(problem.phase_function), truncation_.moments);
@@ -86,21 +87,20 @@ class LadderRun {
         }
     }
 
-    std::vector<std::vector<LayerSolution>> run() {
+    Solutions run() {
         const FlushSubnormals flush(problem_.targets.front().optical_depth);
         // Enough modes at a time to fill the packs; orders are solved for all albedos at once.
         const int albedos = int_size(problem_.albedos);
         const int group =
             by_order() ? lane_count : std::max(2, lane_count / std::min(lane_count, albedos));
-        const SolverOptions& options = problem_.options;
         const std::vector<int> modes = modes_to_solve();
         solve_groups(
-            int_size(modes), group, options.modes == 0,
+            int_size(modes), group, problem_.options.modes == 0,
             [&](int first, int end) {
                 solve_modes(std::span(modes).subspan(size(first), size(end - first)));
             },
             [this](int count) { return is_negligible(count); });
-        if (options.grazing)
+        if (problem_.options.grazing)
             for (auto& of_albedo : results_)
                 for (LayerSolution& solution : of_albedo)
                     for (const Side side : both_sides) fill_modes(modes, solution.modes[side]);
@@ -109,14 +109,6 @@ class LadderRun {
 
   private:
     bool by_order() const { return !problem_.order_weights.empty(); }
-
-    std::shared_ptr<const TruncatedPath> make_path(const LadderProblem& problem) const {
-        if (problem.boundary.is_present() ||
-            !follows_paths(problem.phase_function, truncation_, problem.options))
-            return {};
-        return std::make_shared<const TruncatedPath>(PathLaw(path_moments(problem.phase_function)),
-                                                     truncation_);
-    }
 
     LayerSolution blank(std::size_t a, double optical_depth) const {
         LayerSolution solution;
@@ -170,9 +162,7 @@ class LadderRun {
         if (options.grazing)
             return thinned_modes(count,
                                  options.tolerance > 0 ? options.tolerance : usual_tolerance);
-        std::vector<int> all(size(count));
-        std::iota(all.begin(), all.end(), 0);
-        return all;
+        return modes_between(0, count);
     }
 
     void solve_modes(std::span<const int> modes) {
@@ -181,10 +171,9 @@ class LadderRun {
             return record(mode, albedo, depth, std::move(layer), kernels);
         };
         if (by_order())
-            climb_orders(task_, truncation_.fraction, problem_.order_weights, modes.front(),
-                         modes.back() + 1, record_mode);
+            climb_orders(task_, truncation_.fraction, problem_.order_weights, modes, record_mode);
         else if (problem_.options.scheme == Scheme::classic)
-            climb_classic(task_, problem_.options, modes.front(), modes.back() + 1, record_mode);
+            climb_classic(task_, problem_.options, modes, record_mode);
         else if (problem_.options.grazing)
             climb_grazing(task_, modes, record_mode);
         else
@@ -214,7 +203,11 @@ class LadderRun {
                 all.beam = recorder.beam();
             }
             if (mode == 0) recorder.record_boundary(all, problem_.albedos[a] == 1, boundary_modes_);
-            all = over_boundary(all, mode);
+            // The layer and its lower boundary as one opaque layer.
+            if (all.is_opaque() || mode >= boundary_modes_.count())
+                all = {std::move(all.reflection), {}, {}, {}};
+            else
+                all = add(all, boundary_modes_.layer(mode), directions_.nodes);
         }
         recorder.record(all, {&kernels}, &boundary_modes_);
         if (target.regime == DepthRegime::thin && !problem_.boundary.is_present())
@@ -244,13 +237,6 @@ class LadderRun {
                    .all();
     }
 
-    /// The layer and its lower boundary as one opaque layer.
-    LayerMode over_boundary(const LayerMode& above, int mode) {
-        if (above.is_opaque() || mode >= boundary_modes_.count())
-            return {above.reflection, {}, {}, {}};
-        return add(above, boundary_modes_.layer(mode), directions_.nodes);
-    }
-
     bool is_negligible(int count) const {
         for (const auto& of_albedo : recorders_)
             for (const ModeRecorder& recorder : of_albedo)
@@ -265,7 +251,7 @@ class LadderRun {
     std::shared_ptr<const TruncatedPath> path_;
     std::shared_ptr<const BackwardPath> backward_path_;
     ClimbTask task_;
-    std::vector<std::vector<LayerSolution>> results_;
+    Solutions results_;
     std::vector<std::vector<ModeRecorder>> recorders_;
     struct Uniform {
         MatrixXd transmission;
@@ -290,8 +276,7 @@ std::vector<DepthTarget> depth_targets(const DepthLadder& ladder) {
 constexpr int nodes_for_fluxes = 64;
 constexpr double cut_share = 1e-4;  // less harms no flux
 
-void refine_fluxes(const LadderProblem& problem,
-                   std::vector<std::vector<LayerSolution>>& solutions) {
+void refine_fluxes(const LadderProblem& problem, Solutions& solutions) {
     const LayerSolution& any = solutions[0][0];
     const bool cut_early = any.truncation.backward
                                ? problem.options.nodes < nodes_for_fluxes
@@ -305,15 +290,15 @@ void refine_fluxes(const LadderProblem& problem,
     options.moments = 0;
     options.modes = 1;
     options.truncate = Truncate::delta_m;
-    const std::vector<std::vector<LayerSolution>> fluxes = LadderRun(of_fluxes).run();
+    const Solutions fluxes = LadderRun(of_fluxes).run();
     for (std::size_t a = 0; a < solutions.size(); ++a)
         for (std::size_t d = 0; d < solutions[a].size(); ++d)
             static_cast<ModeFluxes&>(solutions[a][d]) = fluxes[a][d];
 }
 
 /// result[albedo][target].
-std::vector<std::vector<LayerSolution>> solve_problem(const LadderProblem& problem) {
-    std::vector<std::vector<LayerSolution>> solutions = LadderRun(problem).run();
+Solutions solve_problem(const LadderProblem& problem) {
+    Solutions solutions = LadderRun(problem).run();
     refine_fluxes(problem, solutions);
     return solutions;
 }
@@ -321,8 +306,7 @@ std::vector<std::vector<LayerSolution>> solve_problem(const LadderProblem& probl
 void check(const std::vector<double>& albedos, const SolverOptions& options,
            const LowerBoundary& boundary) {
     require(!albedos.empty(), "solve", "albedos", "at least one", "none");
-    for (double albedo : albedos)
-        require(albedo >= 0 && albedo <= 1, "solve", "albedo", "in [0, 1]", albedo);
+    for (double albedo : albedos) require_in("[0, 1]", "solve", "albedo", albedo);
     check_options(options);
     check_boundary(boundary);
     require(options.orders == 0 || !boundary.is_present(), "solve", "orders",
@@ -340,10 +324,10 @@ std::vector<VectorXd> order_weights(const std::vector<double>& albedos,
 
 }  // namespace
 
-std::vector<std::vector<LayerSolution>> solve_ladder(
-    const PhaseFunction& phase_function, const std::vector<double>& albedos,
-    const DepthLadder& ladder, const std::vector<double>& mu, const SolverOptions& options,
-    const LowerBoundary& boundary, const TakeMode& take) {
+Solutions solve_ladder(const PhaseFunction& phase_function, const std::vector<double>& albedos,
+                       const DepthLadder& ladder, const std::vector<double>& mu,
+                       const SolverOptions& options, const LowerBoundary& boundary,
+                       const TakeMode& take) {
     check(albedos, options, boundary);
     require(!take || (options.modes > 0 && !options.grazing), "solve", "modes that are taken",
             "all solved, their number given", options.modes);
@@ -354,8 +338,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(
     require(ladder.place(ladder.count()) > 0, "solve", "depths of a ladder", "at least one",
             "none");
     if (ladder.octaves > 0)
-        require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
-                "first depth of a ladder", "in [1e-280, inf)", ladder.first);
+        require_in("[1e-280, inf)", "solve", "first depth of a ladder", ladder.first);
     return solve_problem({phase_function, albedos, order_weights(albedos, options), ladder,
                           depth_targets(ladder), mu, options, boundary, take ? &take : nullptr});
 }
@@ -363,7 +346,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options,
                           const LowerBoundary& boundary) {
-    require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
+    require_in("[0, inf]", "solve", "optical_depth", optical_depth);
     const std::vector<double> albedos{albedo};
     check(albedos, options, boundary);
     const bool can_be_stacked = options.scheme == Scheme::harmonic && options.orders == 0;
@@ -389,7 +372,7 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                         double optical_depth, const std::vector<double>& mu,
                                         const SolverOptions& options) {
     require(options.orders >= 1, "solve_orders", "orders", "in [1, 200]", options.orders);
-    require(optical_depth >= 0, "solve_orders", "optical_depth", "in [0, inf]", optical_depth);
+    require_in("[0, inf]", "solve_orders", "optical_depth", optical_depth);
     const std::vector<double> albedos(size(options.orders), albedo);
     const LowerBoundary none;
     check(albedos, options, none);
@@ -411,8 +394,7 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options) {
     for (const double albedo : albedos)
-        require(albedo >= 0 && albedo <= 1, "compute_diffusion_exponents", "albedo", "in [0, 1]",
-                albedo);
+        require_in("[0, 1]", "compute_diffusion_exponents", "albedo", albedo);
     const std::vector<double> moments = phase_function.moments(2 * options.nodes);
     const Directions directions =
         gauss_directions(options.nodes, choose_node_map(moments, options.nodes));

@@ -102,6 +102,9 @@ struct Aim {
     int patience;  // nodes before the tolerance can be given up
 };
 
+/// Values of each class.
+using ClassValues = std::vector<std::vector<double>>;
+
 bool all_done(const std::vector<Class>& classes) {
     return std::ranges::all_of(classes, &Class::is_done);
 }
@@ -111,7 +114,7 @@ bool all_done(const std::vector<Class>& classes) {
 template <class Solve>
 void solve_until(const Aim& aim, std::vector<Class>& classes, const Solve& solve) {
     for (int nodes = aim.first_nodes; !all_done(classes); nodes = more_nodes(nodes)) {
-        std::vector<std::vector<double>> values;
+        ClassValues values;
         try {
             values = solve(nodes);
         } catch (const std::runtime_error&) {  // the phase function's series is too negative
@@ -141,7 +144,7 @@ void solve_with(int nodes, int patience, std::vector<Class>& classes, const Solv
         const int third = fewer_nodes(nodes), second = fewer_nodes(third);
         try {
             for (const int count : {fewer_nodes(second), second, third, nodes}) {
-                std::vector<std::vector<double>> values = solve(count);
+                ClassValues values = solve(count);
                 for (std::size_t k = 0; k < classes.size(); ++k)
                     classes[k].add(std::move(values[k]), count);
             }
@@ -152,7 +155,7 @@ void solve_with(int nodes, int patience, std::vector<Class>& classes, const Solv
     }
     solve_until({rough, fewest_nodes, patience}, classes, solve);
     for (Class& of : classes) of.is_done = false;
-    std::vector<std::vector<double>> values = solve(nodes);
+    ClassValues values = solve(nodes);
     for (std::size_t k = 0; k < classes.size(); ++k) {
         EstimatedValues& found = classes[k].found;
         for (std::size_t i = 0; i < found.values.size(); ++i)
@@ -237,7 +240,7 @@ class Group {
     /// Returns R and T, pair after pair at all azimuths, of each class that is not done. `solve` gives
     /// the layers, or the light at a level inside, at a list of cosines.
     template <class Solve>
-    std::vector<std::vector<double>> values(const Solve& solve) {
+    ClassValues values(const Solve& solve) {
         std::set<double> cosines;
         for (const auto& [cosine, pair] : pairs_)
             if (!classes_[pair.kind].is_done) cosines.insert({cosine.first, cosine.second});
@@ -246,7 +249,7 @@ class Group {
             return static_cast<int>(std::ranges::lower_bound(mu, cosine) - mu.begin());
         };
         const auto solution = solve(mu);
-        std::vector<std::vector<double>> all(classes_.size());
+        ClassValues all(classes_.size());
         for (auto& [cosine, pair] : pairs_) {
             if (classes_[pair.kind].is_done) continue;
             for (const Side side : both_sides) {
@@ -311,12 +314,24 @@ void solve_places(const std::vector<Geometry>& geometries, const std::vector<std
     }
 }
 
-/// The errors and the nodes of fluxes.
-template <class Solved>
-void judge(const Class& fluxes, Solved& solved) {
-    for (const double error : fluxes.found.errors) solved.error = std::max(solved.error, error);
-    solved.relative_error = fluxes.error();
-    solved.nodes = fluxes.found.nodes;
+/// Fills in fluxes: `count` values, which solve(options) gives, their errors and the nodes.
+template <class Solved, class Solve>
+void fill_fluxes(const std::vector<StackLayer>& layers, const SolverOptions& options,
+                 std::size_t count, Solved& solved, const Solve& solve) {
+    SolverOptions with = options;
+    with.modes = 1;  // fluxes are made of the first azimuthal mode alone
+    // That is quickly solved with so many nodes that peaks need no other truncation.
+    if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
+    std::vector<Class> classes(1);
+    classes[0].counts.assign(count, true);
+    solve_as(options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
+             [&](int nodes) {
+                 with.nodes = nodes;
+                 return ClassValues{solve(with)};
+             });
+    solved.error = std::ranges::max(classes[0].found.errors);
+    solved.relative_error = classes[0].error();
+    solved.nodes = classes[0].found.nodes;
 }
 
 }  // namespace
@@ -390,38 +405,28 @@ ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBound
 SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options) {
     check_options(options);
-    SolverOptions with = options;
-    with.modes = 1;  // fluxes are made of the first azimuthal mode alone
-    // That is quickly solved with so many nodes that peaks need no other truncation.
-    if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
     // Without `mu` a solution has the fluxes at its nodes.
     const auto at_cosines = [&](const Eigen::VectorXd& all) {
         return mu.empty() ? std::vector<double>() : to_list(all);
     };
     SolvedFluxes solved;
-    std::vector<Class> classes(1);
-    classes[0].counts.assign(3 * mu.size() + 3, true);
-    solve_as(options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
-             [&](int nodes) {
-                 with.nodes = nodes;
-                 const StackSolution fluxes = solve_stack(layers, boundary, mu, with);
-                 solved = {at_cosines(fluxes.plane_albedo),
-                           at_cosines(fluxes.diffuse_transmittance),
-                           at_cosines(fluxes.ground_absorptance),
-                           fluxes.spherical_albedo,
-                           fluxes.total_transmittance,
-                           fluxes.spherical_ground_absorptance};
-                 std::vector<double> values{solved.spherical_albedo, solved.total_transmittance,
-                                            solved.spherical_ground_absorptance};
-                 for (const std::vector<double>* const list :
-                      {&solved.plane_albedo, &solved.diffuse_transmittance,
-                       &solved.ground_absorptance}) {
-                     values.insert(values.end(), list->begin(), list->end());
-                     if (list->empty()) values.resize(values.size() + mu.size());
-                 }
-                 return std::vector<std::vector<double>>{std::move(values)};
-             });
-    judge(classes[0], solved);
+    fill_fluxes(layers, options, 3 * mu.size() + 3, solved, [&](const SolverOptions& with) {
+        const StackSolution fluxes = solve_stack(layers, boundary, mu, with);
+        solved = {at_cosines(fluxes.plane_albedo),
+                  at_cosines(fluxes.diffuse_transmittance),
+                  at_cosines(fluxes.ground_absorptance),
+                  fluxes.spherical_albedo,
+                  fluxes.total_transmittance,
+                  fluxes.spherical_ground_absorptance};
+        std::vector<double> values{solved.spherical_albedo, solved.total_transmittance,
+                                   solved.spherical_ground_absorptance};
+        for (const std::vector<double>* const list :
+             {&solved.plane_albedo, &solved.diffuse_transmittance, &solved.ground_absorptance}) {
+            values.insert(values.end(), list->begin(), list->end());
+            if (list->empty()) values.resize(values.size() + mu.size());
+        }
+        return values;
+    });
     return solved;
 }
 
@@ -430,29 +435,21 @@ SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
                                  const std::vector<double>& mu, const SolverOptions& options) {
     check_options(options);
     require(!mu.empty(), "solve_inside", "mu", "one or more", "none");
-    SolverOptions with = options;
-    with.modes = 1;
-    if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
     SolvedInside solved;
-    std::vector<Class> classes(1);
-    classes[0].counts.assign(3 * mu.size() * levels.size(), true);
-    solve_as(
-        options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers)}, classes,
-        [&](int nodes) {
-            with.nodes = nodes;
-            solved.levels.clear();
-            std::vector<double> values;
-            for (const LightAtLevel& at : solve_inside(layers, boundary, levels, mu, with).levels) {
-                solved.levels.push_back(
-                    {at.optical_depth, to_list(at.direct_flux), to_list(at.diffuse_transmittance),
-                     to_list(at.plane_albedo), to_list(at.actinic_flux), to_list(at.heating_rate)});
-                for (const Eigen::VectorXd* const list :
-                     {&at.plane_albedo, &at.diffuse_transmittance, &at.actinic_flux})
-                    values.insert(values.end(), list->begin(), list->end());
-            }
-            return std::vector<std::vector<double>>{std::move(values)};
-        });
-    judge(classes[0], solved);
+    const std::size_t count = 3 * mu.size() * levels.size();
+    fill_fluxes(layers, options, count, solved, [&](const SolverOptions& with) {
+        solved.levels.clear();
+        std::vector<double> values;
+        for (const LightAtLevel& at : solve_inside(layers, boundary, levels, mu, with).levels) {
+            solved.levels.push_back({at.optical_depth, to_list(at.direct_flux),
+                                     to_list(at.diffuse_transmittance), to_list(at.plane_albedo),
+                                     to_list(at.actinic_flux), to_list(at.heating_rate)});
+            for (const Eigen::VectorXd* const list :
+                 {&at.plane_albedo, &at.diffuse_transmittance, &at.actinic_flux})
+                values.insert(values.end(), list->begin(), list->end());
+        }
+        return values;
+    });
     return solved;
 }
 

@@ -1,17 +1,13 @@
 #include <stratus/transfer/stack.h>
 
 #include <stratus/base/argument.h>
-#include <stratus/transfer/solve.h>
 
-#include "layer.h"
 #include "light_inside.h"
 #include "orders.h"
 #include "stack_solver.h"
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <string>
 #include <utility>
 
 namespace stratus {
@@ -178,14 +174,6 @@ LayerSolution as_one_layer(StackSolution solution) {
 
 bool StackSolution::is_opaque() const {
     return lower_boundary.is_present() || std::isinf(layers.back().optical_depth);
-}
-
-SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
-    return values(Side::reflection, in, out, {azimuth})[0];
-}
-
-SolvedValue StackSolution::transmission(int in, int out, double azimuth) const {
-    return values(Side::transmission, in, out, {azimuth})[0];
 }
 
 }  // namespace stratus

@@ -8,19 +8,8 @@
 
 namespace stratus {
 
-double Truncation::optical_depth(double tau, double albedo) const {
-    return (1 - albedo * fraction) * tau;
-}
-
-double Truncation::albedo(double albedo) const {
-    return albedo * (1 - fraction) / (1 - albedo * fraction);
-}
-
-double Truncation::co_albedo(double albedo) const { return (1 - albedo) / (1 - albedo * fraction); }
-
-double Truncation::single_scattering_albedo(double albedo) const {
-    return albedo / (1 - albedo * fraction);
-}
+using Eigen::Index;
+using Eigen::MatrixXd;
 
 namespace {
 
@@ -86,13 +75,13 @@ TruncatedPath::TruncatedPath(PathLaw law, const Truncation& truncation) : law_(s
     const double f = truncation.fraction;
     const std::size_t count =
         std::max<std::size_t>(PathLaw::smooth_moments, truncation.moments.size());
-    rest_.resize(static_cast<Eigen::Index>(count), law_.order_count() - 2);
-    for (Eigen::Index l = 0; l < rest_.rows(); ++l) {
+    rest_.resize(static_cast<Index>(count), law_.order_count() - 2);
+    for (Index l = 0; l < rest_.rows(); ++l) {
         const auto at = size(l);
         const double smooth = law_.smooth_moment(at);
         const double c = at < truncation.moments.size() ? (1 - f) * truncation.moments[at] : 0;
         double smooth_n = smooth, kept_n = f + c, f_n = f;  // to the power of n
-        for (Eigen::Index k = 0; k < rest_.cols(); ++k) {
+        for (Index k = 0; k < rest_.cols(); ++k) {
             const double order = static_cast<double>(k + 2), f_before = f_n;
             smooth_n *= smooth;
             kept_n *= f + c;
@@ -103,22 +92,22 @@ TruncatedPath::TruncatedPath(PathLaw law, const Truncation& truncation) : law_(s
     }
 }
 
-Eigen::MatrixXd TruncatedPath::rest(std::span<const PathWeights> weights) const {
-    Eigen::MatrixXd of_order = Eigen::MatrixXd::Zero(rest_.cols(), std::ssize(weights));
-    for (Eigen::Index k = 0; k < of_order.cols(); ++k) {
+MatrixXd TruncatedPath::rest(std::span<const PathWeights> weights) const {
+    MatrixXd of_order = MatrixXd::Zero(rest_.cols(), std::ssize(weights));
+    for (Index k = 0; k < of_order.cols(); ++k) {
         const PathWeights& here = weights[size(k)];
-        const Eigen::Index orders = std::max(0, here.count - 2);
+        const Index orders = std::max(0, here.count - 2);
         of_order.col(k).head(orders) = Eigen::Map<const Eigen::VectorXd>(here.of_order + 2, orders);
     }
     return rest_ * of_order;
 }
 
-Eigen::MatrixXd TruncatedPath::rest_of_orders(std::span<const double> cosines) const {
-    Eigen::MatrixXd polynomial(rest_.rows(), std::ssize(cosines));
-    for (Eigen::Index k = 0; k < polynomial.cols(); ++k) {
+MatrixXd TruncatedPath::rest_of_orders(std::span<const double> cosines) const {
+    MatrixXd polynomial(rest_.rows(), std::ssize(cosines));
+    for (Index k = 0; k < polynomial.cols(); ++k) {
         const double x = cosines[size(k)];
         double before = 0, here = 1;
-        for (Eigen::Index l = 0; l < polynomial.rows(); ++l) {
+        for (Index l = 0; l < polynomial.rows(); ++l) {
             polynomial(l, k) = here;
             const double order = static_cast<double>(l);
             const double next = ((2 * order + 1) * x * here - order * before) / (order + 1);

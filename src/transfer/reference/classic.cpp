@@ -2,8 +2,6 @@
 
 #include <stratus/layer/single_scattering.h>
 
-#include "../layer.h"
-
 #include <algorithm>
 #include <cmath>
 #include <sstream>

@@ -4,11 +4,7 @@
 // comparing it or the Markov chain with the solver also checks simd/phase_kernels.h. Nodes, truncation, single scattering and the sum over modes are shared with the solver and not checked.
 #pragma once
 
-#include <stratus/transfer/solver_options.h>
-
 #include "../layer.h"
-
-#include <vector>
 
 namespace stratus {
 

@@ -1,8 +1,7 @@
 #include <stratus/transfer/reference/solvers.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
 
 #include <Eigen/Eigenvalues>
@@ -22,8 +21,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double max_depth = 1024;  // cost and, at w = 1, rounding grow with the depth
-
 // H behaves as mu log(mu) near 0, and 1/(mu + mu') varies there over a distance mu. The
 // double-exponential rule, mu = 1 / (1 + exp(-pi sinh t)), is uniform in log(mu) at that end: the
 // nearest singularity, mu' = -mu, stays pi / (pi cosh t) off the real axis, and a step of 1/64
@@ -38,7 +35,7 @@ constexpr int H_iterations = 70;
 }  // namespace
 
 HFunction::HFunction(double albedo) : albedo_(albedo) {
-    require(albedo >= 0 && albedo <= 1, "HFunction", "albedo", "in [0, 1]", albedo);
+    require_in("[0, 1]", "HFunction", "albedo", albedo);
     for (int i = -H_steps; i <= H_steps; ++i) {
         const double t = i * H_step, e = std::exp(-pi * std::sinh(t));
         mu_.push_back(1 / (1 + e));
@@ -142,7 +139,36 @@ class Descent {
         y_ = panel.y.row(stages - 1);
     }
 
-    IsotropicSolution solution() const;
+    /// R in closed form, scattered light and beam apart to avoid cancellation.
+    IsotropicSolution solution() const {
+        const Index N = directions_.nodes;
+        IsotropicSolution solution;
+        solution.mu = directions_.mu.tail(asked_);
+        solution.X = 1 + x_.tail(asked_).array();
+        solution.Y = y_.tail(asked_);
+        solution.reflection.resize(asked_, asked_);
+        solution.transmission = multiple_transmission_;
+        for (Index i = 0; i < asked_; ++i)
+            solution.Y(i) += direct_transmittance(depth_, solution.mu(i));
+        for (Index i = 0; i < asked_; ++i)
+            for (Index j = 0; j < asked_; ++j) {
+                const double mu = solution.mu(i), mu0 = solution.mu(j);
+                const double x = x_(N + i), x0 = x_(N + j), y = y_(N + i);
+                // X X0 - Y Y0 less the term of the beams, 1 - exp(-tau/mu) exp(-tau/mu0)
+                const double multiple = x + x0 + x * x0 - y * solution.Y(j) -
+                                        y_(N + j) * direct_transmittance(depth_, mu);
+                solution.reflection(i, j) = single_reflection(1, albedo_, depth_, mu, mu0) +
+                                            albedo_ / 4 * multiple / (mu + mu0);
+                solution.transmission(i, j) += single_transmission(1, albedo_, depth_, mu, mu0);
+            }
+        solution.plane_albedo = plane_albedo_.tail(asked_);
+        solution.diffuse_transmittance = diffuse_.tail(asked_);
+        solution.spherical_albedo = spherical_albedo_;
+        solution.total_transmittance =
+            2 * (directions_.weight.cwiseProduct(directions_.mu).dot(diffuse_) +
+                 boost::math::expint(3, depth_));
+        return solution;
+    }
 
   private:
     struct Panel {
@@ -164,8 +190,86 @@ class Descent {
         return width * radau_.A.row(stages - 1).dot(source);
     }
 
-    Panel solve_panel(double start, double end) const;
-    void carry(const Panel& panel);
+    /// Newton's method for b at the stages: given b, the equations of each direction are linear and
+    /// independent of the others.
+    Panel solve_panel(double start, double end) const {
+        constexpr int max_steps = 20;  // at most 3 were observed
+        // b to rounding, except where absorption has reduced it to almost nothing
+        constexpr double relative = 1e-14, smallest = 1e-290;
+        const Index n = directions_.size();
+        const double h = end - start, half = albedo_ / 2;
+        Panel panel{h, start + h * radau_.point.array(), {}, {}, {}, {}, {}};
+        panel.x.resize(stages, n);
+        panel.y.resize(stages, n);
+        panel.beam.resize(stages, n);
+        Stages beam_b;  // b of the beam alone
+        for (int k = 0; k < stages; ++k) {
+            const double tau = panel.depth(k);
+            for (Index i = 0; i < n; ++i)
+                panel.beam(k, i) = direct_transmittance(tau, directions_.mu(i));
+            beam_b(k) = half * boost::math::expint(1, tau);
+        }
+        const VectorXd share = directions_.weight.cwiseQuotient(directions_.mu);
+        panel.b = beam_b.array() + half * share.dot(y_);
+        const Stages enter = radau_.inverse.rowwise().sum();
+        for (int step = 0;; ++step) {
+            if (step == max_steps)
+                throw std::runtime_error("solve_isotropic: no solution at optical depth " +
+                                         std::to_string(end));
+            const StageMatrix bA = h * panel.b.asDiagonal() * radau_.A;
+            Stages residual = panel.b - beam_b;
+            StageMatrix jacobian = StageMatrix::Identity();
+            for (Index i = 0; i < n; ++i) {
+                // x = x(start) + h A (b Y),  A^-1 (y - y(start)) = h (b X - y/mu)
+                const Eigen::PartialPivLU<StageMatrix> matrix(decay(h, directions_.mu(i)) -
+                                                              h * bA * panel.b.asDiagonal());
+                const Stages beam = panel.beam.col(i);
+                const Stages from =
+                    y_(i) * enter + h * (panel.b * (1 + x_(i)) + bA * panel.b.cwiseProduct(beam));
+                const Stages y = matrix.solve(from);
+                const Stages Y = y + beam;
+                const Stages x = x_(i) + (h * radau_.A * panel.b.cwiseProduct(Y)).array();
+                panel.x.col(i) = x;
+                panel.y.col(i) = y;
+                if (directions_.weight(i) == 0) continue;
+                StageMatrix change = bA * Y.asDiagonal();
+                change.diagonal().array() += 1 + x.array();
+                residual -= half * share(i) * y;
+                jacobian -= half * share(i) * h * matrix.solve(change);
+            }
+            if (residual.cwiseAbs().maxCoeff() <= relative * panel.b.maxCoeff() + smallest) break;
+            panel.b -= jacobian.partialPivLu().solve(residual);
+        }
+        for (int k = 0; k < stages; ++k)
+            panel.mean_Y(k) =
+                boost::math::expint(2, panel.depth(k)) + directions_.weight.dot(panel.y.row(k));
+        return panel;
+    }
+
+    /// R' = (w/4) Y Y0/(mu mu0) and T' = (w/4) Y X0/(mu mu0) - T/mu0, integrated over mu for the
+    /// fluxes.
+    void carry(const Panel& panel) {
+        const Index first = directions_.nodes;
+        for (Index i = 0; i < directions_.size(); ++i) {
+            const double mu = directions_.mu(i);
+            const Eigen::PartialPivLU<StageMatrix> out(decay(panel.width, mu));
+            const Stages Y = panel.y.col(i) + panel.beam.col(i), X = 1 + panel.x.col(i).array();
+            const Stages rate = albedo_ / 2 / mu * panel.mean_Y;
+            plane_albedo_(i) += integrate(panel.width, rate.cwiseProduct(Y));
+            diffuse_(i) = advance(out, panel.width, diffuse_(i), rate.cwiseProduct(X));
+            for (Index j = first; i >= first && j < directions_.size(); ++j) {
+                // each pair once, with the more grazing of the two as exit
+                if (directions_.mu(j) < mu || (directions_.mu(j) == mu && j < i)) continue;
+                const Stages source = albedo_ / 4 / mu / directions_.mu(j) *
+                                      (panel.y.col(j).cwiseProduct(X) +
+                                       panel.beam.col(j).cwiseProduct(panel.x.col(i)));
+                double& T = multiple_transmission_(i - first, j - first);
+                multiple_transmission_(j - first, i - first) = T =
+                    advance(out, panel.width, T, source);
+            }
+        }
+        spherical_albedo_ += integrate(panel.width, albedo_ * panel.mean_Y.array().square());
+    }
 
     const double albedo_;
     const Directions& directions_;
@@ -176,117 +280,6 @@ class Descent {
     double spherical_albedo_ = 0;
     MatrixXd multiple_transmission_;  // orders n >= 2
 };
-
-/// Newton's method for b at the stages: given b, the equations of each direction are linear and
-/// independent of the others.
-Descent::Panel Descent::solve_panel(double start, double end) const {
-    constexpr int max_steps = 20;  // at most 3 were observed
-    // b to rounding, except where absorption has reduced it to almost nothing
-    constexpr double relative = 1e-14, smallest = 1e-290;
-    const Index n = directions_.size();
-    const double h = end - start, half = albedo_ / 2;
-    Panel panel{h, start + h * radau_.point.array(), {}, {}, {}, {}, {}};
-    panel.x.resize(stages, n);
-    panel.y.resize(stages, n);
-    panel.beam.resize(stages, n);
-    Stages beam_b;  // b of the beam alone
-    for (int k = 0; k < stages; ++k) {
-        const double tau = panel.depth(k);
-        for (Index i = 0; i < n; ++i)
-            panel.beam(k, i) = direct_transmittance(tau, directions_.mu(i));
-        beam_b(k) = half * boost::math::expint(1, tau);
-    }
-    const VectorXd share = directions_.weight.cwiseQuotient(directions_.mu);
-    panel.b = beam_b.array() + half * share.dot(y_);
-    const Stages enter = radau_.inverse.rowwise().sum();
-    for (int step = 0;; ++step) {
-        if (step == max_steps)
-            throw std::runtime_error("solve_isotropic: no solution at optical depth " +
-                                     std::to_string(end));
-        const StageMatrix bA = h * panel.b.asDiagonal() * radau_.A;
-        Stages residual = panel.b - beam_b;
-        StageMatrix jacobian = StageMatrix::Identity();
-        for (Index i = 0; i < n; ++i) {
-            // x = x(start) + h A (b Y),  A^-1 (y - y(start)) = h (b X - y/mu)
-            const Eigen::PartialPivLU<StageMatrix> matrix(decay(h, directions_.mu(i)) -
-                                                          h * bA * panel.b.asDiagonal());
-            const Stages beam = panel.beam.col(i);
-            const Stages from =
-                y_(i) * enter + h * (panel.b * (1 + x_(i)) + bA * panel.b.cwiseProduct(beam));
-            const Stages y = matrix.solve(from);
-            const Stages Y = y + beam;
-            const Stages x = x_(i) + (h * radau_.A * panel.b.cwiseProduct(Y)).array();
-            panel.x.col(i) = x;
-            panel.y.col(i) = y;
-            if (directions_.weight(i) == 0) continue;
-            StageMatrix change = bA * Y.asDiagonal();
-            change.diagonal().array() += 1 + x.array();
-            residual -= half * share(i) * y;
-            jacobian -= half * share(i) * h * matrix.solve(change);
-        }
-        if (residual.cwiseAbs().maxCoeff() <= relative * panel.b.maxCoeff() + smallest) break;
-        panel.b -= jacobian.partialPivLu().solve(residual);
-    }
-    for (int k = 0; k < stages; ++k)
-        panel.mean_Y(k) =
-            boost::math::expint(2, panel.depth(k)) + directions_.weight.dot(panel.y.row(k));
-    return panel;
-}
-
-/// R' = (w/4) Y Y0/(mu mu0) and T' = (w/4) Y X0/(mu mu0) - T/mu0, integrated over mu for the
-/// fluxes.
-void Descent::carry(const Panel& panel) {
-    const Index first = directions_.nodes;
-    for (Index i = 0; i < directions_.size(); ++i) {
-        const double mu = directions_.mu(i);
-        const Eigen::PartialPivLU<StageMatrix> out(decay(panel.width, mu));
-        const Stages Y = panel.y.col(i) + panel.beam.col(i), X = 1 + panel.x.col(i).array();
-        const Stages rate = albedo_ / 2 / mu * panel.mean_Y;
-        plane_albedo_(i) += integrate(panel.width, rate.cwiseProduct(Y));
-        diffuse_(i) = advance(out, panel.width, diffuse_(i), rate.cwiseProduct(X));
-        for (Index j = first; i >= first && j < directions_.size(); ++j) {
-            // each pair once, with the more grazing of the two as exit
-            if (directions_.mu(j) < mu || (directions_.mu(j) == mu && j < i)) continue;
-            const Stages source =
-                albedo_ / 4 / mu / directions_.mu(j) *
-                (panel.y.col(j).cwiseProduct(X) + panel.beam.col(j).cwiseProduct(panel.x.col(i)));
-            double& T = multiple_transmission_(i - first, j - first);
-            multiple_transmission_(j - first, i - first) = T = advance(out, panel.width, T, source);
-        }
-    }
-    spherical_albedo_ += integrate(panel.width, albedo_ * panel.mean_Y.array().square());
-}
-
-/// R in closed form, scattered light and beam apart to avoid cancellation.
-IsotropicSolution Descent::solution() const {
-    const Index N = directions_.nodes;
-    IsotropicSolution solution;
-    solution.mu = directions_.mu.tail(asked_);
-    solution.X = 1 + x_.tail(asked_).array();
-    solution.Y = y_.tail(asked_);
-    solution.reflection.resize(asked_, asked_);
-    solution.transmission = multiple_transmission_;
-    for (Index i = 0; i < asked_; ++i)
-        solution.Y(i) += direct_transmittance(depth_, solution.mu(i));
-    for (Index i = 0; i < asked_; ++i)
-        for (Index j = 0; j < asked_; ++j) {
-            const double mu = solution.mu(i), mu0 = solution.mu(j);
-            const double x = x_(N + i), x0 = x_(N + j), y = y_(N + i);
-            // X X0 - Y Y0 less the term of the beams, 1 - exp(-tau/mu) exp(-tau/mu0)
-            const double multiple =
-                x + x0 + x * x0 - y * solution.Y(j) - y_(N + j) * direct_transmittance(depth_, mu);
-            solution.reflection(i, j) = single_reflection(1, albedo_, depth_, mu, mu0) +
-                                        albedo_ / 4 * multiple / (mu + mu0);
-            solution.transmission(i, j) += single_transmission(1, albedo_, depth_, mu, mu0);
-        }
-    solution.plane_albedo = plane_albedo_.tail(asked_);
-    solution.diffuse_transmittance = diffuse_.tail(asked_);
-    solution.spherical_albedo = spherical_albedo_;
-    solution.total_transmittance =
-        2 * (directions_.weight.cwiseProduct(directions_.mu).dot(diffuse_) +
-             boost::math::expint(3, depth_));
-    return solution;
-}
 
 IsotropicSolution solve_semi_infinite(double albedo, const VectorXd& mu) {
     const HFunction H(albedo);
@@ -312,12 +305,11 @@ IsotropicSolution solve_semi_infinite(double albedo, const VectorXd& mu) {
 
 IsotropicSolution solve_isotropic(double albedo, double optical_depth,
                                   const std::vector<double>& mu, int nodes) {
-    require(albedo >= 0 && albedo <= 1, "solve_isotropic", "albedo", "in [0, 1]", albedo);
-    require((optical_depth >= 0 && optical_depth <= max_depth) || optical_depth == infinity,
-            "solve_isotropic", "optical_depth", "in [0, 1024] or inf", optical_depth);
-    require(nodes >= 1 && nodes <= 512, "solve_isotropic", "nodes", "in [1, 512]", nodes);
-    for (const double cosine : mu)
-        require(cosine >= 1e-12 && cosine <= 1, "solve_isotropic", "mu", "in [1e-12, 1]", cosine);
+    require_in("[0, 1]", "solve_isotropic", "albedo", albedo);
+    // Cost and, at w = 1, rounding grow with the depth.
+    require_in("[0, 1024] or inf", "solve_isotropic", "optical_depth", optical_depth);
+    require_in("[1, 512]", "solve_isotropic", "nodes", nodes);
+    for (const double cosine : mu) require_in("[1e-12, 1]", "solve_isotropic", "mu", cosine);
     if (std::isinf(optical_depth))
         return solve_semi_infinite(albedo, VectorXd::Map(mu.data(), std::ssize(mu)));
     const Directions directions = gauss_directions(nodes, NodeMap::grazing, mu);

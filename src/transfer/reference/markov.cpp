@@ -1,10 +1,8 @@
 #include <stratus/transfer/reference/solvers.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
-#include <stratus/layer/single_scattering.h>
 
-#include "../layer.h"
 #include "classic.h"
 
 #include <Eigen/LU>
@@ -16,6 +14,7 @@ namespace stratus {
 
 namespace {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -51,7 +50,7 @@ struct Discretisation {
         : K(count),
           start(directions.size(), K),
           escape(directions.size(), K),
-          hit(MatrixXd::Zero(directions.nodes, Eigen::Index{K} * K)) {
+          hit(MatrixXd::Zero(directions.nodes, Index{K} * K)) {
         // Sublayers as thin as K^-3 at both faces, where light varies fastest with depth; edges are
         // a smooth function of k/K, so that the error remains a series in K^-2.
         std::vector<double> edge;
@@ -59,7 +58,7 @@ struct Discretisation {
             const double x = static_cast<double>(k) / K;
             edge.push_back(optical_depth * x * x * x * (10 - 15 * x + 6 * x * x));
         }
-        for (Eigen::Index i = 0; i < directions.size(); ++i) {
+        for (Index i = 0; i < directions.size(); ++i) {
             const double mu = directions.mu(i);
             const auto slant = [&](int from, int to) {
                 return (edge[size(to)] - edge[size(from)]) / mu;
@@ -77,7 +76,7 @@ struct Discretisation {
         }
     }
 
-    Eigen::Index column(int k, int l) const { return Eigen::Index{k} * K + l; }
+    Index column(int k, int l) const { return Index{k} * K + l; }
 };
 
 /// The chain of light that is symmetric (sign = 1) or antisymmetric (-1) about the mid-plane:
@@ -85,7 +84,7 @@ struct Discretisation {
 std::vector<MatrixXd> run_chain(const Discretisation& discretisation, const Directions& directions,
                                 const PhaseKernels& kernels, double albedo, double sign,
                                 int orders) {
-    const Eigen::Index N = directions.nodes, n = directions.size();
+    const Index N = directions.nodes, n = directions.size();
     const int K = discretisation.K;
     const VectorXd weight = albedo / 2 * directions.weight.head(N);
     const MatrixXd same = kernels.same.leftCols(N), other = sign * kernels.other.leftCols(N);
@@ -214,7 +213,7 @@ class MarkovRun {
 
   private:
     MatrixXd asked(Side side, const MatrixXd& all) const {
-        const Eigen::Index n = directions_.size(), count = solution_.layer.mu.size();
+        const Index n = directions_.size(), count = solution_.layer.mu.size();
         return all.block((side == Side::reflection ? n : 2 * n) - count, n - count, count, count);
     }
 
@@ -230,20 +229,19 @@ class MarkovRun {
     void record_fluxes(const Extrapolated& multiple) {
         LayerSolution& layer = solution_.layer;
         const double w = layer.albedo, tau = layer.optical_depth;
-        const Eigen::Index N = options_.nodes, n = directions_.size(), count = layer.mu.size();
+        const Index N = options_.nodes, n = directions_.size(), count = layer.mu.size();
         const PhaseKernels kernels = reference_phase_kernels(directions_, moments_, 0);
         const VectorXd share = directions_.s.head(N).cwiseAbs2();
         MatrixXd fluxes = multiple.value.bottomRows(2);
-        for (Eigen::Index j = 0; j < n; ++j)
-            for (Eigen::Index i = 0; i < N; ++i) {
+        for (Index j = 0; j < n; ++j)
+            for (Index i = 0; i < N; ++i) {
                 const double out = directions_.mu(i), in = directions_.mu(j);
                 fluxes(0, j) += share(i) * single_reflection(kernels.other(i, j), w, tau, in, out);
                 fluxes(1, j) += share(i) * single_transmission(kernels.same(i, j), w, tau, in, out);
             }
         layer.plane_albedo = fluxes.row(0).tail(count);
         layer.diffuse_transmittance = fluxes.row(1).tail(count);
-        for (Eigen::Index j = 0; j < N; ++j)
-            fluxes(1, j) += direct_transmittance(tau, directions_.mu(j));
+        for (Index j = 0; j < N; ++j) fluxes(1, j) += direct_transmittance(tau, directions_.mu(j));
         const MatrixXd uniform = fluxes.leftCols(N) * share / share.sum();
         layer.spherical_albedo = uniform(0);
         layer.total_transmittance = uniform(1);
@@ -287,15 +285,14 @@ MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,
                             double optical_depth, const std::vector<double>& mu,
                             const MarkovOptions& options) {
     const char* const caller = "markov";
-    require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
-    require(optical_depth >= 0 && !std::isinf(optical_depth), caller, "optical_depth",
-            "in [0, inf) (a semi-infinite layer cannot be divided into sublayers)", optical_depth);
+    require_in("[0, 1]", caller, "albedo", albedo);
+    require_in("[0, inf) (a semi-infinite layer cannot be divided into sublayers)", caller,
+               "optical_depth", optical_depth);
     require(options.sublayers >= 4 && options.sublayers <= max_states && options.sublayers % 2 == 0,
             caller, "sublayers", "even and in [4, 8192]", options.sublayers);
     require(options.modes >= 0, caller, "modes", ">= 0", options.modes);
     require(options.orders >= 0, caller, "orders", ">= 0", options.orders);
-    require(options.nodes >= 1 && options.nodes <= 512, caller, "nodes", "in [1, 512]",
-            options.nodes);
+    require_in("[1, 512]", caller, "nodes", options.nodes);
     require(2 * options.sublayers * options.nodes <= max_states, caller, "2 sublayers x nodes",
             "at most 8192 (a dense matrix of 512 MiB)", 2 * options.sublayers * options.nodes);
     return MarkovRun(phase_function, albedo, optical_depth, mu, options).run();

@@ -1,7 +1,6 @@
 // Random numbers, directions and running sums, which all solvers by photons share.
 #pragma once
 
-#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/reference/solvers.h>
 
 #include <algorithm>
@@ -9,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
-#include <utility>
 #include <vector>
 
 namespace stratus {

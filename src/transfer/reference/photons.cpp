@@ -1,6 +1,6 @@
 #include <stratus/transfer/reference/solvers.h>
 
-#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 
@@ -13,7 +13,6 @@
 #include <bit>
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 namespace stratus {
 
@@ -283,19 +282,18 @@ class PhotonRun {
 void check(double albedo, double optical_depth, const std::vector<Geometry>& geometries,
            const PhotonOptions& options) {
     const char* const caller = "photons";
-    require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
-    require(optical_depth >= 0, caller, "optical_depth", "in [0, inf]", optical_depth);
+    require_in("[0, 1]", caller, "albedo", albedo);
+    require_in("[0, inf]", caller, "optical_depth", optical_depth);
     require(options.highest_order >= 0, caller, "highest_order", ">= 0", options.highest_order);
-    require(options.backward_collisions >= 0 && options.backward_collisions <= 100, caller,
-            "backward_collisions", "in [0, 100]", options.backward_collisions);
+    require_in("[0, 100]", caller, "backward_collisions", options.backward_collisions);
     require(options.photons >= 2, caller, "photons", ">= 2", options.photons);
     if (albedo == 1 && options.highest_order == 0)
         require(!std::isinf(optical_depth), caller, "optical_depth",
                 "finite at albedo 1 (paths in an infinite layer have no mean length)",
                 optical_depth);
     for (const Geometry& of : geometries) {
-        require(of.mu_in > 0 && of.mu_in <= 1, caller, "mu_in", "in (0, 1]", of.mu_in);
-        require(of.mu_out > 0 && of.mu_out <= 1, caller, "mu_out", "in (0, 1]", of.mu_out);
+        require_in("(0, 1]", caller, "mu_in", of.mu_in);
+        require_in("(0, 1]", caller, "mu_out", of.mu_out);
         require(std::isfinite(of.azimuth), caller, "azimuth", "finite", of.azimuth);
     }
 }
@@ -304,9 +302,7 @@ void check(double albedo, double optical_depth, const std::vector<Geometry>& geo
 std::vector<IncidentBeam> sort_by_beam(const std::vector<Geometry>& geometries) {
     std::vector<IncidentBeam> beams;
     for (std::size_t i = 0; i < geometries.size(); ++i) {
-        auto beam = std::find_if(beams.begin(), beams.end(), [&](const IncidentBeam& each) {
-            return each.mu_in == geometries[i].mu_in;
-        });
+        auto beam = std::ranges::find(beams, geometries[i].mu_in, &IncidentBeam::mu_in);
         if (beam == beams.end()) beam = beams.insert(beam, {geometries[i].mu_in, {}, {}});
         beam->geometries.push_back(geometries[i]);
         beam->asked_at.push_back(i);

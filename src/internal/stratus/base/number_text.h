@@ -1,6 +1,8 @@
 // Numbers as text: in full, so that they can be read back, rounded for people, and back.
 #pragma once
 
+#include <stratus/base/argument.h>
+
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -31,5 +33,12 @@ struct NumberRange {
     double min, max;
     bool min_open, max_open, or_infinity;
 };
+
+/// Requires (argument.h) a value in a range, which more words may follow: "[0, 50] m/s".
+template <class Value>
+void require_in(const NumberRange& range, const char* function, const std::string& argument,
+                const Value& value) {
+    require(range.holds(static_cast<double>(value)), function, argument, "in " + range.text, value);
+}
 
 }  // namespace stratus

@@ -97,8 +97,12 @@ class LayerSolution : public ModeSolution {
     /// that is itself negative makes them negative: more nodes help.
     std::vector<SolvedValue> values(Side side, int in, int out,
                                     const std::vector<double>& azimuths) const;
-    SolvedValue reflection(int in, int out, double azimuth) const;
-    SolvedValue transmission(int in, int out, double azimuth) const;
+    SolvedValue reflection(int in, int out, double azimuth) const {
+        return values(Side::reflection, in, out, {azimuth})[0];
+    }
+    SolvedValue transmission(int in, int out, double azimuth) const {
+        return values(Side::transmission, in, out, {azimuth})[0];
+    }
 
     /// The correction for truncation of R or T between mu(in) and mu(out), to be added to the modes.
     PeakCorrection peak_correction(Side side, int in, int out) const;

@@ -30,9 +30,13 @@ class StackSolution : public ModeSolution {
 
     /// R between mu(in) and mu(out) at an azimuth in radians; `single` counts light scattered once,
     /// by a layer or by the lower boundary.
-    SolvedValue reflection(int in, int out, double azimuth) const;
+    SolvedValue reflection(int in, int out, double azimuth) const {
+        return values(Side::reflection, in, out, {azimuth})[0];
+    }
     /// Diffuse T likewise.
-    SolvedValue transmission(int in, int out, double azimuth) const;
+    SolvedValue transmission(int in, int out, double azimuth) const {
+        return values(Side::transmission, in, out, {azimuth})[0];
+    }
 
     /// R or T at many azimuths.
     std::vector<SolvedValue> values(Side side, int in, int out,

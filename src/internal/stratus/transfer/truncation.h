@@ -37,10 +37,16 @@ struct Truncation {
     bool narrow = false;          // p_l falls off smoothly
     bool backward = false;        // the series of a backward peak, which ends smoothly
 
-    double optical_depth(double tau, double albedo) const;  // tau*
-    double albedo(double albedo) const;                     // w*
-    double co_albedo(double albedo) const;                  // 1 - w*, exactly 0 at w = 1
-    double single_scattering_albedo(double albedo) const;   // w*/(1 - f)
+    /// tau*.
+    double optical_depth(double tau, double albedo) const { return (1 - albedo * fraction) * tau; }
+    /// w*.
+    double albedo(double albedo) const { return albedo * (1 - fraction) / (1 - albedo * fraction); }
+    /// 1 - w*, exactly 0 at w = 1.
+    double co_albedo(double albedo) const { return (1 - albedo) / (1 - albedo * fraction); }
+    /// w*/(1 - f).
+    double single_scattering_albedo(double albedo) const {
+        return albedo / (1 - albedo * fraction);
+    }
 };
 
 /// Truncates to L = `moment_count` moments where the peak is a forward one (chi_L above rounding

@@ -3,10 +3,6 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
-#include <string>
-
 namespace stratus {
 namespace {
 

@@ -7,7 +7,6 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/member_and_ground.h>
-#include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
 
 #include "refusal.h"
@@ -16,13 +15,7 @@
 #include "temporary_folder.h"
 #include "uniform.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
-#include <random>
-#include <string>
-#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -4,11 +4,8 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 #include <limits>
-#include <string>
 
 namespace stratus {
 namespace {

@@ -1,13 +1,11 @@
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/layer/single_scattering.h>
 
 #include "small_table.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace stratus {
 namespace {

@@ -1,4 +1,3 @@
-#include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/lookup.h>
 
@@ -7,11 +6,7 @@
 #include "row_name.h"
 #include "small_table.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 namespace stratus {
 namespace {

@@ -5,11 +5,7 @@
 
 #include "bsdf_estimate.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -3,13 +3,10 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <random>
-#include <vector>
 
 namespace stratus {
 namespace {

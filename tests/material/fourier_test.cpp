@@ -1,4 +1,3 @@
-#include <stratus/material/material.h>
 #include <stratus/transfer/reference/solvers.h>
 
 #include "fourier_reader.h"
@@ -6,10 +5,6 @@
 #include "refusal.h"
 #include "row_name.h"
 #include "solved_stack.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
 
 namespace stratus::test {
 namespace {

@@ -4,11 +4,6 @@
 #include "refusal.h"
 #include "solved_stack.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <stdexcept>
-
 namespace stratus::test {
 namespace {
 

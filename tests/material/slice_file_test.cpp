@@ -6,10 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <string>
-#include <vector>
-
 namespace stratus::test {
 namespace {
 

@@ -5,15 +5,11 @@
 #include "row_name.h"
 #include "uniform.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <ctime>
-#include <random>
 #include <sstream>
-#include <vector>
 
 namespace stratus {
 namespace {

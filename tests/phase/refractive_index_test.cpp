@@ -5,13 +5,9 @@
 #include "phase/mie_scattering.h"
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,8 +1,6 @@
 #include <stratus/scene/contents.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
-#include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
@@ -10,8 +8,6 @@
 #include "uniform.h"
 
 #include <gtest/gtest.h>
-
-#include <cmath>
 
 namespace stratus {
 namespace {

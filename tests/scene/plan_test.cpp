@@ -1,4 +1,3 @@
-#include <stratus/base/constants.h>
 #include <stratus/scene/plan.h>
 #include <stratus/transfer/solve.h>
 
@@ -8,11 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <string>
-#include <vector>
 
 namespace stratus::test {
 namespace {

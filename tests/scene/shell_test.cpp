@@ -1,5 +1,4 @@
 // Planets whose layer is a spherical shell, against photons and limits.
-#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "shell_photons.h"
@@ -8,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstddef>
 
 namespace stratus {

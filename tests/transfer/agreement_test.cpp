@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <string>
 #include <vector>
 
 namespace stratus {

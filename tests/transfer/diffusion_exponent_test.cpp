@@ -2,10 +2,7 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <vector>
 
 namespace stratus {
 namespace {

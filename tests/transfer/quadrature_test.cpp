@@ -4,8 +4,6 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 namespace stratus {

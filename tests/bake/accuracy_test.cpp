@@ -28,8 +28,7 @@ TEST(ErrorQuantile, BoundsItsShareOfErrors) {
     EXPECT_EQ(error_quantile(samples, 0.5), 0.5);
     EXPECT_NEAR(error_quantile(samples, 0.999), 0.999, 1e-15);
     EXPECT_EQ(error_quantile(samples, 1), 1);
-    EXPECT_TRUE(std::is_sorted(samples.begin(), samples.end(),
-                               [](const auto& a, const auto& b) { return a.error < b.error; }));
+    EXPECT_TRUE(std::ranges::is_sorted(samples, {}, &ErrorSample::error));
     EXPECT_EQ(error_quantile(samples, 0.9991), 1) << "the next one, not the one before";
 }
 
@@ -146,7 +145,7 @@ TEST(Verify, DrawsForwardAndGrazingPointsOfPeakedPhaseFunctionsAlone) {
     const auto azimuths = [](const std::vector<ErrorSample>& samples) {
         std::vector<double> all;
         for (const ErrorSample& sample : samples) all.push_back(sample.geometry.azimuth);
-        std::sort(all.begin(), all.end());
+        std::ranges::sort(all);
         return all;
     };
     EXPECT_EQ(azimuths(peaked.samples), azimuths(smooth.samples));

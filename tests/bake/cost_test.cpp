@@ -60,10 +60,9 @@ TEST(Frontier, IsMonotoneAndComplete) {
             EXPECT_GT(trades[frontier[n - 1]].error, trades[frontier[n]].error);
         }
         for (const Trade& trade : trades) {
-            const bool is_undercut =
-                std::any_of(trades.begin(), trades.end(),
-                            [&](const Trade& other) { return undercuts(other, trade); });
-            const bool is_met = std::any_of(frontier.begin(), frontier.end(), [&](std::size_t at) {
+            const bool is_undercut = std::ranges::any_of(
+                trades, [&](const Trade& other) { return undercuts(other, trade); });
+            const bool is_met = std::ranges::any_of(frontier, [&](std::size_t at) {
                 return trades[at].cost == trade.cost && trades[at].error == trade.error;
             });
             EXPECT_NE(is_undercut, is_met);
@@ -186,14 +185,9 @@ TEST(Cost, VariesEveryAxisAndAllTogether) {
     const std::vector<CostPoint> tables = points_of(Kind::table);
     for (const char* const varied : {"mu_samples", "azimuth_samples", "albedo_samples",
                                      "optical_depth_samples_per_octave", "all"}) {
-        const auto count = std::count_if(tables.begin(), tables.end(), [&](const CostPoint& point) {
-            return point.varied == varied;
-        });
-        EXPECT_GE(count, 1) << varied;
+        EXPECT_GE(std::ranges::count(tables, varied, &CostPoint::varied), 1) << varied;
     }
-    const auto [smallest, largest] = std::minmax_element(
-        tables.begin(), tables.end(),
-        [](const CostPoint& a, const CostPoint& b) { return a.bytes < b.bytes; });
+    const auto [smallest, largest] = std::ranges::minmax_element(tables, {}, &CostPoint::bytes);
     EXPECT_GT(smallest->error_99_9, largest->error_99_9);
 }
 
@@ -205,8 +199,8 @@ TEST(Cost, MeasuresNoTableTwice) {
             sampled.push_back({d.mu_samples, d.azimuth_samples, d.optical_depth_samples_per_octave,
                                d.albedo_samples});
     }
-    std::sort(sampled.begin(), sampled.end());
-    EXPECT_EQ(std::adjacent_find(sampled.begin(), sampled.end()), sampled.end());
+    std::ranges::sort(sampled);
+    EXPECT_EQ(std::ranges::adjacent_find(sampled), sampled.end());
 }
 
 TEST(Cost, ComparesEveryPointWithTheFrontier) {
@@ -225,12 +219,12 @@ TEST(Cost, ComparesEveryPointWithTheFrontier) {
         }
     }
     for (const char* const what : {"solver error", "table error"})
-        EXPECT_EQ(std::count_if(measured().notes.begin(), measured().notes.end(),
-                                [&](const std::string& note) {
-                                    return note.rfind("tolerance ", 0) == 0 &&
-                                           note.find(what) != std::string::npos &&
-                                           note.find(" times the ") != std::string::npos;
-                                }),
+        EXPECT_EQ(std::ranges::count_if(measured().notes,
+                                        [&](const std::string& note) {
+                                            return note.starts_with("tolerance ") &&
+                                                   note.find(what) != note.npos &&
+                                                   note.find(" times the ") != note.npos;
+                                        }),
                   3);
 }
 
@@ -262,8 +256,7 @@ TEST(Cost, FillsTheColumnsOfEachKind) {
         const CostPoint& point = measured().study.points[rows];
         for (std::size_t c = 0; c < header.size(); ++c) {
             EXPECT_EQ(header[c], cost_columns()[c].first);
-            const bool is_tables =
-                std::find(of_tables.begin(), of_tables.end(), header[c]) != of_tables.end();
+            const bool is_tables = std::ranges::find(of_tables, header[c]) != of_tables.end();
             const bool is_of_family =  // the recipe is of one phase function
                 std::ranges::find(of_family, header[c]) != of_family.end();
             const bool is_table = point.kind != Kind::solver;
@@ -318,9 +311,8 @@ TEST(Cost, RespectsOrdersAndLowerBoundary) {
             EXPECT_LE(point.error_99_9, 0.1) << lines;
         }
         EXPECT_EQ(chosen, 3) << "a solver, a table and that packed";
-        EXPECT_EQ(std::any_of(study.points.begin(), study.points.end(),
-                              [](const CostPoint& p) { return p.varied == "azimuth_samples"; }),
-                  std::string(lines).find("rayleigh") != std::string::npos)
+        EXPECT_EQ(std::ranges::count(study.points, "azimuth_samples", &CostPoint::varied) > 0,
+                  std::string_view(lines).find("rayleigh") != std::string_view::npos)
             << "the azimuth matters where either phase function asks for it";
     }
 }
@@ -328,9 +320,9 @@ TEST(Cost, RespectsOrdersAndLowerBoundary) {
 TEST(Cost, AlwaysMeasuresTheRecipesTolerance) {
     const CostStudy study = measure_cost(recipe(), CostOptions{.seconds = 1e-6});
     for (const Kind kind : {Kind::solver, Kind::table})
-        EXPECT_TRUE(std::any_of(
-            study.points.begin(), study.points.end(),
-            [&](const CostPoint& point) { return point.kind == kind && point.tolerance == 0.03; }));
+        EXPECT_TRUE(std::ranges::any_of(study.points, [&](const CostPoint& point) {
+            return point.kind == kind && point.tolerance == 0.03;
+        }));
 }
 
 TEST(Cost, MeasuresASingleSemiInfiniteLayer) {

@@ -70,7 +70,7 @@ TEST(PathLawTable, LookupsMeetTheSolver) {
     for (const double albedo : {0.93, 1.0})
         for (const double tau : {0.7, 3.0})
             for (const Geometry& at : geometries)
-                for (const Side side : {Side::reflection, Side::transmission}) {
+                for (const Side side : both_sides) {
                     const double expected = solved(side, albedo, tau, at);
                     const auto look_up = side == Side::reflection ? reflection : transmission;
                     EXPECT_NEAR(look_up(table().view(), albedo, tau, at).total(), expected,

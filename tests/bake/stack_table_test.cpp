@@ -70,7 +70,7 @@ void expect_solved(const Table& table) {
     for (std::size_t n = 0; n < geometries.size(); ++n) {
         const Geometry& at = geometries[n];
         const int in = static_cast<int>(2 * n);
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             const bool reflected = side == Side::reflection;
             if (!reflected && stack.is_opaque()) continue;
             const SolvedValue solved = reflected ? stack.reflection(in, in + 1, at.azimuth)
@@ -339,7 +339,7 @@ TEST(StackTable, IsTheSamePacked) {
     const StackLayer mean = mean_layer(table.layers);
     const Slice slice = bind(packed.view(), mean.optical_depth, mean.albedo);
     for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.7, 3}})
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             const bool reflects = side == Side::reflection;
             const Scattered expected = (reflects ? reflection : transmission)(
                 table.view(), mean.albedo, mean.optical_depth, at);

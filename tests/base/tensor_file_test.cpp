@@ -20,7 +20,7 @@ std::vector<char> forged(const std::string& header, std::size_t data_bytes = 0) 
     const std::uint64_t length = header.size();
     std::vector<char> file(sizeof length + header.size() + data_bytes);
     std::memcpy(file.data(), &length, sizeof length);
-    std::copy(header.begin(), header.end(), file.begin() + sizeof length);
+    std::ranges::copy(header, file.begin() + sizeof length);
     return file;
 }
 
@@ -154,7 +154,7 @@ TEST(TensorFile, RefusesDataThatAreNotAligned) {
     const std::vector<char> file = sample_file();
     std::vector<double> room(file.size() / sizeof(double) + 2);
     char* const start = reinterpret_cast<char*>(room.data()) + 4;
-    std::copy(file.begin(), file.end(), start);
+    std::ranges::copy(file, start);
     expect_refusal([&] { TensorFile(start, file.size()); },
                    {"TensorFile: data must be aligned to 8 bytes, got 0x"});
 }
@@ -556,7 +556,7 @@ TEST(TensorFile, IsIntactUnlessTextsOrNumbersHaveChanged) {
     for (std::size_t at = 0; at < whole.size(); ++at) {
         std::vector<char> file = whole;
         file[at] = static_cast<char>(file[at] ^ 1);
-        const bool in_gap = std::any_of(tensors.begin(), tensors.end(), [&](const auto& of) {
+        const bool in_gap = std::ranges::any_of(tensors, [&](const auto& of) {
             const std::size_t begin =
                 static_cast<std::size_t>(static_cast<const char*>(of.second.data) - whole.data());
             return of.first.rfind(padding_prefix, 0) == 0 && at >= begin &&

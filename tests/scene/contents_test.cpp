@@ -145,7 +145,7 @@ TEST(SeenScatteringAngles, AreThoseBetweenSunAndEye) {
         for (const double y : {0, slab.height})
             expect_within(seen, angle_of(rays.through(x, y).direction), 0, "of a corner");
     EXPECT_LT(seen.max - seen.min, 60);
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         seen = seen_scattering_angles(small_planet(30, 1, 0.5), side);
         EXPECT_NEAR(seen.min, 150, 1e-9);
         EXPECT_NEAR(seen.max, 150, 1e-9);

@@ -81,7 +81,7 @@ inline Differences differences(const std::vector<Light>& found, const std::vecto
                                std::max(floor, std::abs(total(expected)));
             all.push_back(off >= 0 ? off : infinity);
         }
-    std::sort(all.begin(), all.end());
+    std::ranges::sort(all);
     return {all[all.size() / 2], all[all.size() * 999 / 1000], all.back()};
 }
 

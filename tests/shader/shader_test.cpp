@@ -277,7 +277,7 @@ TEST(Shader, FiltersThePathLawOfTheNarrowestPeaks) {
                             side, bound.stratus_path(side, at.mu_in, at.mu_out, at.azimuth))
                         .z);
         }
-    std::sort(off.begin(), off.end());
+    std::ranges::sort(off);
     EXPECT_LE(off[off.size() * 999 / 1000], 2e-3);
 }
 
@@ -358,7 +358,7 @@ TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
                                 double{std::abs(found[n][2] / expected.pdf - 1)},
                                 double{std::abs(found[n][3] / expected.pdf - 1)}}));
     }
-    std::sort(off.begin(), off.end());
+    std::ranges::sort(off);
     std::cout << "directions drawn: "
               << Differences{off[off.size() / 2], off[off.size() * 999 / 1000], off.back()} << '\n';
     EXPECT_LE(off[off.size() / 2], 1e-5);

@@ -164,7 +164,7 @@ TEST(PackedFile, LooksThePathLawUpNearForwardAtAnyDepth) {
     for (const char* const phase :
          {"henyey_greenstein:g=0.85", "henyey_greenstein:g=0.95", "henyey_greenstein:g=0.985"}) {
         Table table = with_path_law(phase);  // and nothing else
-        std::fill(table.transmission_multiple.begin(), table.transmission_multiple.end(), 0.0f);
+        std::ranges::fill(table.transmission_multiple, 0.0f);
         const PackedTable packed(pack(table));
         std::vector<double> thin, deep;
         while (thin.size() < 2000 || deep.size() < 2000) {
@@ -179,7 +179,7 @@ TEST(PackedFile, LooksThePathLawUpNearForwardAtAnyDepth) {
                 .push_back(std::abs(packed.transmission(albedo, depth, at).total() - T) / T);
         }
         const auto share = [](std::vector<double>& errors, double part) {
-            std::sort(errors.begin(), errors.end());
+            std::ranges::sort(errors);
             return errors[static_cast<std::size_t>(part * static_cast<double>(errors.size()))];
         };
         EXPECT_LT(share(thin, 0.5), 1e-5) << phase;
@@ -226,7 +226,7 @@ TEST(PackedFile, HoldsThePathSheetOfItsOwnAlbedosAlone) {
     Table table = with_path_law("henyey_greenstein:g=0.985");  // and nothing else
     for (std::vector<float>* const samples :
          {&table.reflection_multiple, &table.transmission_multiple})
-        std::fill(samples->begin(), samples->end(), 0.0f);
+        std::ranges::fill(*samples, 0.0f);
     const Forged whole(table);
     table.albedo = make_axis(AxisScale::square_root_of_complement, 0.9, 1, 5);
     prepare(table);

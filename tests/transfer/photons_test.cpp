@@ -144,9 +144,7 @@ TEST(Photons, KeepRelativeAccuracyInThinLayers) {
 
 TEST(Photons, AcceptNegativeSeriesAndTables) {
     // A truncated series with negative lobes, and a table with a peak and a kink.
-    std::vector<double> chi{1};
-    for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
-    const PhaseFunction series = PhaseFunction::from_moments(chi);
+    const PhaseFunction series = PhaseFunction::from_moments(moments_cut_off());
     double least = 0;
     for (double c = -1; c <= 1; c += 1.0 / 512) least = std::min(least, series(c));
     ASSERT_LT(least, 0);

@@ -97,7 +97,7 @@ TEST(Floor, HasALowerLimit) {
 
 TEST(Verify, ComparesEverySideAtEveryPoint) {
     const Table table = bake(explicit_recipe());
-    const Verification verification = verify(table, VerifyOptions{.samples = 101});
+    const Verification verification = verify(table, {.samples = 101});
     EXPECT_EQ(verification.samples.size(), 202u);
     EXPECT_GT(verification.reference_nodes, 9);
     for (const ErrorSample& sample : verification.samples) {
@@ -201,8 +201,7 @@ TEST(Verify, ReportsProgressUpToTheEnd) {
 
 TEST(Verify, RefusesZeroSamples) {
     const Table table = bake(explicit_recipe());
-    expect_refusal([&] { verify(table, VerifyOptions{.samples = 0}); },
-                   {"verify", "samples", ">= 1", "got 0"});
+    expect_refusal([&] { verify(table, {.samples = 0}); }, {"verify", "samples", ">= 1", "got 0"});
 }
 
 /// A table good to 1e-3: one percent of its higher orders is a difference that must show.
@@ -231,7 +230,7 @@ TEST(Verify, DetectsAOnePercentError) {
 TEST(Verify, DetectsInconsistentFluxes) {
     Table table = bake(explicit_recipe());
     for (float& albedo : table.plane_albedo) albedo *= 1.05F;
-    const Verification verification = verify(table, VerifyOptions{.samples = 50});
+    const Verification verification = verify(table, {.samples = 50});
     EXPECT_GT(verification.furnace_defect, 1e-2);
     EXPECT_GT(verification.energy_defect, 1e-3);
 }
@@ -239,7 +238,7 @@ TEST(Verify, DetectsInconsistentFluxes) {
 TEST(Verify, SkipsEnergyWhereEveryLayerAbsorbs) {
     Recipe recipe = explicit_recipe();
     recipe.albedo = {0.75, 0.9};
-    EXPECT_EQ(verify(bake(recipe), VerifyOptions{.samples = 50}).energy_defect, -1);
+    EXPECT_EQ(verify(bake(recipe), {.samples = 50}).energy_defect, -1);
 }
 
 }  // namespace

@@ -128,8 +128,7 @@ TEST(Cost, ErrorsFallWithNodes) {
 
 TEST(Cost, SolverErrorsBoundASingleLayer) {
     const auto solve = [](int nodes) {
-        return solve_layer(recipe().phase_function, 1, 2, floor_cosines(),
-                           SolverOptions{.nodes = nodes});
+        return solve_layer(recipe().phase_function, 1, 2, floor_cosines(), {.nodes = nodes});
     };
     const LayerSolution coarse = solve(6), fine = solve(64);
     double largest = 0;
@@ -293,7 +292,7 @@ Recipe one_layer(const std::string& lines, const std::string& phase_function) {
 }
 
 CostStudy study_of(const std::string& lines, const std::string& phase_function = "isotropic") {
-    return measure_cost(one_layer(lines, phase_function), CostOptions{.seconds = 1e6});
+    return measure_cost(one_layer(lines, phase_function), {.seconds = 1e6});
 }
 
 TEST(Cost, RespectsOrdersAndLowerBoundary) {
@@ -318,7 +317,7 @@ TEST(Cost, RespectsOrdersAndLowerBoundary) {
 }
 
 TEST(Cost, AlwaysMeasuresTheRecipesTolerance) {
-    const CostStudy study = measure_cost(recipe(), CostOptions{.seconds = 1e-6});
+    const CostStudy study = measure_cost(recipe(), {.seconds = 1e-6});
     for (const Kind kind : {Kind::solver, Kind::table})
         EXPECT_TRUE(std::ranges::any_of(study.points, [&](const CostPoint& point) {
             return point.kind == kind && point.tolerance == 0.03;
@@ -329,7 +328,7 @@ TEST(Cost, MeasuresASingleSemiInfiniteLayer) {
     Recipe single = recipe();
     single.albedo = {0.9, 0.9};
     single.optical_depth = {INFINITY, INFINITY};
-    const CostStudy study = measure_cost(single, CostOptions{.seconds = 0.5});
+    const CostStudy study = measure_cost(single, {.seconds = 0.5});
     for (const CostPoint& point : study.points) {
         EXPECT_NE(point.varied, "albedo_samples");
         EXPECT_NE(point.varied, "optical_depth_samples_per_octave");
@@ -338,7 +337,7 @@ TEST(Cost, MeasuresASingleSemiInfiniteLayer) {
 }
 
 TEST(Cost, RefusesZeroSecondsAndStacks) {
-    expect_refusal([&] { measure_cost(recipe(), CostOptions{.seconds = 0}); },
+    expect_refusal([&] { measure_cost(recipe(), {.seconds = 0}); },
                    {"measure_cost", "seconds", "above 0", "got 0"});
     Recipe stack = recipe();
     stack.layers.resize(2);

@@ -45,7 +45,7 @@ const std::vector<Geometry> geometries{{0.7, 0.7, 0.02}, {0.7, 0.72, 0.1},  {0.3
 double solved(Side side, double albedo, double tau, const Geometry& at, int orders = 0) {
     const LayerSolution layer =
         solve_layer(PhaseFunction::henyey_greenstein(0.9), albedo, tau, {at.mu_in, at.mu_out},
-                    SolverOptions{.nodes = 64, .orders = orders, .mode_tolerance = 1e-6});
+                    {.nodes = 64, .orders = orders, .mode_tolerance = 1e-6});
     return side == Side::reflection ? layer.reflection(0, 1, at.azimuth).total
                                     : layer.transmission(0, 1, at.azimuth).total;
 }

@@ -29,7 +29,7 @@ TEST(Require, ShowsNoMoreOfAValueThanPeopleRead) {
     const std::string much(4'000'000, 'x');
     const std::string said = refusal([&] { require(false, "doubling", much, "in [0, 1]", much); });
     EXPECT_LT(said.size(), 2 * max_shown + 60);
-    expect_holds(said, {"x must be in [0, 1], got x"});
+    expect_holds(said, "x must be in [0, 1], got x");
 }
 
 TEST(Shown, KeepsReadableText) {

@@ -113,7 +113,7 @@ TEST(Bsdf, ScattersNothingWithoutScatterers) {
 TEST(Bsdf, ScattersToTheRequestedSideAlone) {
     for (const bool reflection : {true, false}) {
         const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.5", 1, 1,
-                                  Effects{.reflection = reflection, .transmission = !reflection});
+                                  {.reflection = reflection, .transmission = !reflection});
         const Vector wi = direction(0.5, 1, true);
         for (const RandomNumbers& u : evenly_spread(200)) {
             const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);

@@ -182,7 +182,7 @@ TEST_P(BothFormats, RefuseFilesThatNeedMoreMemoryThanAllowed) {
     };
     const auto starts = [&](const std::string& message, const std::string& reason) {
         EXPECT_TRUE(message.starts_with(path.string() + ": " + reason)) << message;
-        expect_holds(message, {"more than the limit of "});
+        expect_holds(message, "more than the limit of ");
     };
     starts(refusal_of(file_size - 1), "reading the file needs ");
     if (hdf5) starts(refusal_of(file_size), "reading the samples needs ");

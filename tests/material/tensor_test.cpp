@@ -201,7 +201,7 @@ TEST(TensorTable, HasTheShapesThatReadersExpect) {
     EXPECT_EQ(shape("luminance"), (Shape{1, 96, 96, 96}));
     EXPECT_EQ(shape("spectra"), (Shape{1, 96, 1, 96, 96}));
     EXPECT_EQ(table.fields.at("jacobian").text, std::string(1, '\1'));
-    expect_holds(table.fields.at("description").text, {"A layer"});
+    expect_holds(table.fields.at("description").text, "A layer");
     for (const float value : table.fields.at("luminance").values) ASSERT_GT(value, 0);
 }
 
@@ -211,8 +211,8 @@ TEST(TensorTable, TellsWhatIsNotInIt) {
     };
     const std::vector<std::string> said = notes(layer("isotropic", 1, 0.5));
     ASSERT_EQ(said.size(), 2);
-    expect_holds(said[0], {"beam"});
-    expect_holds(said[1], {"transmission"});
+    expect_holds(said[0], "beam");
+    expect_holds(said[1], "transmission");
     EXPECT_TRUE(notes(over(layer("isotropic", 1, 0.5), 0.2)).empty());
 }
 

@@ -155,7 +155,7 @@ TEST_P(NarrowTable, MakesNoBsdf) {
     Slice slice = bind(table_.view(), 1, 0.9);
     EXPECT_FALSE(slice.has_all_directions());
     expect_refusal([&] { Bsdf(std::move(slice)); }, {"Bsdf", "all directions", "narrowed"});
-    EXPECT_NO_THROW(Bsdf(bind(table_.view(), 1, 0.9, Effects{.multiple = false})));
+    EXPECT_NO_THROW(Bsdf(bind(table_.view(), 1, 0.9, {.multiple = false})));
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, NarrowTable, testing::ValuesIn(narrow()), row_name);

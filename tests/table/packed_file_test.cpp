@@ -200,7 +200,7 @@ TEST(PackedFile, WithoutItsPhaseCurveIsRefusedBeforeOneIsSampled) {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
     const double refusal =
-        seconds([&] { expect_forgery_refused(forged, {"phase must be given, got none"}); });
+        seconds([&] { expect_forgery_refused(forged, "phase must be given, got none"); });
     const double sampling = seconds([&] { PhaseCurve(parse_phase_function(text)); });
     EXPECT_LT(refusal, sampling / 2);
 }
@@ -280,7 +280,7 @@ TEST(PackedFile, LooksUpThePathSheetOfFewOrdersWhereAFileHoldsIt) {
 TEST(PackedFile, RefusesManyOrdersWithoutTheirSheet) {
     Forged file(with_path_law("henyey_greenstein:g=0.95"));
     file.tensors_.erase(path_sheet_name);
-    expect_forgery_refused(file, {"path_sheet must be given for more than 64"});
+    expect_forgery_refused(file, "path_sheet must be given for more than 64");
 }
 
 /// Two members whose samples are alike but for a factor: one set of functions serves both.
@@ -330,7 +330,7 @@ TEST(PackedFile, RefusesForgedOwnersOfFunctions) {
         forged.set("member_1/reflection/functions_of", 0, owner);
         SCOPED_TRACE(owner);
         expect_forgery_refused(forged,
-                               {"member_1/reflection/functions_of must be an earlier member"});
+                               "member_1/reflection/functions_of must be an earlier member");
     }
     Forged without(of_two_levels());
     without.tensors_.erase("member_0/transmission/functions");
@@ -362,7 +362,7 @@ TEST(PackedFile, RefusesForgedStrings) {
     }
     Forged forged;
     forged.strings_.erase("phase_function");
-    expect_forgery_refused(forged, {"phase_function"});
+    expect_forgery_refused(forged, "phase_function");
 }
 
 TEST(PackedFile, RefusesForgedBlocks) {
@@ -376,11 +376,11 @@ TEST(PackedFile, RefusesForgedBlocks) {
         }
     Forged forged;
     forged.set(side + "blocks", 4, 0);  // not infinite, as its cells need
-    expect_forgery_refused(forged, {"packed table"});
+    expect_forgery_refused(forged, "packed table");
     for (const std::int32_t value : {-1, 1000}) {
         Forged other;
         other.set(side + "block_of_cell", 3, value);
-        expect_forgery_refused(other, {"block_of_cell"});
+        expect_forgery_refused(other, "block_of_cell");
     }
     for (const char* const name : {"functions", "coefficients", "block_of_cell", "blocks"}) {
         Forged other;
@@ -394,7 +394,7 @@ TEST(PackedFile, RefusesForgedBlocks) {
     }
     Forged without;
     without.tensors_.erase(side + "coefficients");
-    expect_forgery_refused(without, {"coefficients"});
+    expect_forgery_refused(without, "coefficients");
 }
 
 TEST(PackedFile, RefusesForgedAxesAndFluxes) {
@@ -407,7 +407,7 @@ TEST(PackedFile, RefusesForgedAxesAndFluxes) {
         }
     Forged forged;
     forged.set("diffusion_exponent", 0, -1.0);
-    expect_forgery_refused(forged, {"diffusion_exponent"});
+    expect_forgery_refused(forged, "diffusion_exponent");
     const auto nothing = [](const char* side) {
         Forged other;
         for (auto held = other.tensors_.begin(); held != other.tensors_.end();)
@@ -418,7 +418,7 @@ TEST(PackedFile, RefusesForgedAxesAndFluxes) {
     Forged neither = nothing("transmission/");
     for (const char* const name : {"functions", "coefficients", "blocks", "block_of_cell"})
         neither.tensors_.erase(std::string("reflection/") + name);
-    expect_forgery_refused(neither, {"neither"});
+    expect_forgery_refused(neither, "neither");
 }
 
 TEST(PackedFile, ReadsTheSeedOfItsFuzzer) {

@@ -298,7 +298,7 @@ Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
                               compared_cosines[static_cast<std::size_t>(at.out)], at.azimuth});
     const PhotonSolution solution =
         solve_photons(of.phase_function, of.albedo, of.optical_depth, geometries,
-                      PhotonOptions{.photons = count, .highest_order = highest_order});
+                      {.photons = count, .highest_order = highest_order});
     Answer all{"photons", 0, {}};
     const auto state = [&](double value, double standard_error) {
         all.stated.push_back({value, 4 * standard_error + 1e-14});

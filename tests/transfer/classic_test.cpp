@@ -55,9 +55,9 @@ TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
         expect_refusal(
             [&] {
                 solve_layer(isotropic, 1, 1, {1},
-                            SolverOptions{.scheme = Scheme::classic, .start_depth = depth});
+                            {.scheme = Scheme::classic, .start_depth = depth});
             },
-            {"solve: start_depth must be 0 or in [1e-15, 1]"});
+            "solve: start_depth must be 0 or in [1e-15, 1]");
     }
 }
 

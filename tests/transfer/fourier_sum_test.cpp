@@ -100,12 +100,12 @@ TEST(FourierSum, RefusesAGridOfOtherCosinesOrTooFewModes) {
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, {0.5}, grid_azimuths, 32});
         },
-        {"cosines of the solution must be 1, got 3"});
+        "cosines of the solution must be 1, got 3");
     expect_refusal(
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, grid_cosines, grid_azimuths, 2});
         },
-        {"modes of the solution must be at most 2"});
+        "modes of the solution must be at most 2");
 }
 
 }  // namespace

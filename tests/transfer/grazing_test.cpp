@@ -73,9 +73,8 @@ TEST(GrazingLight, OfCloudsIsWithinOnePerCentAndItsErrorIsTrue) {
         std::vector<Geometry> geometries;
         for (const std::vector<double>& row : rows)
             geometries.push_back({row.at(2), row.at(3), radians(row.at(4))});
-        const SolvedGeometries solved =
-            solve_geometries({{parse_phase_function(text), albedo, depth}}, {}, geometries,
-                             SolverOptions{.tolerance = 1e-2});
+        const SolvedGeometries solved = solve_geometries(
+            {{parse_phase_function(text), albedo, depth}}, {}, geometries, {.tolerance = 1e-2});
         for (std::size_t i = 0; i < rows.size(); ++i) {
             const SolvedGeometry& at = solved.at[i];
             for (const auto& [value, stated, expected] :
@@ -96,9 +95,9 @@ TEST(GrazingLight, IsRefusedWhereItIsNotSolved) {
     expect_refusal(
         [&] {
             solve_layer(PhaseFunction::henyey_greenstein(0.9), 1, 1, {0.1},
-                        SolverOptions{.orders = 3, .grazing = true});
+                        {.orders = 3, .grazing = true});
         },
-        {"grazing must be false unless all orders"});
+        "grazing must be false unless all orders");
 }
 
 }  // namespace

@@ -25,8 +25,8 @@ double total(const LayerSolution& layer, Side side, int in, int out, double azim
 TEST(SolveLayer, IsReciprocal) {
     for (const PhaseFunction& phase_function : {rayleigh, forward})
         for (const double tau : {1e-6, 0.1, 8.0, infinity}) {
-            const LayerSolution layer = solve_layer(phase_function, 0.95, tau, cosines,
-                                                    SolverOptions{.scheme = Scheme::classic});
+            const LayerSolution layer =
+                solve_layer(phase_function, 0.95, tau, cosines, {.scheme = Scheme::classic});
             for (const Side side : both_sides)
                 for (int in = 0; in < layer.mu.size(); ++in)
                     for (int out = 0; out < in; ++out)

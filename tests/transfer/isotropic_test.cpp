@@ -148,7 +148,7 @@ TEST(SolveIsotropic, TransmitsOnlyTheBeamAtAlbedoZero) {
 TEST(SolveIsotropic, RefusesArgumentsOutOfRange) {
     const auto refused = [](double albedo, double optical_depth, double mu, int nodes,
                             const char* reason) {
-        expect_refusal([&] { solve_isotropic(albedo, optical_depth, {mu}, nodes); }, {reason});
+        expect_refusal([&] { solve_isotropic(albedo, optical_depth, {mu}, nodes); }, reason);
     };
     refused(1.25, 1, 1, 8, "solve_isotropic: albedo must be in [0, 1], got 1.25");
     refused(-0.25, 1, 1, 8, "albedo must be in [0, 1], got -0.25");

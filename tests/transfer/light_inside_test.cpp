@@ -289,15 +289,15 @@ TEST(LightInside, IsRefusedOutsideTheLayers) {
         expect_refusal([&] { solve_inside(air_over_haze(1, 1), {}, levels, {1}, options); },
                        fragments);
     };
-    refused({0.5, 2.5}, {}, {"solve: levels must be in [0, 2], the optical depth, got 2.5"});
-    refused({-0.5}, {}, {"levels must be in [0, 2], the optical depth, got -0.5"});
-    refused({}, {}, {"levels must be one or more, got none"});
-    refused({1}, SolverOptions{.orders = 3}, {"orders must be 0, all, got 3"});
+    refused({0.5, 2.5}, {}, "solve: levels must be in [0, 2], the optical depth, got 2.5");
+    refused({-0.5}, {}, "levels must be in [0, 2], the optical depth, got -0.5");
+    refused({}, {}, "levels must be one or more, got none");
+    refused({1}, {.orders = 3}, "orders must be 0, all, got 3");
     expect_refusal(
         [&] {
             solve_inside({{air, 1, infinity}}, {}, {infinity}, {1});
         },
-        {"[0, inf), got inf"});
+        "[0, inf), got inf");
 }
 
 }  // namespace

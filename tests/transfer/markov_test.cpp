@@ -118,7 +118,9 @@ TEST(MarkovChain, HasTheSecondOrderOfTheIsotropicLayer) {
                     EXPECT_NEAR(chain.of_order(side, 2, in, out, 0), expected,
                                 error + 1e-8 * expected)
                         << tau << ' ' << mu0 << ' ' << mu;
-                    if (side == Side::reflection) EXPECT_LT(error, 5e-3 * expected);
+                    if (side == Side::reflection) {
+                        EXPECT_LT(error, 5e-3 * expected);
+                    }
                 }
     }
 }
@@ -209,26 +211,26 @@ TEST(MarkovChain, UsesTheGaussNodesByDefault) {
 
 TEST(MarkovChain, RefusesArgumentsOutOfRange) {
     const auto refused = [](double albedo, double optical_depth, double mu,
-                            const MarkovOptions& options, const std::string& reason) {
-        expect_refusal([&] { solve_markov({}, albedo, optical_depth, {mu}, options); }, {reason});
+                            const MarkovOptions& options, const Fragments& reason) {
+        expect_refusal([&] { solve_markov({}, albedo, optical_depth, {mu}, options); }, reason);
     };
     const std::string finite =
         "markov: optical_depth must be in [0, inf) (a semi-infinite layer cannot be divided into "
-        "sublayers), got ";
+        "sublayers)";
     refused(1.5, 1, 1, {}, "markov: albedo must be in [0, 1], got 1.5");
     refused(NAN, 1, 1, {}, "markov: albedo must be in [0, 1], got nan");
-    refused(0.5, -1, 1, {}, finite + "-1");
-    refused(0.5, NAN, 1, {}, finite + "nan");
-    refused(0.5, infinity, 1, {}, finite + "inf");
+    refused(0.5, -1, 1, {}, {finite, ", got -1"});
+    refused(0.5, NAN, 1, {}, {finite, ", got nan"});
+    refused(0.5, infinity, 1, {}, {finite, ", got inf"});
     refused(0.5, 1, 0, {}, "mu must be in [1e-100, 1], got 0");
     refused(0.5, 1, 1, chain_of(0, 32), "markov: nodes must be in [1, 512], got 0");
     refused(0.5, 1, 1, chain_of(513, 4), "markov: nodes must be in [1, 512], got 513");
     for (const int sublayers : {2, 15})
         refused(
             0.5, 1, 1, chain_of(8, sublayers),
-            "markov: sublayers must be even and in [4, 8192], got " + std::to_string(sublayers));
+            {"markov: sublayers must be even and in [4, 8192], got", std::to_string(sublayers)});
     refused(0.5, 1, 1, chain_of(8, 16, -1), "markov: orders must be >= 0, got -1");
-    refused(0.5, 1, 1, MarkovOptions{.modes = -1}, "markov: modes must be >= 0, got -1");
+    refused(0.5, 1, 1, {.modes = -1}, "markov: modes must be >= 0, got -1");
     refused(
         0.5, 1, 1, chain_of(64, 66),
         "markov: 2 sublayers x nodes must be at most 8192 (a dense matrix of 512 MiB), got 8448");

@@ -204,13 +204,13 @@ TEST(OrdersOfStacks, AreLeftOutOfItsSolution) {
 
 TEST(SolveLayer, RefusesOrdersOutsideTheirRange) {
     expect_refusal([] { solve_layer(isotropic, 1, 1, {}, up_to_order(8, 201)); },
-                   {"orders must be in [0, 200], got 201"});
+                   "orders must be in [0, 200], got 201");
     expect_refusal([] { solve_orders(isotropic, 1, 1, {}, up_to_order(8, 0)); },
-                   {"solve_orders: orders must be in [1, 200"});
+                   "solve_orders: orders must be in [1, 200");
     SolverOptions options = up_to_order(8, 2);
     options.scheme = Scheme::classic;
     expect_refusal([&] { solve_layer(isotropic, 1, 1, {}, options); },
-                   {"scheme must be harmonic where orders are counted, got classic"});
+                   "scheme must be harmonic where orders are counted, got classic");
 }
 
 }  // namespace

@@ -334,7 +334,7 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     const auto refused = [](double albedo, double optical_depth, const Geometry& geometry,
                             const char* reason, const PhotonOptions& options = {}) {
         expect_refusal([&] { solve_photons({}, albedo, optical_depth, {geometry}, options); },
-                       {reason});
+                       reason);
     };
     refused(1.5, 1, at, "photons: albedo must be in [0, 1], got 1.5");
     refused(-0.5, 1, at, "photons: albedo must be in [0, 1], got -0.5");
@@ -348,11 +348,10 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     refused(0.5, 1, {0.5, 1.25, 0}, "photons: mu_out must be in (0, 1], got 1.25");
     refused(0.5, 1, {0.5, 0.5, infinity}, "photons: azimuth must be finite, got inf");
     refused(0.5, 1, at, "photons: photons must be >= 2, got 1", with_photons(1));
-    refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1",
-            PhotonOptions{.highest_order = -1});
+    refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1", {.highest_order = -1});
     for (const int count : {-1, 101}) {
         refused(0.5, 1, at, "photons: backward_collisions must be in [0, 100], got",
-                PhotonOptions{.backward_collisions = count});
+                {.backward_collisions = count});
     }
 }
 

@@ -448,19 +448,19 @@ TEST(Stack, RefusesArgumentsOutOfRange) {
         expect_refusal([&] { solve_stack(layers, boundary, {1}, options); }, fragments);
     };
     const std::vector<StackLayer> one{{isotropic, 1, 1}}, endless{{isotropic, 1, infinity}};
-    refused({}, {"layers must be at least one"});
+    refused({}, "layers must be at least one");
     refused({{isotropic, 1, 1}, {isotropic, 1.2, 1}},
-            {"albedo of layer 2 must be in [0, 1], got 1.2"});
+            "albedo of layer 2 must be in [0, 1], got 1.2");
     refused(one, {"albedo of the lower boundary must be in [0, 1], got -0.1"},
             LowerBoundary::surface(-0.1));
     refused({{isotropic, 1, 1}, {isotropic, 0.5, -1}},
-            {"optical_depth of layer 2 must be in [0, inf], got -1"});
-    refused({{isotropic, 1, NAN}}, {"optical_depth must be in [0, inf], got nan"});
+            "optical_depth of layer 2 must be in [0, inf], got -1");
+    refused({{isotropic, 1, NAN}}, "optical_depth must be in [0, inf], got nan");
     refused({endless[0], one[0]}, {"optical_depth of layer 1", "finite", "inf"});
     refused(endless,
             {"optical_depth must be finite above another layer or a lower boundary, got inf"},
             LowerBoundary::surface(0.5));
-    refused(one, {"scheme must be harmonic"}, {}, SolverOptions{.scheme = Scheme::classic});
+    refused(one, {"scheme must be harmonic"}, {}, {.scheme = Scheme::classic});
 }
 
 }  // namespace

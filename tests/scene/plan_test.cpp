@@ -87,7 +87,7 @@ TEST(Plan, NeedsATableForTheGroundUnderAThinLayer) {
     scene.layer.albedo = {0.02, 0.02, 0.02};
     EXPECT_FALSE(plan_scene(scene).effects.multiple);
     scene.layer.albedo = {0.999, 0.999, 0.999};
-    std::get<Planet>(scene.subject).surface.colour = {0.9f, 0.9f, 0.9f};
+    the_planet(scene).surface.colour = {0.9f, 0.9f, 0.9f};
     EXPECT_TRUE(plan_scene(scene).effects.multiple);
 }
 

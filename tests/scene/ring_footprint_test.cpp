@@ -24,7 +24,7 @@ Scene ringlet(double optical_depth, int samples) {
     scene.camera.width = pixels * pixel;
     scene.camera.position = 10.0 * Vector3{std::cos(elevation), 0, std::sin(elevation)};
     scene.effects.shadows = false;
-    Rings& rings = std::get<Rings>(scene.subject);
+    Rings& rings = the_rings(scene);
     rings.surface = {};
     const double ramp = 1e-9;
     rings.profile = {{radius - ramp, radius, radius + width, radius + width + ramp},

@@ -82,7 +82,7 @@ TEST(SceneFile, HoldsTheValuesOfItsText) {
     EXPECT_EQ(scene.layer.density, 0.2);
     EXPECT_EQ(scene.layer.opposition.law, Opposition::Law::hapke);
     EXPECT_EQ(scene.layer.opposition.width, 0.1);
-    const Slab& slab = std::get<Slab>(scene.subject);
+    const Slab& slab = the_slab(scene);
     EXPECT_EQ(slab.surface->pattern, Texture::Pattern::squares);
     EXPECT_EQ(slab.surface->scale, 4);
     EXPECT_EQ(slab.height, 2);
@@ -111,18 +111,18 @@ TEST(SceneFile, TakesADensityFromNumberAndRadiusOfParticles) {
                    {"layer.opposition.width", "no density"});
     expect_refusal([&] { layer("density = { number = 1.0, radius = 1.0 }", ""); },
                    {"layer.density", "radius^3", "[0, 1)", "got 4.18"});
-    expect_refusal([&] { layer("density = { number = 1.0 }", ""); }, {"layer.density.radius"});
+    expect_refusal([&] { layer("density = { number = 1.0 }", ""); }, "layer.density.radius");
 }
 
 TEST(SceneFile, RefusesUnknownKeysWithTheNearestKnown) {
     expect_scene_refusal(cloud_but("tolerance", "tolerence = 1"), {"tolerence", "'tolerance'"});
     expect_scene_refusal(cloud_but("width", "with = 1"), {"'picture.with'", "'picture.width'"});
-    expect_scene_refusal(cloud_but("look_at", "lookat = 1"), {"'camera.look_at'"});
-    expect_scene_refusal(cloud_but("albedo", "albedos = 1"), {"'layer.albedo'"});
+    expect_scene_refusal(cloud_but("look_at", "lookat = 1"), "'camera.look_at'");
+    expect_scene_refusal(cloud_but("albedo", "albedos = 1"), "'layer.albedo'");
     expect_scene_refusal(cloud_but("surface", "surface = { image = 'x.png', seeds = 1 }"),
-                         {"'slab.surface.seed'"});
+                         "'slab.surface.seed'");
     expect_scene_refusal(cloud_but("optical_depth", "optical_depth = { cloud = true }"),
-                         {"'layer.optical_depth.clouds'"});
+                         "'layer.optical_depth.clouds'");
     expect_scene_refusal(cloud_but("effects", "effects = ['multipel']"),
                          {"unknown effect 'multipel'", "'multiple'"});
     expect_scene_refusal(cloud_but("[slab]", "[slap]"), {"unknown key 'slap'", "'slab'"});
@@ -171,7 +171,7 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         expect_scene_refusal(cloud_but(one[0], one[1]), {one.begin() + 2, one.end()});
     expect_refusal<std::runtime_error>(
         [] { parse_scene(cloud_but("surface", "surface = { image = 'absent.png' }")); },
-        {"absent.png"});
+        "absent.png");
 }
 
 TEST(SceneFile, TakesThreeOpticalDepths) {
@@ -268,15 +268,15 @@ TEST(SceneFile, PanelsOverrideKeysOfTheScene) {
     EXPECT_EQ(file.panels[1].title, "");
     EXPECT_TRUE(file.panels[0].effects.multiple);
     EXPECT_FALSE(file.panels[1].effects.multiple);
-    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).height, 1);
-    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).half_size, 3);
-    EXPECT_EQ(std::get<Slab>(file.panels[1].subject).height, 2);
+    EXPECT_EQ(the_slab(file.panels[0]).height, 1);
+    EXPECT_EQ(the_slab(file.panels[0]).half_size, 3);
+    EXPECT_EQ(the_slab(file.panels[1]).height, 2);
     EXPECT_EQ(file.panels[1].layer.albedo[2], 0.25);
     EXPECT_EQ(file.panels[2].layer.albedo[2], 0.7);
     EXPECT_EQ(file.panels[2].layer.optical_depth.max, infinity);
     expect_scene_refusal(cloud + "[[panels]]\n[[panels]]\npicture.width = 65\n",
                          {"panels", "one size"});
-    expect_scene_refusal(cloud + "[[panels]]\nslab.hight = 1.0\n", {"'slab.height'"});
+    expect_scene_refusal(cloud + "[[panels]]\nslab.hight = 1.0\n", "'slab.height'");
     expect_scene_refusal("panels = 3\n" + cloud, {"panels", "tables"});
 }
 
@@ -452,7 +452,7 @@ class RingProfileFile : public ::testing::Test {
 
 TEST_F(RingProfileFile, IsLinearBetweenRowsAndEmptyOutside) {
     const Scene scene = read(head + "120,1,0.6,0.2\n140,3,0.2,0.2\n200,0,0.1,0\n").panels[0];
-    const RingProfile& profile = std::get<Rings>(scene.subject).profile;
+    const RingProfile& profile = the_rings(scene).profile;
     EXPECT_EQ(profile.inner(), 1.2);
     EXPECT_EQ(profile.outer(), 2);
     const Matter middle = profile.at(1.3, scene.layer.albedo);
@@ -469,7 +469,7 @@ TEST_F(RingProfileFile, IsTrimmedToItsInnerAndOuterRadius) {
     const Scene scene =
         read(head + "120,1,0.6,0.2\n140,3,0.2,0.2\n200,0,0.1,0\n", "inner = 1.3\nouter = 1.7\n")
             .panels[0];
-    const RingProfile& profile = std::get<Rings>(scene.subject).profile;
+    const RingProfile& profile = the_rings(scene).profile;
     EXPECT_EQ(profile.radius, (std::vector<double>{1.3, 1.4, 1.7}));
     EXPECT_DOUBLE_EQ(profile.at(1.3, {1, 1, 1}).optical_depth, 2);
     EXPECT_NEAR(profile.at(1.7, {1, 1, 1}).optical_depth, 1.5, 1e-14);
@@ -483,7 +483,7 @@ TEST_F(RingProfileFile, MayBeOfAPlanetWithALayerOfItsOwn) {
                           "density = 0.1\noptical_depth = { clouds = true, most = 3.0, seed = 4 "
                           "}\n";
     const Scene scene = read(rows, "[planet]\nsurface = 0.25\n" + layer).panels[0];
-    const Rings& rings = std::get<Rings>(scene.subject);
+    const Rings& rings = the_rings(scene);
     ASSERT_TRUE(rings.planet_layer.has_value());
     EXPECT_EQ(rings.planet_layer->components[0].text(), "rayleigh");
     EXPECT_EQ(rings.planet_layer->optical_depth.max, 3);
@@ -533,7 +533,7 @@ planet.surface = { wind = 9, colour = 0.04 }
 )")
                                           .panels;
     const auto ocean = [&](std::size_t panel) -> const Texture& {
-        return std::get<Planet>(panels[panel].subject).surface;
+        return the_planet(panels[panel]).surface;
     };
     EXPECT_EQ(ocean(0).mirror, ocean(1).mirror);
     EXPECT_NE(ocean(0).mirror, ocean(2).mirror);
@@ -553,14 +553,14 @@ TEST(SceneFile, RefusesShellsBeyondTheirRange) {
                "[layer]\nphase_function = 'isotropic'\nalbedo = 0.5\noptical_depth = 2\n" +
                layer + "[planet]\nshell = " + shell + "\n";
     };
-    EXPECT_EQ(std::get<Planet>(parse_scene(planet("", "0.02")).panels[0].subject).shell, 0.02);
+    EXPECT_EQ(the_planet(parse_scene(planet("", "0.02")).panels[0]).shell, 0.02);
     expect_scene_refusal(planet("", "0.03"),
                          {"line 11: planet.shell", "0.05 over", "0.025", "0.03"});
     expect_scene_refusal(planet("", "0.06"), {"planet.shell", "[0, 0.05]", "got 0.06"});
     expect_scene_refusal(planet("opposition = { law = 'blinn', density = 0.1 }\n", "0.01"),
                          {"planet.shell", "0 where the layer is a stack or has an opposition"});
     std::string close = planet("", "0.02");
-    expect_scene_refusal(close.replace(close.find("1.04"), 4, "1.01"), {"outside the planet"});
+    expect_scene_refusal(close.replace(close.find("1.04"), 4, "1.01"), "outside the planet");
 }
 
 TEST_F(RingProfileFile, NamesTheLineOfABadRow) {
@@ -573,7 +573,7 @@ TEST_F(RingProfileFile, NamesTheLineOfABadRow) {
     refuse("120,1,0.6,0.2\n110,1,0.2,0.2\n", {"line 3", "radius", "above", "got 110"});
     refuse("120,1,0.6,0.2\n", {"at least 2 rows", "got 1"});
     refuse("90,1,0.6,0.2\n120,1,0.6,0.2\n", {"rings.inner", "planet's radius", "got 0.9"});
-    expect_refusal([&] { read("radius,optical_depth,w1\n120,1,0.5\n"); }, {"w2"});
+    expect_refusal([&] { read("radius,optical_depth,w1\n120,1,0.5\n"); }, "w2");
 }
 
 TEST(SceneFile, OfTheGalleryIsReadable) {
@@ -638,7 +638,7 @@ TEST(Film, ChangesNumbersLinearlyBetweenKeysAndAllElseAtThem) {
         EXPECT_DOUBLE_EQ(scene.camera.position.y, 7 - x[k]) << k;
         EXPECT_EQ(scene.layer.optical_depth.seed, k < 6 ? 3u : 8u) << k;
         EXPECT_EQ(scene.effects.multiple, k < 6) << k;
-        EXPECT_EQ(std::get<Slab>(scene.subject).height, 4) << "of the only key";
+        EXPECT_EQ(the_slab(scene).height, 4) << "of the only key";
         EXPECT_EQ(scene.layer.optical_depth.offset.y, 2);
         EXPECT_EQ(scene.layer.optical_depth.coverage, 0.4) << "as without keys";
     }
@@ -654,8 +654,8 @@ TEST(Film, GivesPanelsTheirOwnKeysInEveryFrame) {
     for (const SceneFile& frame : film) {
         ASSERT_EQ(frame.panels.size(), 2u);
         EXPECT_EQ(frame.panels[1].camera.position.x, frame.panels[0].camera.position.x);
-        EXPECT_EQ(std::get<Slab>(frame.panels[0].subject).height, 4);
-        EXPECT_EQ(std::get<Slab>(frame.panels[1].subject).height, 5);
+        EXPECT_EQ(the_slab(frame.panels[0]).height, 4);
+        EXPECT_EQ(the_slab(frame.panels[1]).height, 5);
     }
 }
 
@@ -674,13 +674,13 @@ TEST(Film, RefusesWhatNoFramesCanBeMadeOf) {
     refused("frame = 6\n", "", {"animation.keys.frame", "present"});
     refused("seed = 8", "sead = 8", {"frame", "unknown key 'layer.optical_depth.sead'"});
     refused("seed = 8", "seed = -8", {"frame 6, line 38: layer.optical_depth.seed", "got -8"});
-    refused("layer.optical_depth.seed = 8", "layer.optical_depth = 8", {"optical_depth as both"});
+    refused("layer.optical_depth.seed = 8", "layer.optical_depth = 8", "optical_depth as both");
     refused("[7.0, 0, 1]", "[-3, -4, 1]", {"frame 4: camera.position", "look_at"});
     refused("[[animation.keys]]\nframe = 4",
             "picture.width = 64\n[[animation.keys]]\nframe = 4\npicture.width = 32",
-            {"one size in all frames"});
+            "one size in all frames");
     for (const char* key : {"panels = []", "columns = 2", "animation = {}"})
-        refused("effects = 'all'", key, {"absent from animation.keys"});
+        refused("effects = 'all'", key, "absent from animation.keys");
     expect_scene_refusal(moving + "[[panels]]\nanimation = {}\n", {"animation", "from a panel"});
     expect_scene_refusal(
         "[lambert]\nphase_function = 'isotropic'\nalbedo = 1.0\noptical_depth = 1.0\n"

@@ -136,28 +136,21 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"direction", "direction = [0, 0, 0]", "sun.direction", "longer than 0"},
         {"direction", "direction = [0, 0, 1]\nphase_angle_deg = 3.0", "sun must be given by",
          "several"},
-        {"colour", "colour = -1.0", "background.colour", "[0, 1e6]", "got -1"},
         {"phase_function", "phase_function = 'henyey_greenstein:g=1'", "g must be", "(-1, 1)"},
         {"phase_function", "phase_function = ['isotropic', 'rayleigh']", "layer.phase_function",
          "list of three", "got 2"},
         {"phase_function", "phase_function = ['isotropic', 'rayleigh', 2]", "layer.phase_function",
          "list of three"},
-        {"albedo", "albedo = 1.5", "layer.albedo", "[0, 1]", "got 1.5"},
         {"albedo", "albedo = 'phase_function'", "layer.albedo", "droplets",
          "got \"phase_function\""},
         {"albedo", "albedo = [0.5, 0.5]", "layer.albedo", "three numbers", "got 2"},
-        {"optical_depth", "optical_depth = -1.0", "layer.optical_depth", "[0, inf]", "got -1"},
-        {"optical_depth", "optical_depth = { clouds = true, most = 1e5 }", "most", "[0, 1e4]"},
         {"optical_depth", "optical_depth = { most = 1.0 }", "layer.optical_depth", "neither"},
         {"optical_depth", "optical_depth = { clouds = false, most = 1.0 }", "clouds must be true;",
          "a number as its optical_depth", "got false"},
-        {"density", "density = 1.0", "layer.density", "[0, 1)"},
         {"opposition", "opposition = { law = 'moon' }", "opposition.law", "hapke", "got moon"},
-        {"surface", "surface = 1.1", "slab.surface", "[0, 1]", "got 1.1"},
         {"surface", "surface = { pattern = 'dots' }", "slab.surface.pattern", "got dots"},
         {"surface", "surface = { image = 'a.jpg' }", ".png or .exr", "a.jpg"},
         {"position", "position = [1.0, 0.0, -2.0]", "camera.position", "above the ground", "-2"},
-        {"direction", "direction = [0, 0, 1]\ncolour = -1.0", "sun.colour", "[0, 1e6]"},
         {"direction", "direction = [0, 0, 1]\nvisible = 'yes'", "sun.visible", "true or false"},
         {"angular_diameter_deg", "visible = true", "sun.visible", "false where"},
         {"optical_depth", "optical_depth = [1.0, 2.0]", "layer.optical_depth", "three numbers"},
@@ -347,7 +340,6 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     const std::string at = folder.path().string() + "/";
     expect_place("rings.inward = 1.0", "unknown key 'rings.inward'; did you mean 'rings.inner'?");
     expect_place("rings.flattening = 1.0", "rings.flattening must be a number in [0, 0.9], got 1");
-    expect_place("rings.flattening = 'much'", "rings.flattening must be a number in [0, 0.9], got");
     expect_place("rings.inner = 3.0", "rings.inner must be within the profile, [1.2, 2], got 3");
     expect_place("rings.profile = 'bent.csv'", "rings.profile: " + at +
                                                    "bent.csv, line 3: radius must be above the one "
@@ -556,7 +548,6 @@ TEST(SceneFile, RefusesShellsBeyondTheirRange) {
     EXPECT_EQ(the_planet(parse_scene(planet("", "0.02")).panels[0]).shell, 0.02);
     expect_scene_refusal(planet("", "0.03"),
                          {"line 11: planet.shell", "0.05 over", "0.025", "0.03"});
-    expect_scene_refusal(planet("", "0.06"), {"planet.shell", "[0, 0.05]", "got 0.06"});
     expect_scene_refusal(planet("opposition = { law = 'blinn', density = 0.1 }\n", "0.01"),
                          {"planet.shell", "0 where the layer is a stack or has an opposition"});
     std::string close = planet("", "0.02");

@@ -287,10 +287,11 @@ TEST(Recipe, ReadsTheLowerBoundary) {
 }
 
 TEST(Recipe, RefusesTransmissionOverGround) {
-    expect_recipe_refusal(
-        recipe_with("sides = ['reflection', 'transmission']\n[below]\nlambert_albedo = 0.3"),
-        {"recipe: line 5: sides", "[\"reflection\"]", "[below]", "nothing pass",
-         "got transmission"});
+    for (const char* const sides : {"['reflection', 'transmission']", "['transmission']"})
+        expect_recipe_refusal(
+            recipe_with(std::string("sides = ") + sides + "\n[below]\nlambert_albedo = 0.3"),
+            {"recipe: line 5: sides", "[\"reflection\"]", "[below]", "nothing pass",
+             "got transmission"});
 }
 
 TEST(Recipe, RefusesUnknownGrounds) {

@@ -11,7 +11,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <iostream>
 #include <malloc.h>
 #include <thread>
 
@@ -109,8 +108,6 @@ TEST(Load, OnManyThreadsChangesNeitherResultsNorHeapUse) {
     const double before = *std::min_element(in_use.begin() + warm_up, middle);
     const double after = *std::min_element(middle, in_use.end());
     EXPECT_LE(after, 1.01 * before) << loads << " loads";
-    std::cout << rounds << " rounds of " << 2 * queries.size() << " lookups, " << 2 * loads
-              << " loads; heap " << before << ", then " << after << " bytes\n";
 }
 
 }  // namespace

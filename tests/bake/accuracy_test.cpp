@@ -6,8 +6,6 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -30,8 +28,7 @@ TEST(ErrorQuantile, BoundsItsShareOfErrors) {
     EXPECT_EQ(error_quantile(samples, 0.5), 0.5);
     EXPECT_NEAR(error_quantile(samples, 0.999), 0.999, 1e-15);
     EXPECT_EQ(error_quantile(samples, 1), 1);
-    EXPECT_TRUE(std::is_sorted(samples.begin(), samples.end(),
-                               [](const auto& a, const auto& b) { return a.error < b.error; }));
+    EXPECT_TRUE(std::ranges::is_sorted(samples, {}, &ErrorSample::error));
     EXPECT_EQ(error_quantile(samples, 0.9991), 1) << "the next one, not the one before";
 }
 
@@ -100,7 +97,7 @@ TEST(Floor, HasALowerLimit) {
 
 TEST(Verify, ComparesEverySideAtEveryPoint) {
     const Table table = bake(explicit_recipe());
-    const Verification verification = verify(table, VerifyOptions{.samples = 101});
+    const Verification verification = verify(table, {.samples = 101});
     EXPECT_EQ(verification.samples.size(), 202u);
     EXPECT_GT(verification.reference_nodes, 9);
     for (const ErrorSample& sample : verification.samples) {
@@ -148,7 +145,7 @@ TEST(Verify, DrawsForwardAndGrazingPointsOfPeakedPhaseFunctionsAlone) {
     const auto azimuths = [](const std::vector<ErrorSample>& samples) {
         std::vector<double> all;
         for (const ErrorSample& sample : samples) all.push_back(sample.geometry.azimuth);
-        std::sort(all.begin(), all.end());
+        std::ranges::sort(all);
         return all;
     };
     EXPECT_EQ(azimuths(peaked.samples), azimuths(smooth.samples));
@@ -204,8 +201,7 @@ TEST(Verify, ReportsProgressUpToTheEnd) {
 
 TEST(Verify, RefusesZeroSamples) {
     const Table table = bake(explicit_recipe());
-    expect_refusal([&] { verify(table, VerifyOptions{.samples = 0}); },
-                   {"verify", "samples", ">= 1", "got 0"});
+    expect_refusal([&] { verify(table, {.samples = 0}); }, {"verify", "samples", ">= 1", "got 0"});
 }
 
 /// A table good to 1e-3: one percent of its higher orders is a difference that must show.
@@ -234,7 +230,7 @@ TEST(Verify, DetectsAOnePercentError) {
 TEST(Verify, DetectsInconsistentFluxes) {
     Table table = bake(explicit_recipe());
     for (float& albedo : table.plane_albedo) albedo *= 1.05F;
-    const Verification verification = verify(table, VerifyOptions{.samples = 50});
+    const Verification verification = verify(table, {.samples = 50});
     EXPECT_GT(verification.furnace_defect, 1e-2);
     EXPECT_GT(verification.energy_defect, 1e-3);
 }
@@ -242,7 +238,7 @@ TEST(Verify, DetectsInconsistentFluxes) {
 TEST(Verify, SkipsEnergyWhereEveryLayerAbsorbs) {
     Recipe recipe = explicit_recipe();
     recipe.albedo = {0.75, 0.9};
-    EXPECT_EQ(verify(bake(recipe), VerifyOptions{.samples = 50}).energy_defect, -1);
+    EXPECT_EQ(verify(bake(recipe), {.samples = 50}).energy_defect, -1);
 }
 
 }  // namespace

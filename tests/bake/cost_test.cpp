@@ -7,15 +7,10 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <sstream>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -65,10 +60,9 @@ TEST(Frontier, IsMonotoneAndComplete) {
             EXPECT_GT(trades[frontier[n - 1]].error, trades[frontier[n]].error);
         }
         for (const Trade& trade : trades) {
-            const bool is_undercut =
-                std::any_of(trades.begin(), trades.end(),
-                            [&](const Trade& other) { return undercuts(other, trade); });
-            const bool is_met = std::any_of(frontier.begin(), frontier.end(), [&](std::size_t at) {
+            const bool is_undercut = std::ranges::any_of(
+                trades, [&](const Trade& other) { return undercuts(other, trade); });
+            const bool is_met = std::ranges::any_of(frontier, [&](std::size_t at) {
                 return trades[at].cost == trade.cost && trades[at].error == trade.error;
             });
             EXPECT_NE(is_undercut, is_met);
@@ -134,8 +128,7 @@ TEST(Cost, ErrorsFallWithNodes) {
 
 TEST(Cost, SolverErrorsBoundASingleLayer) {
     const auto solve = [](int nodes) {
-        return solve_layer(recipe().phase_function, 1, 2, floor_cosines(),
-                           SolverOptions{.nodes = nodes});
+        return solve_layer(recipe().phase_function, 1, 2, floor_cosines(), {.nodes = nodes});
     };
     const LayerSolution coarse = solve(6), fine = solve(64);
     double largest = 0;
@@ -191,14 +184,9 @@ TEST(Cost, VariesEveryAxisAndAllTogether) {
     const std::vector<CostPoint> tables = points_of(Kind::table);
     for (const char* const varied : {"mu_samples", "azimuth_samples", "albedo_samples",
                                      "optical_depth_samples_per_octave", "all"}) {
-        const auto count = std::count_if(tables.begin(), tables.end(), [&](const CostPoint& point) {
-            return point.varied == varied;
-        });
-        EXPECT_GE(count, 1) << varied;
+        EXPECT_GE(std::ranges::count(tables, varied, &CostPoint::varied), 1) << varied;
     }
-    const auto [smallest, largest] = std::minmax_element(
-        tables.begin(), tables.end(),
-        [](const CostPoint& a, const CostPoint& b) { return a.bytes < b.bytes; });
+    const auto [smallest, largest] = std::ranges::minmax_element(tables, {}, &CostPoint::bytes);
     EXPECT_GT(smallest->error_99_9, largest->error_99_9);
 }
 
@@ -210,8 +198,8 @@ TEST(Cost, MeasuresNoTableTwice) {
             sampled.push_back({d.mu_samples, d.azimuth_samples, d.optical_depth_samples_per_octave,
                                d.albedo_samples});
     }
-    std::sort(sampled.begin(), sampled.end());
-    EXPECT_EQ(std::adjacent_find(sampled.begin(), sampled.end()), sampled.end());
+    std::ranges::sort(sampled);
+    EXPECT_EQ(std::ranges::adjacent_find(sampled), sampled.end());
 }
 
 TEST(Cost, ComparesEveryPointWithTheFrontier) {
@@ -230,12 +218,12 @@ TEST(Cost, ComparesEveryPointWithTheFrontier) {
         }
     }
     for (const char* const what : {"solver error", "table error"})
-        EXPECT_EQ(std::count_if(measured().notes.begin(), measured().notes.end(),
-                                [&](const std::string& note) {
-                                    return note.rfind("tolerance ", 0) == 0 &&
-                                           note.find(what) != std::string::npos &&
-                                           note.find(" times the ") != std::string::npos;
-                                }),
+        EXPECT_EQ(std::ranges::count_if(measured().notes,
+                                        [&](const std::string& note) {
+                                            return note.starts_with("tolerance ") &&
+                                                   note.find(what) != note.npos &&
+                                                   note.find(" times the ") != note.npos;
+                                        }),
                   3);
 }
 
@@ -267,8 +255,7 @@ TEST(Cost, FillsTheColumnsOfEachKind) {
         const CostPoint& point = measured().study.points[rows];
         for (std::size_t c = 0; c < header.size(); ++c) {
             EXPECT_EQ(header[c], cost_columns()[c].first);
-            const bool is_tables =
-                std::find(of_tables.begin(), of_tables.end(), header[c]) != of_tables.end();
+            const bool is_tables = std::ranges::find(of_tables, header[c]) != of_tables.end();
             const bool is_of_family =  // the recipe is of one phase function
                 std::ranges::find(of_family, header[c]) != of_family.end();
             const bool is_table = point.kind != Kind::solver;
@@ -305,7 +292,7 @@ Recipe one_layer(const std::string& lines, const std::string& phase_function) {
 }
 
 CostStudy study_of(const std::string& lines, const std::string& phase_function = "isotropic") {
-    return measure_cost(one_layer(lines, phase_function), CostOptions{.seconds = 1e6});
+    return measure_cost(one_layer(lines, phase_function), {.seconds = 1e6});
 }
 
 TEST(Cost, RespectsOrdersAndLowerBoundary) {
@@ -323,26 +310,25 @@ TEST(Cost, RespectsOrdersAndLowerBoundary) {
             EXPECT_LE(point.error_99_9, 0.1) << lines;
         }
         EXPECT_EQ(chosen, 3) << "a solver, a table and that packed";
-        EXPECT_EQ(std::any_of(study.points.begin(), study.points.end(),
-                              [](const CostPoint& p) { return p.varied == "azimuth_samples"; }),
-                  std::string(lines).find("rayleigh") != std::string::npos)
+        EXPECT_EQ(std::ranges::count(study.points, "azimuth_samples", &CostPoint::varied) > 0,
+                  std::string_view(lines).find("rayleigh") != std::string_view::npos)
             << "the azimuth matters where either phase function asks for it";
     }
 }
 
 TEST(Cost, AlwaysMeasuresTheRecipesTolerance) {
-    const CostStudy study = measure_cost(recipe(), CostOptions{.seconds = 1e-6});
+    const CostStudy study = measure_cost(recipe(), {.seconds = 1e-6});
     for (const Kind kind : {Kind::solver, Kind::table})
-        EXPECT_TRUE(std::any_of(
-            study.points.begin(), study.points.end(),
-            [&](const CostPoint& point) { return point.kind == kind && point.tolerance == 0.03; }));
+        EXPECT_TRUE(std::ranges::any_of(study.points, [&](const CostPoint& point) {
+            return point.kind == kind && point.tolerance == 0.03;
+        }));
 }
 
 TEST(Cost, MeasuresASingleSemiInfiniteLayer) {
     Recipe single = recipe();
     single.albedo = {0.9, 0.9};
     single.optical_depth = {INFINITY, INFINITY};
-    const CostStudy study = measure_cost(single, CostOptions{.seconds = 0.5});
+    const CostStudy study = measure_cost(single, {.seconds = 0.5});
     for (const CostPoint& point : study.points) {
         EXPECT_NE(point.varied, "albedo_samples");
         EXPECT_NE(point.varied, "optical_depth_samples_per_octave");
@@ -351,7 +337,7 @@ TEST(Cost, MeasuresASingleSemiInfiniteLayer) {
 }
 
 TEST(Cost, RefusesZeroSecondsAndStacks) {
-    expect_refusal([&] { measure_cost(recipe(), CostOptions{.seconds = 0}); },
+    expect_refusal([&] { measure_cost(recipe(), {.seconds = 0}); },
                    {"measure_cost", "seconds", "above 0", "got 0"});
     Recipe stack = recipe();
     stack.layers.resize(2);

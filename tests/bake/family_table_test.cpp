@@ -7,12 +7,8 @@
 
 #include "table_equality.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -179,7 +175,7 @@ TEST(FamilyTable, FailsVerificationWhereCoarse) {
         recipe.discretisation.family_samples[0] = mixture_samples;
         Table table = solve_table(recipe);
         table.attributes["nodes"] = std::to_string(recipe.discretisation.nodes);
-        return verify(table, VerifyOptions{.samples = 500}).meets(recipe.tolerance);
+        return verify(table, {.samples = 500}).meets(recipe.tolerance);
     };
     EXPECT_TRUE(is_met(recipe.discretisation.family_samples[0]));
     EXPECT_FALSE(is_met(2));

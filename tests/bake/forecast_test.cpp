@@ -3,10 +3,6 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
-#include <string>
-
 namespace stratus {
 namespace {
 
@@ -80,7 +76,7 @@ TEST(Forecast, NamesAnAxisAtItsCapAndWhatWouldDo) {
     EXPECT_GT(axis.needed_bytes, ahead.bytes);
     const std::string sentence = describe(axis);
     for (const char* part : {"mu_samples", "at its cap of 56", "would do", "share"})
-        expect_holds(sentence, {part});
+        expect_holds(sentence, part);
 }
 
 TEST(Forecast, MissesWhereAnAxisAloneDoes) {

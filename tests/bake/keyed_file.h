@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,13 +59,14 @@ class KeyedFile {
     Lines lines_;
 };
 
-/// Values just outside the range that the row of a number states; none for other rows.
+/// Values that no number is, and just outside the range that the row of a number states, whatever else it
+/// may be; none for other rows.
 inline std::vector<std::string> values_out_of_range(const Key& key) {
     const std::string form = key.form;
     const bool whole = form == "whole number";
     char opens, closes;
     double low, high;
-    if ((!whole && form != "number") ||
+    if ((!whole && !form.starts_with("number")) ||
         std::sscanf(key.range, "%c%lf, %lf%c", &opens, &low, &high, &closes) != 4)
         return {};
     const auto beyond = [&](double bound, bool is_open, double sign) {
@@ -73,16 +75,17 @@ inline std::vector<std::string> values_out_of_range(const Key& key) {
         std::snprintf(text, sizeof text, whole ? "%.0f" : "%.17e", bound + sign * step);
         return std::string(text);
     };
-    std::vector<std::string> values{beyond(low, opens == '(', -1)};
+    std::vector<std::string> values{"1979-05-27", beyond(low, opens == '(', -1)};
     if (std::isfinite(high)) values.push_back(beyond(high, closes == ')', 1));
-    if (!whole) values.push_back("nan");
+    values.push_back(whole ? "2.5" : "nan");
     if (std::string(key.range).find("inf") == std::string::npos) values.push_back("inf");
     return values;
 }
 
-/// Every key of the table is read, every default allowed, and every number refused beyond its range. A
-/// key that is not read would take a date, which no key may be. `full_name` is the full name of a key in these files, each of which must
-/// be taken as it is.
+/// Every key stands once in its table and is read, every default allowed, and every number refused beyond
+/// its range. A key that is not read would take a date, which no key may be: texts and numbers are refused by
+/// their form. `full_name` is the full name of a key in these files, each of which must be taken as it is, and
+/// empty where another test reads the key.
 inline void expect_keys_are_read(Keys keys, const std::string& caller,
                                  const std::vector<KeyedFile>& files,
                                  const std::function<void(const std::string&)>& parse,
@@ -91,14 +94,18 @@ inline void expect_keys_are_read(Keys keys, const std::string& caller,
         return refusal([&] { parse(file.text()); });
     };
     for (const KeyedFile& file : files) EXPECT_EQ(refusal_of(file), "") << file.text();
+    std::set<std::string> names;
     for (const Key& key : keys) {
+        EXPECT_TRUE(names.insert(key.name).second) << key.name;
         const std::string name = full_name(key);
+        if (name.empty()) continue;
         bool read = false;
         for (const KeyedFile& file : files) {
             if (!file.has(name)) continue;
             const KeyedFile dated = file.with(name, "1979-05-27");
-            const std::string start = caller + ": " + dated.last_line() + ": " + name + " must be ";
-            if (!refusal_of(dated).starts_with(start)) continue;
+            const std::string start = caller + ": " + dated.last_line() + ": " + name + " must be ",
+                              what = key.form == std::string("string") ? "a string" : "";
+            if (!refusal_of(dated).starts_with(start + what)) continue;
             read = true;
             for (const std::string& value : values_out_of_range(key))
                 expect_holds(refusal_of(file.with(name, value)),

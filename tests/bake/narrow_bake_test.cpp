@@ -10,10 +10,7 @@
 #include "row_name.h"
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -51,7 +48,7 @@ void expect_within(const AxisView& axis, double value) {
 TEST_P(NarrowBake, KeepsItsToleranceAgainstTheSolver) {
     const Recipe recipe = narrowed(rayleigh_recipe());
     const Table table = bake(recipe);
-    const Verification found = verify(table, VerifyOptions{.samples = 400});
+    const Verification found = verify(table, {.samples = 400});
     EXPECT_TRUE(found.meets(recipe.tolerance)) << found.samples.back().error;
     ASSERT_EQ(found.samples.size(), 800U);  // of both sides
     for (const ErrorSample& sample : found.samples) {
@@ -124,11 +121,8 @@ TEST(NarrowTable, HasFluxesWhereAllIncidentDirectionsAreKnown) {
     const Table of_views = solve_table(recipe);
     ASSERT_EQ(of_views.mu_in.values, full.mu_in.values);
     for (const auto flux :
-         {&Table::plane_albedo, &Table::diffuse_transmittance, &Table::spherical_albedo}) {
-        ASSERT_EQ((of_views.*flux).size(), (full.*flux).size());
-        for (std::size_t n = 0; n < (full.*flux).size(); ++n)
-            EXPECT_NEAR((of_views.*flux)[n], (full.*flux)[n], 1e-6);
-    }
+         {&Table::plane_albedo, &Table::diffuse_transmittance, &Table::spherical_albedo})
+        expect_all_near(of_views.*flux, full.*flux, 0, 1e-6);
     recipe.mu_in = {0.3, 0.3};
     const Table of_one = solve_table(recipe);
     EXPECT_TRUE(of_one.plane_albedo.empty());
@@ -149,7 +143,7 @@ TEST(NarrowTable, IsCheckedNearForwardWithinItsAzimuths) {
     recipe.azimuth = {0, 20};
     recipe.mu_out = {0.3, 0.9};
     const Table table = bake(recipe);
-    const Verification found = verify(table, VerifyOptions{.samples = 400});
+    const Verification found = verify(table, {.samples = 400});
     EXPECT_TRUE(found.meets(recipe.tolerance));
     EXPECT_GE(found.forward.size(), 50U);
     for (const ErrorSample& sample : found.forward) {
@@ -161,13 +155,13 @@ TEST(NarrowTable, IsCheckedNearForwardWithinItsAzimuths) {
 TEST(NarrowTable, RefusesDirectionsOutOfRange) {
     Recipe recipe = explicit_recipe();
     recipe.mu_in = {0.5, 0.25};
-    expect_refusal([&] { solve_table(recipe); }, {"mu_in.min must be in [0, mu_in.max], got 0.5"});
+    expect_refusal([&] { solve_table(recipe); }, "mu_in.min must be in [0, mu_in.max], got 0.5");
     recipe.mu_in = {0, 0};
-    expect_refusal([&] { resolve(recipe); }, {"mu_in.max must be in [0.0001, 1], got 0"});
+    expect_refusal([&] { resolve(recipe); }, "mu_in.max must be in [0.0001, 1], got 0");
     recipe.mu_in = {0, 1};
     recipe.azimuth = {0, 200};
     expect_refusal([&] { solve_table(recipe); },
-                   {"azimuth_deg.max must be in [0.001, 180], got 200"});
+                   "azimuth_deg.max must be in [0.001, 180], got 200");
 }
 
 }  // namespace

@@ -5,10 +5,7 @@
 
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
 
 namespace stratus::test {
 namespace {

@@ -2,15 +2,11 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <barrier>
 #include <mutex>
 #include <set>
-#include <stdexcept>
 #include <thread>
-#include <vector>
 
 namespace stratus {
 namespace {

@@ -9,12 +9,8 @@
 #include "small_recipe.h"
 #include "temporary_folder.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -49,7 +45,7 @@ const std::vector<Geometry> geometries{{0.7, 0.7, 0.02}, {0.7, 0.72, 0.1},  {0.3
 double solved(Side side, double albedo, double tau, const Geometry& at, int orders = 0) {
     const LayerSolution layer =
         solve_layer(PhaseFunction::henyey_greenstein(0.9), albedo, tau, {at.mu_in, at.mu_out},
-                    SolverOptions{.nodes = 64, .orders = orders, .mode_tolerance = 1e-6});
+                    {.nodes = 64, .orders = orders, .mode_tolerance = 1e-6});
     return side == Side::reflection ? layer.reflection(0, 1, at.azimuth).total
                                     : layer.transmission(0, 1, at.azimuth).total;
 }
@@ -74,7 +70,7 @@ TEST(PathLawTable, LookupsMeetTheSolver) {
     for (const double albedo : {0.93, 1.0})
         for (const double tau : {0.7, 3.0})
             for (const Geometry& at : geometries)
-                for (const Side side : {Side::reflection, Side::transmission}) {
+                for (const Side side : both_sides) {
                     const double expected = solved(side, albedo, tau, at);
                     const auto look_up = side == Side::reflection ? reflection : transmission;
                     EXPECT_NEAR(look_up(table().view(), albedo, tau, at).total(), expected,

@@ -6,11 +6,6 @@
 #include "small_recipe.h"
 #include "temporary_folder.h"
 
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <stdexcept>
-
 namespace stratus::test {
 namespace {
 
@@ -116,24 +111,15 @@ TEST(Recipe, RefusesDirectionsOutOfRange) {
         const auto refused = [&](const std::string& value, const Fragments& says) {
             expect_recipe_refusal(recipe_with(key + (" = " + value) + "\n"), says);
         };
-        refused("1.5", {"recipe", key, "[0, 1]", "got 1.5"});
-        refused("-0.5", {"recipe", key, "[0, 1]", "got -0.5"});
-        refused("nan", {"recipe", key, "[0, 1]", "got nan"});
         refused("0.00001", {"recipe", key, ".max", "[0.0001, 1]", "got 1e-05"});
-        refused("'sun'", {"recipe", key, "a number"});
         refused("[0.1, 0.2]", {"recipe", key, "a number"});
         refused("{ min = 0.5, max = 0.25 }", {"recipe", key, ".min", "at most max", "got 0.5"});
         refused("{ min = 0.5 }", {"recipe", key, ".max", "present"});
         refused("{ min = 0.5, max = 0.50000001 }", {"recipe", key, "equal to min or 1e-06"});
     }
-    expect_recipe_refusal(
-        recipe_with("azimuth_deg = 181\n"),
-        {"azimuth_deg must be a number or table { min, max } in [0, 180], got 181"});
     expect_recipe_refusal(recipe_with("azimuth_deg = 0\n"),
-                          {"azimuth_deg.max must be in [0.001, 180], got 0"});
-    expect_recipe_refusal(recipe_with("azimuth_deg = { min = -9, max = 9 }\n"),
-                          {"azimuth_deg.min must be a number in [0, 180], got -9"});
-    expect_recipe_refusal(recipe_with("azimuth = 5\n"), {"'azimuth'; did you mean 'azimuth_deg'"});
+                          "azimuth_deg.max must be in [0.001, 180], got 0");
+    expect_recipe_refusal(recipe_with("azimuth = 5\n"), "'azimuth'; did you mean 'azimuth_deg'");
 }
 
 TEST(Recipe, TakesTheAlbedoOfDroplets) {
@@ -166,56 +152,42 @@ TEST(Recipe, RefusesTransmissionAtInfinityAlone) {
 TEST(Recipe, RequiresItsFourKeys) {
     for (const char* key : {"phase_function", "tolerance", "optical_depth", "albedo"})
         expect_recipe_refusal(recipe_but(key, ""), {"recipe", key});
-    expect_recipe_refusal("", {"recipe: phase_function"});
+    expect_recipe_refusal("", "recipe: phase_function");
 }
 
 TEST(Recipe, RefusesUnknownKeysAndNamesTheNearest) {
     expect_recipe_refusal(recipe_with("tolerence = 1e-3\n"),
-                          {"recipe: line 5: unknown key 'tolerence'; did you mean 'tolerance'"});
+                          "recipe: line 5: unknown key 'tolerence'; did you mean 'tolerance'");
     expect_recipe_refusal(
         recipe_but("albedo", "albedo = { min = 0, maximum = 1 }"),
-        {"recipe: line 4: unknown key 'albedo.maximum'; did you mean 'albedo.max'"});
+        "recipe: line 4: unknown key 'albedo.maximum'; did you mean 'albedo.max'");
     expect_recipe_refusal(recipe_with("[discretisation]\nmu_sample = 8\n"),
                           {"recipe", "'discretisation.mu_sample'", "'discretisation.mu_samples'"});
     expect_recipe_refusal(
         recipe_with("[discretization]\nmu_samples = 8\n"),
-        {"recipe: line 5: unknown key 'discretization'; did you mean 'discretisation'"});
+        "recipe: line 5: unknown key 'discretization'; did you mean 'discretisation'");
 }
 
 TEST(Recipe, RefusesMalformedToml) {
-    expect_recipe_refusal("title = \"Rings\"\ntolerance = \n", {"recipe: line 2"});
-    expect_recipe_refusal(recipe_with("albedo = { min = 0, max = 1 }\n"), {"recipe: line 5"});
+    expect_recipe_refusal("title = \"Rings\"\ntolerance = \n", "recipe: line 2");
+    expect_recipe_refusal(recipe_with("albedo = { min = 0, max = 1 }\n"), "recipe: line 5");
 }
 
 TEST(Recipe, RefusesValuesOfAnotherType) {
-    expect_recipe_refusal(recipe_with("title = 5\n"), {"recipe: line 5: title must be a string"});
-    expect_recipe_refusal(recipe_but("phase_function", "phase_function = ['rayleigh']"),
-                          {"recipe: line 1: phase_function must be a string"});
-    expect_recipe_refusal(recipe_but("tolerance", "tolerance = '1e-3'"),
-                          {"recipe: line 2: tolerance must be a number"});
     expect_recipe_refusal(recipe_but("albedo", "albedo = 0.5"),
-                          {"recipe: line 4: albedo must be a table { min"});
-    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, max = 'one' }"),
-                          {"recipe: line 4: albedo.max must be a number"});
+                          "recipe: line 4: albedo must be a table { min");
     expect_recipe_refusal(recipe_with("sides = 'reflection'\n"),
-                          {"recipe: line 5: sides must be a list"});
-    expect_recipe_refusal(recipe_with("sides = [1]\n"), {"recipe: line 5: sides must be a list"});
-    expect_recipe_refusal(recipe_with("discretisation = 8\n"), {"recipe: line 5: discretisation"});
-    expect_recipe_refusal(recipe_with("[discretisation]\nnodes = 'eight'\n"),
-                          {"recipe: line 6: discretisation.nodes must be a whole number"});
-    expect_recipe_refusal(recipe_with("[discretisation]\nnodes = 8.5\n"),
-                          {"recipe: line 6: discretisation.nodes must be a whole number"});
-    expect_recipe_refusal(recipe_with("[discretisation]\nscheme = 1\n"),
-                          {"recipe: line 6: discretisation.scheme must be a string"});
+                          "recipe: line 5: sides must be a list");
+    expect_recipe_refusal(recipe_with("sides = [1]\n"), "recipe: line 5: sides must be a list");
 }
 
 TEST(Recipe, RefusesRangesThatDescendOrHaveOneEnd) {
     expect_recipe_refusal(recipe_but("optical_depth", "optical_depth = { min = 2, max = 1 }"),
-                          {"recipe: line 3: optical_depth.min must be at most max, got 2"});
+                          "recipe: line 3: optical_depth.min must be at most max, got 2");
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.75, max = 0.5 }"),
-                          {"recipe: line 4: albedo.min must be at most max, got 0.75"});
+                          "recipe: line 4: albedo.min must be at most max, got 0.75");
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.5 }"),
-                          {"recipe: line 4: albedo.max"});
+                          "recipe: line 4: albedo.max");
 }
 
 TEST(Recipe, RefusesUnknownSides) {
@@ -227,7 +199,7 @@ TEST(Recipe, RefusesUnknownSides) {
 TEST(Recipe, ReadsOrders) {
     EXPECT_EQ(parse_recipe(recipe_with("orders = 'all'\n")).orders, 0);
     EXPECT_EQ(parse_recipe(recipe_with("orders = 3\n")).orders, 3);
-    expect_holds(resolved_text(parse_recipe(recipe_with("orders = 3\n"))), {"orders = 3\n"});
+    expect_holds(resolved_text(parse_recipe(recipe_with("orders = 3\n"))), "orders = 3\n");
 }
 
 TEST(Recipe, RefusesOtherOrders) {
@@ -251,8 +223,8 @@ TEST(Recipe, RefusesUnknownScalesAndSchemes) {
 
 TEST(Recipe, RefusesUnknownPhaseFunctions) {
     expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'henyey_greenstein:g=1'"),
-                          {"henyey_greenstein: g must be in (-1"});
-    expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'mie'"), {"mie"});
+                          "henyey_greenstein: g must be in (-1");
+    expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'mie'"), "mie");
 }
 
 TEST(ReadRecipe, FindsPhaseTablesBesideTheRecipe) {
@@ -315,19 +287,20 @@ TEST(Recipe, ReadsTheLowerBoundary) {
 }
 
 TEST(Recipe, RefusesTransmissionOverGround) {
-    expect_recipe_refusal(
-        recipe_with("sides = ['reflection', 'transmission']\n[below]\nlambert_albedo = 0.3"),
-        {"recipe: line 5: sides", "[\"reflection\"]", "[below]", "nothing pass",
-         "got transmission"});
+    for (const char* const sides : {"['reflection', 'transmission']", "['transmission']"})
+        expect_recipe_refusal(
+            recipe_with(std::string("sides = ") + sides + "\n[below]\nlambert_albedo = 0.3"),
+            {"recipe: line 5: sides", "[\"reflection\"]", "[below]", "nothing pass",
+             "got transmission"});
 }
 
 TEST(Recipe, RefusesUnknownGrounds) {
     expect_recipe_refusal(
         recipe_with("[below]\nlambert = 1"),
-        {"recipe: line 6: unknown key 'below.lambert'; did you mean 'below.albedo'"});
+        "recipe: line 6: unknown key 'below.lambert'; did you mean 'below.albedo'");
     expect_recipe_refusal(
         recipe_with("[below]\nlambert_albedo = 1\nalbedo = 1"),
-        {"recipe: line 5: below must be lambert_albedo alone, ground alone, or both"});
+        "recipe: line 5: below must be lambert_albedo alone, ground alone, or both");
 }
 
 TEST(Recipe, MayMixTwoPhaseFunctions) {
@@ -363,26 +336,26 @@ TEST(Recipe, CountsNoDotsOrBracketsInTexts) {
         EXPECT_NO_THROW(parse_recipe(
             recipe_but("phase_function", "phase_function = 'rayleigh' # " + dots + brackets)));
         expect_refusal([&] { parse_recipe(recipe_with("depth = " + text)); },
-                       {"unknown key 'depth'"});
+                       "unknown key 'depth'");
     }
 }
 
 TEST(Recipe, ShowsNoControlCharacters) {
     expect_refusal([] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); },
-                   {"unknown key '\\x1b[2J'"});
+                   "unknown key '\\x1b[2J'");
 }
 
 TEST(Recipe, IsNoDeviceWithoutEnd) {
     if (!std::filesystem::is_character_file("/dev/zero")) GTEST_SKIP() << "no /dev/zero here";
     expect_refusal<std::runtime_error>([] { read_recipe("/dev/zero"); },
-                                       {"/dev/zero: must have at most 67108864 bytes"});
+                                       "/dev/zero: must have at most 67108864 bytes");
 }
 
 TEST(Recipe, RefusesMixturesOfOneShare) {
     const std::string second = "second_phase_function = 'isotropic'\nmixture = ";
     expect_recipe_refusal(recipe_with(second + "{ min = 0.5, max = 0.5 }\n"),
                           {"recipe: line 6: mixture.max", "above min", "sum", "0.5"});
-    expect_recipe_refusal(recipe_with("second_phase_function = 'mie'\n"), {"mie"});
+    expect_recipe_refusal(recipe_with("second_phase_function = 'mie'\n"), "mie");
 }
 
 TEST(Recipe, RefusesAMixtureOfOnePhaseFunction) {
@@ -435,7 +408,7 @@ TEST(Recipe, RefusesRangesTooNarrowToSample) {
                 "optical_depth = { min = 1, max = 2 }\n"
                 "albedo = { min = 0.9999999999999999, max = 1 }\n");
         },
-        {"albedo.max must be equal to min or 1e-9 above it, got 1"});
+        "albedo.max must be equal to min or 1e-9 above it, got 1");
 }
 
 TEST(ResolvedText, RoundTrips) {

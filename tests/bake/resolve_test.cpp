@@ -7,15 +7,10 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <functional>
 #include <random>
 #include <set>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus::test {
 namespace {

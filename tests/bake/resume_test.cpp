@@ -5,13 +5,9 @@
 #include "row_name.h"
 #include "small_recipe.h"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <map>
 #include <mutex>
-#include <string>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -132,7 +128,7 @@ TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
     bake(explicit_recipe(), log.options(1));
     log.pieces["attempt 0, request 0, depths from 0, 3 octaves, albedos 0 1 2"].push_back('x');
     expect_refusal<std::runtime_error>([&] { bake(explicit_recipe(), log.options(1)); },
-                                       {"depths from 0, 3 octaves, albedos 0 1 2 must hold"});
+                                       "depths from 0, 3 octaves, albedos 0 1 2 must hold");
 }
 
 /// Largest difference of two lists, relative to the largest number in them.

@@ -7,22 +7,15 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/member_and_ground.h>
-#include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
 
 #include "refusal.h"
+#include "small_recipe.h"
 #include "small_table.h"
-#include "table_equality.h"
 #include "temporary_folder.h"
 #include "uniform.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
-#include <random>
-#include <string>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -65,8 +58,7 @@ void expect_solved(const Table& table) {
     const std::vector<Geometry> geometries = random_geometries(60);
     std::vector<double> mu;
     for (const Geometry& at : geometries) mu.insert(mu.end(), {at.mu_in, at.mu_out});
-    const StackSolution stack =
-        solve_stack(table.layers, table.lower_boundary, mu, SolverOptions{.nodes = 48});
+    const StackSolution stack = solve_stack(table.layers, table.lower_boundary, mu, {.nodes = 48});
     double brightest[2] = {};
     for (std::size_t n = 0; n < geometries.size(); ++n) {
         const int at = static_cast<int>(2 * n);
@@ -77,7 +69,7 @@ void expect_solved(const Table& table) {
     for (std::size_t n = 0; n < geometries.size(); ++n) {
         const Geometry& at = geometries[n];
         const int in = static_cast<int>(2 * n);
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             const bool reflected = side == Side::reflection;
             if (!reflected && stack.is_opaque()) continue;
             const SolvedValue solved = reflected ? stack.reflection(in, in + 1, at.azimuth)
@@ -149,7 +141,7 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
                     on_dust.plane_albedo(1), 1e-2 * on_dust.plane_albedo(1));
     }
     const auto refused = [&](const char* text, const char* part) {
-        expect_refusal([&] { read_ground(text, folder.path().string()); }, {part});
+        expect_refusal([&] { read_ground(text, folder.path().string()); }, part);
     };
     refused("table:file=haze.stratus,optical_depth=9", "optical_depth must be");
     refused("table:file=haze.stratus,albedo=0.1", "albedo must be");
@@ -159,7 +151,7 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
             parse_recipe("tolerance = 1e-2\n" + air + "[below]\nground = 'table:file=" +
                          (folder / "haze.stratus").string() + "'\n");
         },
-        {"ocean or rpv in recipes"});
+        "ocean or rpv in recipes");
 }
 
 TEST(StackTable, OverAThinBlackLayerHasAsManyCosinesAsItTakes) {
@@ -188,17 +180,11 @@ TEST(StackTable, OfTwoLikeLayersIsOneOfTwiceTheDepth) {
         "\noptical_depth = { min = 3.0, max = 3.0 }\nalbedo = { min = 0.9, max = 0.9 }\n" +
         choices + "optical_depth_samples_per_octave = 1\nalbedo_samples = 1\n");
     const Table single = solve_table(one);
-    for (const auto side : {&Table::reflection_multiple, &Table::transmission_multiple}) {
-        const std::vector<float>&a = two.*side, &b = single.*side;
-        ASSERT_EQ(a.size(), b.size());
-        // Samples are rounded to a thousandth of the tolerance.
-        for (std::size_t n = 0; n < a.size(); ++n)
-            ASSERT_NEAR(a[n], b[n], 0.01 * tolerance * std::abs(b[n])) << n;
-    }
-    for (std::size_t i = 0; i < two.plane_albedo.size(); ++i) {
-        EXPECT_NEAR(two.plane_albedo[i], single.plane_albedo[i], 1e-6);
-        EXPECT_NEAR(two.diffuse_transmittance[i], single.diffuse_transmittance[i], 1e-6);
-    }
+    // Samples are rounded to a thousandth of the tolerance.
+    for (const auto side : {&Table::reflection_multiple, &Table::transmission_multiple})
+        expect_all_near(two.*side, single.*side, 0.01 * tolerance);
+    for (const auto flux : {&Table::plane_albedo, &Table::diffuse_transmittance})
+        expect_all_near(two.*flux, single.*flux, 0, 1e-6);
     EXPECT_NEAR(two.spherical_albedo_below, two.spherical_albedo[0], 1e-6);
 }
 
@@ -346,7 +332,7 @@ TEST(StackTable, IsTheSamePacked) {
     const StackLayer mean = mean_layer(table.layers);
     const Slice slice = bind(packed.view(), mean.optical_depth, mean.albedo);
     for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.7, 3}})
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             const bool reflects = side == Side::reflection;
             const Scattered expected = (reflects ? reflection : transmission)(
                 table.view(), mean.albedo, mean.optical_depth, at);

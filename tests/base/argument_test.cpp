@@ -4,11 +4,8 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 #include <limits>
-#include <string>
 
 namespace stratus {
 namespace {
@@ -32,7 +29,7 @@ TEST(Require, ShowsNoMoreOfAValueThanPeopleRead) {
     const std::string much(4'000'000, 'x');
     const std::string said = refusal([&] { require(false, "doubling", much, "in [0, 1]", much); });
     EXPECT_LT(said.size(), 2 * max_shown + 60);
-    expect_holds(said, {"x must be in [0, 1], got x"});
+    expect_holds(said, "x must be in [0, 1], got x");
 }
 
 TEST(Shown, KeepsReadableText) {

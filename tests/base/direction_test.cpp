@@ -4,8 +4,6 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
 
@@ -89,13 +87,13 @@ TEST(ObservedAngles, AreRefusedWhereNoDirectionsHaveThem) {
     const auto refused = [](double i, double e, double g, Fragments fragments) {
         expect_refusal([&] { seen(i, e, g); }, fragments);
     };
-    refused(90, 30, 60, {"test: incidence_deg must be in [0, 90), got 90"});
-    refused(-0.5, 30, 30, {"incidence_deg must be in [0, 90), got -0.5"});
+    refused(90, 30, 60, "test: incidence_deg must be in [0, 90), got 90");
+    refused(-0.5, 30, 30, "incidence_deg must be in [0, 90), got -0.5");
     refused(30, 90, 60,
-            {"emission_deg must be in [0, 180] without 90 (beyond 90 is the unlit side), got 90"});
+            "emission_deg must be in [0, 180] without 90 (beyond 90 is the unlit side), got 90");
     refused(30, 181, 151,
-            {"emission_deg must be in [0, 180] without 90 (beyond 90 is the unlit side), got 181"});
-    refused(30, 50, 19, {"phase_deg must be in [20, 80] at incidence_deg 30 and emission_deg 50"});
+            "emission_deg must be in [0, 180] without 90 (beyond 90 is the unlit side), got 181");
+    refused(30, 50, 19, "phase_deg must be in [20, 80] at incidence_deg 30 and emission_deg 50");
     refused(30, 50, 80.03, {"phase_deg", "[20, 80]", "got 80.03"});
     refused(80, 130, 151, {"phase_deg must be in [50, 150] at", "got 151"});
     refused(30, 50, NAN, {"phase_deg", "got nan"});

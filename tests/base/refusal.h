@@ -7,8 +7,11 @@
 #include <string>
 #include <vector>
 
-/// Parts of a message.
-using Fragments = std::vector<std::string>;
+/// Parts of a message, or one.
+struct Fragments : std::vector<std::string> {
+    using std::vector<std::string>::vector;
+    Fragments(const char* one) : vector{one} {}
+};
 
 /// A text that must be refused, for parameterised tests.
 struct Refusal {

@@ -2,16 +2,11 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <random>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -25,7 +20,7 @@ std::vector<char> forged(const std::string& header, std::size_t data_bytes = 0) 
     const std::uint64_t length = header.size();
     std::vector<char> file(sizeof length + header.size() + data_bytes);
     std::memcpy(file.data(), &length, sizeof length);
-    std::copy(header.begin(), header.end(), file.begin() + sizeof length);
+    std::ranges::copy(header, file.begin() + sizeof length);
     return file;
 }
 
@@ -159,9 +154,9 @@ TEST(TensorFile, RefusesDataThatAreNotAligned) {
     const std::vector<char> file = sample_file();
     std::vector<double> room(file.size() / sizeof(double) + 2);
     char* const start = reinterpret_cast<char*>(room.data()) + 4;
-    std::copy(file.begin(), file.end(), start);
+    std::ranges::copy(file, start);
     expect_refusal([&] { TensorFile(start, file.size()); },
-                   {"TensorFile: data must be aligned to 8 bytes, got 0x"});
+                   "TensorFile: data must be aligned to 8 bytes, got 0x");
 }
 
 TEST(TensorFile, RefusesWhatIsNotTheJsonOfAHeader) {
@@ -342,7 +337,7 @@ TEST(TensorFile, RefusesTensorsThatOverlapOrLeaveGaps) {
                    "data_offsets of tensor 'b' must be from 8, where the tensor before it ends, "
                    "got [4, 12]");
     expect_refusal([&] { read(two("[0,8]", "[0,8]")); },
-                   {"must be from 8, where the tensor before it ends, got [0, 8]"});
+                   "must be from 8, where the tensor before it ends, got [0, 8]");
     expect_refused(two("[12,20]", "[0,8]"), "data_offsets of tensor 'a' must be within the 16");
     expect_refused(two("[8,16]", "[4,12]"), "data_offsets of tensor 'b' must be from 0");
 }
@@ -376,22 +371,22 @@ TEST(TensorFile, NamesWhatIsMissing) {
     const std::vector<char> bytes = sample_file();
     const TensorFile file = read(bytes);
     expect_refusal([&] { (void)file.text("tolerance"); },
-                   {"TensorFile: string 'tolerance' must be in the file, got none"});
+                   "TensorFile: string 'tolerance' must be in the file, got none");
     expect_refusal([&] { (void)file.tensor("curve"); },
-                   {"TensorFile: tensor 'curve' must be in the file, got none"});
+                   "TensorFile: tensor 'curve' must be in the file, got none");
     expect_refusal([&] { (void)file.numbers<float>("curve", 1); },
-                   {"TensorFile: tensor 'curve' must be in the file, got none"});
+                   "TensorFile: tensor 'curve' must be in the file, got none");
 }
 
 TEST(TensorFile, RefusesAnotherTypeOrRank) {
     const std::vector<char> bytes = sample_file();
     const TensorFile file = read(bytes);
     expect_refusal([&] { (void)file.numbers<float>("angle", 1, Infinity::allowed); },
-                   {"TensorFile: tensor 'angle' must be F32 of rank 1, got F64 of rank 1"});
+                   "TensorFile: tensor 'angle' must be F32 of rank 1, got F64 of rank 1");
     expect_refusal([&] { (void)file.numbers<float>("coefficient", 2); },
-                   {"TensorFile: tensor 'coefficient' must be F32 of rank 2, got F32 of rank 3"});
+                   "TensorFile: tensor 'coefficient' must be F32 of rank 2, got F32 of rank 3");
     expect_refusal([&] { (void)file.numbers<Half>("one", 0); },
-                   {"TensorFile: tensor 'one' must be F16 of rank 0, got I32 of rank 0"});
+                   "TensorFile: tensor 'one' must be F16 of rank 0, got I32 of rank 0");
 }
 
 /// A file with the tensor "a" of 1000 ones, but for `other` at `index`.
@@ -416,7 +411,7 @@ void expect_only_finite(Number one, const std::vector<Number>& finite,
         const std::string not_finite = "tensor 'a' must be finite" + at,
                           is_nan = "tensor 'a' must be without NaN" + at;
         const auto refused = [&](Number other, Infinity infinity, const std::string& sentence) {
-            expect_refusal([&] { numbers(other, infinity); }, {sentence.c_str()});
+            expect_refusal([&] { numbers(other, infinity); }, sentence.c_str());
         };
         for (const Number number : finite) {
             EXPECT_NO_THROW(numbers(number, Infinity::refused));
@@ -449,7 +444,7 @@ TEST(TensorWriter, RefusesWhatCannotBeRead) {
     const auto refused = [](const auto& call, const char* sentence) {
         TensorWriter writer;
         writer.add("a", {1}, std::vector<float>{1});
-        expect_refusal([&] { call(writer); }, {sentence});
+        expect_refusal([&] { call(writer); }, sentence);
     };
     const std::vector<float> two{1, 2};
     for (const char* const name : {"a", "__metadata__", "padding_1"})
@@ -483,13 +478,13 @@ TEST(TensorWriter, RefusesMoreThanIsRead) {
     for (std::size_t i = 0; i < max_tensors; ++i) strings.set(std::to_string(i), "");
     // The checksum is one more.
     expect_refusal([&] { (void)strings.finish(); },
-                   {"TensorWriter: the strings must be at most 100000, got 100001"});
+                   "TensorWriter: the strings must be at most 100000, got 100001");
     // Each but the first after a padding.
     for (std::size_t i = 0; i <= max_tensors / 2; ++i)
         tensors.add(std::to_string(i), {1}, std::vector<float>{1});
     expect_refusal(
         [&] { (void)tensors.finish(); },
-        {"TensorWriter: the tensors with their padding must be at most 100000, got 100001"});
+        "TensorWriter: the tensors with their padding must be at most 100000, got 100001");
 }
 
 void read_numbers(const TensorFile& file, const std::string& name) {
@@ -561,7 +556,7 @@ TEST(TensorFile, IsIntactUnlessTextsOrNumbersHaveChanged) {
     for (std::size_t at = 0; at < whole.size(); ++at) {
         std::vector<char> file = whole;
         file[at] = static_cast<char>(file[at] ^ 1);
-        const bool in_gap = std::any_of(tensors.begin(), tensors.end(), [&](const auto& of) {
+        const bool in_gap = std::ranges::any_of(tensors, [&](const auto& of) {
             const std::size_t begin =
                 static_cast<std::size_t>(static_cast<const char*>(of.second.data) - whole.data());
             return of.first.rfind(padding_prefix, 0) == 0 && at >= begin &&

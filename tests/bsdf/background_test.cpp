@@ -1,13 +1,11 @@
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/layer/single_scattering.h>
 
 #include "small_table.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace stratus {
 namespace {
@@ -15,7 +13,7 @@ namespace {
 TEST(Background, OfASmallSourceIsAsBlinnStates) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.6);
     const Slice slice(phase, {{0.7}, {0.8}});
-    const Slice beam(phase, {{0.7}, {0.8}}, Effects{.single = false});
+    const Slice beam(phase, {{0.7}, {0.8}}, {.single = false});
     for (const double mu : {0.1, 0.5, 1.0}) {
         const auto cosine = static_cast<float>(mu);
         EXPECT_NEAR(slice.source_behind(cosine), source_seen_through(phase(1), 0.8, 0.7, mu), 1e-6);
@@ -91,8 +89,8 @@ TEST(Background, UsesTheDiffuseTransmittanceOfItsTable) {
     for (const double w : {0.3, 0.9, 1.0})
         for (const double tau : {0.01, 0.7, 8.0}) {
             const Slice slice = bind(table.view(), tau, w);
-            const Slice without_single = bind(table.view(), tau, w, Effects{.single = false});
-            const Slice beam_alone = bind(table.view(), tau, w, Effects{.background = false});
+            const Slice without_single = bind(table.view(), tau, w, {.single = false});
+            const Slice beam_alone = bind(table.view(), tau, w, {.background = false});
             for (const double mu : {0.02, 0.3, 1.0}) {
                 const auto cosine = static_cast<float>(mu);
                 const double beam = std::exp(-tau / mu);

@@ -1,4 +1,3 @@
-#include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/lookup.h>
 
@@ -7,11 +6,7 @@
 #include "row_name.h"
 #include "small_table.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 namespace stratus {
 namespace {
@@ -67,20 +62,20 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
     const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     const TableView view = table.view();
     expect_refusal([&] { bind(view, 1, 0.1); },
-                   {"bind: albedo must be 0 or in [0.19, 1] of the table, got 0.1"});
+                   "bind: albedo must be 0 or in [0.19, 1] of the table, got 0.1");
     expect_refusal([&] { bind(view, 9, 1); },
-                   {"bind: optical_depth must be in [0, 8] of the table, got 9"});
+                   "bind: optical_depth must be in [0, 8] of the table, got 9");
     expect_refusal([&] { bind(view, infinity, 1); },
-                   {"optical_depth must be in [0, 8] of the table, got inf"});
+                   "optical_depth must be in [0, 8] of the table, got inf");
     expect_refusal(
         [&] {
             bind_rgb(view, {1, 1, 9}, {1, 1, 1});
         },
-        {"optical_depth must be in [0, 8] of the table, got 9"});
+        "optical_depth must be in [0, 8] of the table, got 9");
     Effects effects;
     effects.density = 0.5;
     expect_refusal([&] { bind(view, 5, 1, effects); },
-                   {"optical_depth must be in [0, 8] of the table, got 10"});
+                   "optical_depth must be in [0, 8] of the table, got 10");
     effects.multiple = false;
     EXPECT_NO_THROW(bind(view, 5, 1, effects));
     const Table both = mixed(table, table);
@@ -88,14 +83,14 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
     set_mixture(part, make_axis(AxisScale::linear, 0.25, 0.75, 2));
     prepare(part);
     expect_refusal([&] { bind(part.view().at({0.1}), 1, 1); },
-                   {"bind: mixture must be in [0.25, 0.75] of the table, got 0.1"});
+                   "bind: mixture must be in [0.25, 0.75] of the table, got 0.1");
     Table semi_infinite = table;
     semi_infinite.optical_depth.values = {infinity};
     semi_infinite.reflection_multiple.resize(semi_infinite.sample_count());
     semi_infinite.transmission_multiple.clear();
     prepare(semi_infinite);
     expect_refusal([&] { bind(semi_infinite.view(), 1, 1); },
-                   {"optical_depth must be inf, all that the table holds, got 1"});
+                   "optical_depth must be inf, all that the table holds, got 1");
 }
 
 TEST(Binding, ClampsToTheNearestLayerOnRequest) {
@@ -140,23 +135,21 @@ TEST(Binding, ExtrapolatesByTheLimitingLaws) {
             small_table_scale(Side::transmission, {0.5, 40, g.mu_in, g.mu_out, g.azimuth});
         EXPECT_NEAR(transmitted(bind(view, 40, 0.5), at), T, 1e-2 * T + 1e-12);
     }
-    EXPECT_EQ(bind(view, infinity, 1, Effects{.reflection = false}).transmission(1, 1, 0), 0);
+    EXPECT_EQ(bind(view, infinity, 1, {.reflection = false}).transmission(1, 1, 0), 0);
 }
 
 TEST(Binding, RefusesArgumentsOutOfRange) {
     Table table = smooth_table(true);
     const TableView view = table.view();
-    expect_refusal([&] { bind(view, -1, 0.5); },
-                   {"bind: optical_depth must be in [0, inf], got -1"});
-    expect_refusal([&] { bind(view, NAN, 0.5); }, {"optical_depth must be in [0, inf], got nan"});
-    expect_refusal([&] { bind(view, 1, 1.1); }, {"bind: albedo must be in [0, 1], got 1.1"});
+    expect_refusal([&] { bind(view, -1, 0.5); }, "bind: optical_depth must be in [0, inf], got -1");
+    expect_refusal([&] { bind(view, NAN, 0.5); }, "optical_depth must be in [0, inf], got nan");
+    expect_refusal([&] { bind(view, 1, 1.1); }, "bind: albedo must be in [0, 1], got 1.1");
     expect_refusal(
         [&] {
             bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5});
         },
-        {"albedo must be in [0, 1], got -0.1"});
-    expect_refusal([&] { bind(view, 1, 0.5, Effects{.density = 1}); },
-                   {"density must be in [0, 1)"});
+        "albedo must be in [0, 1], got -0.1");
+    expect_refusal([&] { bind(view, 1, 0.5, {.density = 1}); }, "density must be in [0, 1)");
 }
 
 }  // namespace

@@ -5,11 +5,7 @@
 
 #include "bsdf_estimate.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -51,7 +47,7 @@ TEST(Bsdf, AgreesBetweenAnglesAndVectors) {
     for (const RandomNumbers& u : evenly_spread(200)) {
         const float mu_in = 0.01f + 0.98f * u.u1, mu_out = 0.01f + 0.98f * u.u3;
         const Vector wi = direction(mu_in, 0.4 + pi, true);
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             const Vector wo = direction(mu_out, 0.4 + double{u.u2}, side == Side::reflection);
             // Rounding of vectors beside a peak.
             EXPECT_NEAR(bsdf.pdf(side, mu_in, mu_out, u.u2) / bsdf.pdf(wi, wo), 1, 1e-4);
@@ -117,7 +113,7 @@ TEST(Bsdf, ScattersNothingWithoutScatterers) {
 TEST(Bsdf, ScattersToTheRequestedSideAlone) {
     for (const bool reflection : {true, false}) {
         const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.5", 1, 1,
-                                  Effects{.reflection = reflection, .transmission = !reflection});
+                                  {.reflection = reflection, .transmission = !reflection});
         const Vector wi = direction(0.5, 1, true);
         for (const RandomNumbers& u : evenly_spread(200)) {
             const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);

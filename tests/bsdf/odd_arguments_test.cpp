@@ -5,10 +5,8 @@
 #include <stratus/base/instruction_set.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/phase/phase_function.h>
 #include <stratus/table/lookup.h>
-#include <stratus/table/packed_table.h>
 
 #include "small_table.h"
 #include "table/lookup_arguments.h"
@@ -17,11 +15,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <functional>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -318,7 +312,7 @@ TEST(OddArguments, KeepToTheRuleInBsdfs) {
     const Table table = smooth_table(true);
     const Bsdf bsdf(bind(table.view(), 0.7, 0.9));
     const RgbBsdf three(bind_rgb(table.view(), {0.3, 0.7, 2}, {0.9, 0.8, 0.5}));
-    for (const Side side : {Side::reflection, Side::transmission})
+    for (const Side side : both_sides)
         expect_rule("eval and pdf", angles, [&](const Values& x) -> Values {
             const float in = in_float(x[0]), out = in_float(x[1]), azimuth = in_float(x[2]);
             return {bsdf.eval(side, in, out, azimuth), bsdf.pdf(side, in, out, azimuth)};

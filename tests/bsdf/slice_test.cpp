@@ -1,7 +1,5 @@
-#include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/bsdf/slice.h>
-#include <stratus/layer/single_scattering.h>
 #include <stratus/table/lookup.h>
 
 #include "bsdf/slice_parts.h"
@@ -11,12 +9,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -95,10 +90,10 @@ TEST(Slice, HasOnlyTheRequestedEffects) {
     const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     const auto bound = [&](bool single, bool multiple, bool reflection, bool transmission) {
         return bind(table.view(), 2, 0.9,
-                    Effects{.single = single,
-                            .multiple = multiple,
-                            .reflection = reflection,
-                            .transmission = transmission});
+                    {.single = single,
+                     .multiple = multiple,
+                     .reflection = reflection,
+                     .transmission = transmission});
     };
     const Slice all = bound(true, true, true, true), single = bound(true, false, true, true),
                 multiple = bound(false, true, true, true), lit = bound(true, true, true, false),
@@ -123,7 +118,7 @@ TEST(Slice, HasOnlyTheRequestedEffects) {
 
 TEST(Slice, WithDensityIsASliceOfTheEffectiveOpticalDepth) {
     const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
-    const Slice slice = bind(table.view(), 2, 0.9, Effects{.density = 0.2}),
+    const Slice slice = bind(table.view(), 2, 0.9, {.density = 0.2}),
                 effective = bind(table.view(), 2.5, 0.9);
     for (const Direction& at : random_directions(100)) {  // every order, both sides, the beam
         EXPECT_EQ(reflected(slice, at), reflected(effective, at));
@@ -137,7 +132,7 @@ TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
     const double tau = 2, w = 0.9;
     const Slice plain = bind(table.view(), tau, w);
     for (const Opposition& opposition : {Opposition::blinn(0.3), Opposition::hapke(0.8, 0.06)}) {
-        const Slice bright = bind(table.view(), tau, w, Effects{.opposition = opposition});
+        const Slice bright = bind(table.view(), tau, w, {.opposition = opposition});
         for (const Direction& at : random_directions(500)) {
             const Geometry g = at.geometry();
             const double c = cos_scattering_angle_reflected(g);

@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <thread>
-#include <vector>
 
 namespace stratus {
 namespace {

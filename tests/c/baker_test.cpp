@@ -11,12 +11,9 @@
 #include "../io/temporary_folder.h"
 #include "expect_refused.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string>
 #include <vector>
 
 namespace stratus {
@@ -149,8 +146,7 @@ TEST(SolverInC, HasGroundsBelow) {
         problem.below = STRATUS_GROUND_BELOW;
         problem.below_ground = ground;
         check_ok(stratus_solve(&problem, 2, geometries.data(), r.data(), t.data()));
-        expect_same(solve_stack(in_cpp(haze_over_cloud, 1), read_ground(ground), mu,
-                                SolverOptions{.nodes = 12}),
+        expect_same(solve_stack(in_cpp(haze_over_cloud, 1), read_ground(ground), mu, {.nodes = 12}),
                     geometries, r, t);
     }
     problem.below = STRATUS_NOTHING_BELOW;

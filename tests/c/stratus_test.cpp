@@ -1,7 +1,6 @@
 // The C interface beside the C++ one: the same bits, and every refusal in words.
 #include <stratus/stratus.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/io/table_file.h>
@@ -12,16 +11,11 @@
 #include "expect_refused.h"
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <random>
-#include <string>
 #include <thread>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -133,9 +127,9 @@ TEST_F(C, TakesOppositionFromTheDensity) {
     effects.opposition = STRATUS_BLINN_OPPOSITION;
     const double depth = 0.5, albedo = 0.7;
     const BoundSlice one = bind(1, &depth, &albedo, &effects);
-    const Slice cpp = stratus::bind(
-        table_.view(), depth, albedo,
-        Effects{.multiple = false, .density = 0.2, .opposition = Opposition::blinn()});
+    const Slice cpp =
+        stratus::bind(table_.view(), depth, albedo,
+                      {.multiple = false, .density = 0.2, .opposition = Opposition::blinn()});
     float met = 0;
     check_ok(stratus_slice_reflection(one.get(), 0.5f, 0.6f, 3.0f, &met));
     EXPECT_EQ(met, cpp.reflection(0.5f, 0.6f, 3.0f));
@@ -473,7 +467,7 @@ TEST(CErrors, StayOnTheirThread) {
         stratus_table* other = nullptr;
         expect_refused(stratus_table_open("theirs.h5", &other), "theirs.h5", STRATUS_FAILED);
     }).join();
-    expect_holds(stratus_last_error(), {"mine.h5"});
+    expect_holds(stratus_last_error(), "mine.h5");
 }
 
 }  // namespace

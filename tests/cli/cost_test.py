@@ -62,8 +62,7 @@ Path("folder.svg").mkdir()
 edit("tiny.toml", "bad.toml", ("0.1", "0.2"))
 expect_refused(
     *(f"tiny.toml --seconds '{value}' => --seconds | above 0 | got {value or 'nothing'}" for value in ("0", "-1", "nan", "x", "")),
-    *(f"tiny.toml --threads '{value}' => --threads | in [0, 1024] | got {value or 'nothing'}"
-      for value in ("-1", "1025", "1.5", "x", "")),
+    "tiny.toml --threads -1 => --threads | in [0, 1024] | got -1",
     "tiny.toml --svg cost.png => --svg | .svg | got cost.png",
     "tiny.toml --svg '' => --svg | file | got nothing",
     "tiny.toml -o '' => --output | file | got nothing",

@@ -8,12 +8,9 @@
 #include "uniform.h"
 
 #include <boost/math/special_functions/gamma.hpp>
-#include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
-#include <string>
 
 namespace stratus::test {
 namespace {
@@ -156,7 +153,7 @@ TEST(Fit, OccultationsAloneDetermineTheDepth) {
     constexpr double mu = 0.4, seen = 0.3, sigma = 0.01;
     const std::vector<Observation> star{{{1, mu, 0}, Light::beam, seen, sigma}};
     for (const double density : {0.0, 0.2}) {
-        const Fit fit = fit_layer(*beam_model(), star, FitOptions{.density = density});
+        const Fit fit = fit_layer(*beam_model(), star, {.density = density});
         const double expected = -mu * std::log(seen) * (1 - density);
         EXPECT_NEAR(fit.optical_depth().value, expected, 1e-6 * expected);
         const double expected_sigma = mu * sigma / seen * (1 - density);
@@ -253,7 +250,7 @@ TEST(Fit, FindsAsymmetriesByTheSolver) {
     const double g = 0.35, w = 0.9, depth = 0.8;
     std::vector<Observation> views = test::views(true);
     set_brightness(views, model->brightness({depth, w, 0, g, 0}, views));
-    const Fit fit = fit_layer(*model, views, FitOptions{.free_g1 = true});
+    const Fit fit = fit_layer(*model, views, {.free_g1 = true});
     EXPECT_NEAR(fit.g1().value, g, 1e-4);
     EXPECT_NEAR(fit.w1().value, w, 1e-4);
     EXPECT_NEAR(fit.optical_depth().value, depth, 1e-4);
@@ -280,7 +277,7 @@ TEST(Fit, TakesAsManyNodesAsObservationsNeed) {
     const std::vector<std::string> remarks =
         fitted(1e-13, {.optical_depth = depth, .w1 = w}).remarks;
     ASSERT_FALSE(remarks.empty());
-    expect_holds(remarks.back(), {"the solver's error reaches"});
+    expect_holds(remarks.back(), "the solver's error reaches");
 }
 
 // Slices, which pictures are made of, take density and opposition on another way.
@@ -337,38 +334,37 @@ TEST(Fit, RefusesObservationsOutOfRange) {
         expect_refusal_by(*table_model(ring_table().view()), views, {}, fragments);
     };
     refused([](Views& v) { v.resize(2); },
-            {"fit_layer: observations must be at least 3, one for each free parameter, got 2"});
+            "fit_layer: observations must be at least 3, one for each free parameter, got 2");
     refused([](Views& v) { v[3].geometry.mu_in = 0; }, {"mu_in", "(0, 1]", "got 0"});
-    refused([](Views& v) { v[3].geometry.mu_out = 1.1; }, {"mu_out must be in (0, 1], got 1.1"});
-    refused([](Views& v) { v[3].geometry.azimuth = infinity; },
-            {"azimuth must be finite, got inf"});
-    refused([](Views& v) { v[3].brightness = NAN; }, {"brightness must be finite, got nan"});
-    refused([](Views& v) { v[3].sigma = 0; }, {"sigma must be in (0, inf), got 0"});
+    refused([](Views& v) { v[3].geometry.mu_out = 1.1; }, "mu_out must be in (0, 1], got 1.1");
+    refused([](Views& v) { v[3].geometry.azimuth = infinity; }, "azimuth must be finite, got inf");
+    refused([](Views& v) { v[3].brightness = NAN; }, "brightness must be finite, got nan");
+    refused([](Views& v) { v[3].sigma = 0; }, "sigma must be in (0, inf), got 0");
     refused([](Views& v) { v[3].brightness = 1e308; },
-            {"brightness / sigma must be in [-1e100, 1e100], so that its square is a number"});
-    refused([](Views& v) { v[3].sigma = 1e-300; }, {"sigma must be in [1e-100, 1e100]"});
+            "brightness / sigma must be in [-1e100, 1e100], so that its square is a number");
+    refused([](Views& v) { v[3].sigma = 1e-300; }, "sigma must be in [1e-100, 1e100]");
 }
 
 TEST(Fit, RefusesTablesWithoutTheSide) {
     Table lit = ring_table();
     lit.transmission_multiple.clear();
     expect_refusal_by(*table_model(lit.view()), bright_views(), {},
-                      {"observed light must be such as the model knows, got transmitted"});
+                      "observed light must be such as the model knows, got transmitted");
 }
 
 TEST(Fit, RefusesOptionsOutOfRange) {
     const auto refused = [](const FitOptions& options, const Fragments& fragments) {
         expect_refusal_by(*table_model(ring_table().view()), bright_views(), options, fragments);
     };
-    refused({.w1 = 1.1}, {"fit_layer: w1 held must be in [0, 1], got 1.1"});
-    refused({.w2 = -0.1}, {"w2 held must be in [0, 1], got -0.1"});
-    refused({.w1 = 0.03, .w2 = 0.03}, {"w1 + w2 held must be in the model's [0.1, 1], got 0.06"});
-    refused({.w1 = 0.6, .w2 = 0.6}, {"w1 + w2 held must be in the model's [0.1, 1], got 1.2"});
+    refused({.w1 = 1.1}, "fit_layer: w1 held must be in [0, 1], got 1.1");
+    refused({.w2 = -0.1}, "w2 held must be in [0, 1], got -0.1");
+    refused({.w1 = 0.03, .w2 = 0.03}, "w1 + w2 held must be in the model's [0.1, 1], got 0.06");
+    refused({.w1 = 0.6, .w2 = 0.6}, "w1 + w2 held must be in the model's [0.1, 1], got 1.2");
     refused({.optical_depth = 9}, {"optical_depth held", ", 8]", "got 9"});
     refused({.optical_depth = -1}, {"optical_depth held", "got -1"});
-    refused({.density = 1}, {"density must be in [0, 1), got 1"});
+    refused({.density = 1}, "density must be in [0, 1), got 1");
     refused({.opposition = {Opposition::Law::hapke, -1, 1}},
-            {"opposition.width must be in (0, inf), or 0 with a density above 0, got -1"});
+            "opposition.width must be in (0, inf), or 0 with a density above 0, got -1");
     refused({.free_g2 = true}, {"g2", "Henyey-Greenstein", "got free"});
     refused({.g1 = 0.5}, {"g1", "Henyey-Greenstein", "got 0.5"});
 }
@@ -376,17 +372,17 @@ TEST(Fit, RefusesOptionsOutOfRange) {
 TEST(Fit, RefusesWhatOtherModelsDoNotKnow) {
     std::vector<Observation> views = bright_views();
     expect_refusal_by(*beam_model(), views, {},
-                      {"observed light must be such as the model knows, got reflected"});
+                      "observed light must be such as the model knows, got reflected");
     const auto one = single_scattering_model(PhaseFunction::henyey_greenstein(0.5), std::nullopt);
     const auto refused = [&](const FitOptions& options, const Fragments& fragments) {
         expect_refusal_by(*one, views, options, fragments);
     };
-    refused({.w2 = 0.1}, {"w2 must be left out with particles of one kind, got 0.1"});
-    refused({.free_g2 = true}, {"g2 must be left out"});
-    refused({.g1 = 0.99}, {"g held must be in [-0.95, 0.95], got 0.99"});
-    refused({.g1 = 0.99, .free_g1 = true}, {"g must be either held or free"});
+    refused({.w2 = 0.1}, "w2 must be left out with particles of one kind, got 0.1");
+    refused({.free_g2 = true}, "g2 must be left out");
+    refused({.g1 = 0.99}, "g held must be in [-0.95, 0.95], got 0.99");
+    refused({.g1 = 0.99, .free_g1 = true}, "g must be either held or free");
     views.resize(1);
-    refused({}, {"observations must be at least 2, one for each free parameter, got 1"});
+    refused({}, "observations must be at least 2, one for each free parameter, got 1");
     EXPECT_EQ(fit_layer(*one, views, {.optical_depth = 0.5}).degrees_of_freedom, 0);
 }
 

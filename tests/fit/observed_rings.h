@@ -86,8 +86,7 @@ inline void solve_views(const PhaseFunction& phase_function, double albedo, doub
         mu.push_back(view.geometry.mu_in);
         mu.push_back(view.geometry.mu_out);
     }
-    const LayerSolution solution =
-        solve_layer(phase_function, albedo, depth, mu, SolverOptions{.nodes = 24});
+    const LayerSolution solution = solve_layer(phase_function, albedo, depth, mu, {.nodes = 24});
     for (std::size_t i = 0; i < views.size(); ++i) {
         const Observation& view = views[i];
         const auto& [mu_in, mu_out, azimuth] = view.geometry;

@@ -3,12 +3,6 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <stdexcept>
-#include <string>
-
 namespace stratus::test {
 namespace {
 
@@ -27,7 +21,7 @@ TEST(ExrImage, RoundTripIsExact) {
     EXPECT_EQ(read.width, 5);
     EXPECT_EQ(read.height, 3);
     EXPECT_EQ(read.rgb, image.rgb);
-    expect_holds(content(folder / "a.exr"), {"title = 'x'"});
+    expect_holds(content(folder / "a.exr"), "title = 'x'");
 }
 
 TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
@@ -41,7 +35,7 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
     };
     const auto starts = [&](const std::string& message, const std::string& reason) {
         EXPECT_TRUE(message.starts_with(path.string() + ": " + reason)) << message;
-        expect_holds(message, {"more than the limit of "});
+        expect_holds(message, "more than the limit of ");
     };
     starts(refusal_of(file - 1), "reading the file needs ");
     starts(refusal_of(file + pixels - 1), "reading the picture needs ");

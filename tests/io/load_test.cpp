@@ -5,20 +5,14 @@
 
 #include "sample_table.h"
 #include "temporary_folder.h"
-#include "uniform.h"
-
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <iostream>
 #include <malloc.h>
 #include <thread>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -114,8 +108,6 @@ TEST(Load, OnManyThreadsChangesNeitherResultsNorHeapUse) {
     const double before = *std::min_element(in_use.begin() + warm_up, middle);
     const double after = *std::min_element(middle, in_use.end());
     EXPECT_LE(after, 1.01 * before) << loads << " loads";
-    std::cout << rounds << " rounds of " << 2 * queries.size() << " lookups, " << 2 * loads
-              << " loads; heap " << before << ", then " << after << " bytes\n";
 }
 
 }  // namespace

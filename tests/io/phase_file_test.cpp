@@ -3,12 +3,6 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
-#include <gtest/gtest.h>
-
-#include <stdexcept>
-#include <string>
-#include <vector>
-
 namespace stratus::test {
 namespace {
 
@@ -31,7 +25,7 @@ TEST_F(PhaseFile, HoldsATable) {
     const PhaseFunction phi = read("tabulated:file=moon.csv", &notes);
     EXPECT_EQ(phi.text(), "tabulated:points=0 2/90 1/180 0.5");
     ASSERT_EQ(notes.size(), 1u);
-    expect_holds(notes[0], {"mean"});
+    expect_holds(notes[0], "mean");
     EXPECT_EQ(read("tabulated:file=" + (folder_ / "moon.csv").string()).text(), phi.text());
 }
 
@@ -79,21 +73,20 @@ TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {
     };
     for (const std::string angle : {"phase_angle_deg", "scattering_angle_deg"}) {
         const std::string head = angle + ",value\n";
-        refused("tabulated", head + "0,1\n180,1\n", {"at least 3 rows, got 2"});
+        refused("tabulated", head + "0,1\n180,1\n", "at least 3 rows, got 2");
         refused("tabulated", head + "0,1\n90,-1\n180,1\n",
                 {"value", "bad.csv, line 3", "at least 0", "got -1"});
         refused("tabulated", head + "0,1\n90,1\n80,1\n180,1\n",
                 {angle, "bad.csv, line 4", "above the one before", "got 80"});
-        refused("tabulated", head + "0,1\n90,1\n190,1\n", {"line 4) must be in [0, 180], got 190"});
+        refused("tabulated", head + "0,1\n90,1\n190,1\n", "line 4) must be in [0, 180], got 190");
         refused("tabulated", head + "0,inf\n90,1\n180,1\n",
-                {"line 2) must be finite and at least 0, got inf"});
+                "line 2) must be finite and at least 0, got inf");
     }
     refused("tabulated", "phase_angle_deg,scattering_angle_deg,value\n0,180,1\n",
-            {"bad.csv: columns must be phase_angle_deg or scattering_angle_deg, got both"});
-    refused("tabulated", "angle,value\n0,1\n",
-            {"'phase_angle_deg' must be there, got angle, value"});
+            "bad.csv: columns must be phase_angle_deg or scattering_angle_deg, got both");
+    refused("tabulated", "angle,value\n0,1\n", "'phase_angle_deg' must be there, got angle, value");
     refused("moments", "l,chi\n0,1\n2,0.5\n", {"bad.csv, line 3", "l", "must be 1", "got 2"});
-    refused("moments", "l,chi\n", {"at least one moment"});
+    refused("moments", "l,chi\n", "at least one moment");
     refused("moments", "l,chi\n0,1\n1,1.5\n", {"chi_1 (", "bad.csv, line 3", "[-1, 1]", "got 1.5"});
 }
 
@@ -127,28 +120,28 @@ TEST_F(PhaseFile, OfDropletsIsRefusedWithTheLineThatIsWrong) {
     refused("index", "wavelength_um,n,k\n0.6,1.3,0\n0.7,1.3,0\n",
             {"wavelength must be in [0.6, 0.7] um", "bad.csv", "got 0.55"});
     refused("index", "wavelength,n,k\n0.6,1.3,0\n",
-            {"'wavelength_um' must be there, got wavelength, n, k"});
+            "'wavelength_um' must be there, got wavelength, n, k");
     refused("distribution", "radius_um,number_per_um\n1,1\n# none\n2,-3\n",
             {"number_per_um", "bad.csv, line 4", "at least 0", "got -3"});
     refused("distribution", "radius_um,number_per_um\n2,1\n1,1\n",
             {"radius_um", "bad.csv, line 3", "above the one before", "got 1"});
     refused("distribution", "radius,number\n2,1\n",
-            {"'radius_um' must be there, got radius, number"});
-    expect_refusal<std::runtime_error>([&] { read("mie:distribution=gone.csv"); }, {"gone.csv"});
+            "'radius_um' must be there, got radius, number");
+    expect_refusal<std::runtime_error>([&] { read("mie:distribution=gone.csv"); }, "gone.csv");
 }
 
 TEST_F(PhaseFile, MustHaveAName) {
-    expect_refusal([&] { read("moments:file="); }, {"file=': file must be a name, got nothing"});
+    expect_refusal([&] { read("moments:file="); }, "file=': file must be a name, got nothing");
 }
 
 TEST_F(PhaseFile, NameEndsBeforeAPlusBetweenSpaces) {
     write("haze.csv", "l,chi\n0,1\n1,0.25\n");
     expect_refusal([&] { read("moments:file=haze.csv + raleigh"); },
-                   {"'raleigh'; did you mean 'rayleigh'"});
+                   "'raleigh'; did you mean 'rayleigh'");
 }
 
 TEST_F(PhaseFile, IsNamedWhenItIsMissing) {
-    expect_refusal<std::runtime_error>([&] { read("tabulated:file=gone.csv"); }, {"gone.csv"});
+    expect_refusal<std::runtime_error>([&] { read("tabulated:file=gone.csv"); }, "gone.csv");
 }
 
 }  // namespace

@@ -1,20 +1,13 @@
 // Files that are not tables, or are damaged, are refused with one sentence. Nothing crashes, and no
 // other table than the one written is returned.
-#include <stratus/base/constants.h>
-#include <stratus/io/table_file.h>
-
-#include "refusal.h"
 #include "refusal_of_reading.h"
 #include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
 #include "temporary_folder.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <functional>
-#include <string>
 #include <utility>
 
 namespace stratus::test {
@@ -189,7 +182,7 @@ TEST_P(BothFormats, RefuseFilesThatNeedMoreMemoryThanAllowed) {
     };
     const auto starts = [&](const std::string& message, const std::string& reason) {
         EXPECT_TRUE(message.starts_with(path.string() + ": " + reason)) << message;
-        expect_holds(message, {"more than the limit of "});
+        expect_holds(message, "more than the limit of ");
     };
     starts(refusal_of(file_size - 1), "reading the file needs ");
     if (hdf5) starts(refusal_of(file_size), "reading the samples needs ");

@@ -5,11 +5,7 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -157,7 +153,7 @@ TEST(GroundLaw, RefusesWhatIsNone) {
              {"rpv:rho0=0.1,k=0.8,theta=1", "theta must be in (-1, 1), got 1"},
              {"rpv:rho0=0.1,k=0.8,theta=0,rho_c=2", "rho_c must be in [0, 1], got 2"},
              {"rpv:rho0=1,k=0.5,theta=0", "rho0 must be so small"}})
-        expect_refusal([text = text] { read_ground_law(text); }, {part});
+        expect_refusal([text = text] { read_ground_law(text); }, part);
 }
 
 }  // namespace

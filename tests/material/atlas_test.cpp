@@ -1,10 +1,6 @@
-#include <stratus/material/material.h>
-
 #include "atlas_reader.h"
 #include "material_check.h"
 #include "refusal.h"
-
-#include <gtest/gtest.h>
 
 #include <memory>
 
@@ -84,10 +80,10 @@ TEST(AtlasFile, IsOnePartOfFourChannelsAndTellsWhatItHolds) {
     EXPECT_EQ(bytes.substr(4, 4), std::string("\x02\0\0\0", 4));  // version 2, no flags: one part
     for (const char* channel : {"A", "B", "G", "R"})
         expect_holds(bytes, {std::string(channel) + '\0' + '\x02'});
-    expect_holds(bytes, {"stratus:atlas"});
-    expect_holds(json, {"\"A \\\"layer\\\". isotropic"});
-    expect_holds(json, {"\"rows\": [\"reflection\"]"});
-    expect_holds(json, {"\"optical_depth\": [null]"});  // nothing passes
+    expect_holds(bytes, "stratus:atlas");
+    expect_holds(json, "\"A \\\"layer\\\". isotropic");
+    expect_holds(json, "\"rows\": [\"reflection\"]");
+    expect_holds(json, "\"optical_depth\": [null]");  // nothing passes
 }
 
 // A picture without its description is of no use: neither appears.

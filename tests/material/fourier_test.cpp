@@ -1,4 +1,3 @@
-#include <stratus/material/material.h>
 #include <stratus/transfer/reference/solvers.h>
 
 #include "fourier_reader.h"
@@ -6,10 +5,6 @@
 #include "refusal.h"
 #include "row_name.h"
 #include "solved_stack.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
 
 namespace stratus::test {
 namespace {
@@ -94,8 +89,7 @@ TEST(FourierTable, IsWhatPhotonsTell) {
     const PhaseFunction phase = parse_phase_function("henyey_greenstein:g=0.5");
     const FourierReader table = table_of({{{{{phase, 0.9, 1}}, {}}}, ""});
     const std::vector<Geometry> geometries{{0.6, 0.8, 0.1}, {0.6, 0.3, 2.9}, {0.6, 0.5, 1.6}};
-    const PhotonSolution photons =
-        solve_photons(phase, 0.9, 1, geometries, PhotonOptions{.photons = 200'000});
+    const PhotonSolution photons = solve_photons(phase, 0.9, 1, geometries, {.photons = 200'000});
     for (std::size_t k = 0; k < geometries.size(); ++k) {
         const PhotonValue &R = photons.geometries[k].reflection,
                           &T = photons.geometries[k].transmission;
@@ -151,7 +145,7 @@ TEST(FourierTable, RefusesAPeakThatItsSamplerCannotDraw) {
         [] {
             make_material({{layer("henyey_greenstein:g=0.97", 1, 1)}, ""}, MaterialFormat::fourier);
         },
-        {"at most 8, got "});
+        "at most 8, got ");
 }
 
 TEST(FourierTable, HoldsRedGreenAndBlue) {
@@ -233,7 +227,7 @@ TEST(FourierTable, TellsThatTheBeamIsNotInIt) {
         return make_material({{stack}, ""}, MaterialFormat::fourier).notes;
     };
     ASSERT_EQ(notes(layer("isotropic", 1, 0.5)).size(), 1);
-    expect_holds(notes(layer("isotropic", 1, 0.5))[0], {"tau = 0.5"});
+    expect_holds(notes(layer("isotropic", 1, 0.5))[0], "tau = 0.5");
     EXPECT_TRUE(notes(layer("isotropic", 1, infinity)).empty());
     EXPECT_TRUE(notes(over(layer("isotropic", 1, 0.5), 0.2)).empty());
 }

@@ -104,7 +104,7 @@ class Errors {
     void add(double found, double expected) { all_.push_back(std::abs(found / expected - 1)); }
 
     double quantile(double share) {
-        std::sort(all_.begin(), all_.end());
+        std::ranges::sort(all_);
         return all_.empty()
                    ? NAN
                    : all_[static_cast<std::size_t>(share * static_cast<double>(all_.size() - 1))];

@@ -4,11 +4,6 @@
 #include "refusal.h"
 #include "solved_stack.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <stdexcept>
-
 namespace stratus::test {
 namespace {
 
@@ -102,7 +97,7 @@ TEST(Material, StatesItsErrorAndRefusesWhatMissesItsTolerance) {
     EXPECT_EQ(coarse.nodes, 8);
     constexpr const char* narrow = "henyey_greenstein:g=0.999";
     const std::string said = refusal<std::runtime_error>([&] { made(1e-6, 0, false, narrow); });
-    expect_holds(said, {"the tolerance of 1e-06 is missed"});
+    expect_holds(said, "the tolerance of 1e-06 is missed");
     EXPECT_GT(made(1e-6, 0, true, narrow).error, 1e-6);
 }
 

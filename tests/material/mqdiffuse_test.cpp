@@ -1,10 +1,6 @@
-#include <stratus/material/material.h>
-
 #include "material_check.h"
 #include "mqdiffuse_reader.h"
 #include "refusal.h"
-
-#include <gtest/gtest.h>
 
 namespace stratus::test {
 namespace {

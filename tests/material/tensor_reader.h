@@ -102,7 +102,7 @@ class TensorReader {
 
     double constant(const std::string& name) const {
         const std::vector<float>& values = fields.at(name).values;
-        if (std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) != values.end())
+        if (std::ranges::adjacent_find(values, std::not_equal_to<>()) != values.end())
             throw std::runtime_error(name + " is not constant");
         return static_cast<double>(values.at(0));
     }

@@ -1,4 +1,3 @@
-#include <stratus/material/material.h>
 #include <stratus/table/member_and_ground.h>
 
 #include "material_check.h"
@@ -6,10 +5,6 @@
 #include "row_name.h"
 #include "solved_stack.h"
 #include "tensor_reader.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
 
 namespace stratus::test {
 namespace {
@@ -206,7 +201,7 @@ TEST(TensorTable, HasTheShapesThatReadersExpect) {
     EXPECT_EQ(shape("luminance"), (Shape{1, 96, 96, 96}));
     EXPECT_EQ(shape("spectra"), (Shape{1, 96, 1, 96, 96}));
     EXPECT_EQ(table.fields.at("jacobian").text, std::string(1, '\1'));
-    expect_holds(table.fields.at("description").text, {"A layer"});
+    expect_holds(table.fields.at("description").text, "A layer");
     for (const float value : table.fields.at("luminance").values) ASSERT_GT(value, 0);
 }
 
@@ -216,8 +211,8 @@ TEST(TensorTable, TellsWhatIsNotInIt) {
     };
     const std::vector<std::string> said = notes(layer("isotropic", 1, 0.5));
     ASSERT_EQ(said.size(), 2);
-    expect_holds(said[0], {"beam"});
-    expect_holds(said[1], {"transmission"});
+    expect_holds(said[0], "beam");
+    expect_holds(said[1], "transmission");
     EXPECT_TRUE(notes(over(layer("isotropic", 1, 0.5), 0.2)).empty());
 }
 

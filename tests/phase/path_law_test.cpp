@@ -68,7 +68,7 @@ TEST(PathWeights, AreFiniteAndReciprocalEverywhere) {
     for (const double tau : {0.0, 1e-300, 1e-9, 1.0, 1e6, 1e12, infinity})
         for (const double in : {1e-6, 0.3, 1.0})
             for (const double out : {1e-6, 0.3, 0.3000001})
-                for (const Side side : {Side::reflection, Side::transmission}) {
+                for (const Side side : both_sides) {
                     const PathWeights weights = path_weights(side, 300, tau, in, out);
                     const PathWeights back = path_weights(side, 300, tau, out, in);
                     EXPECT_EQ(weights.count, back.count);

@@ -5,13 +5,9 @@
 #include "phase/mie_scattering.h"
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -202,19 +198,19 @@ TEST(IndexFile, IsRefusedWithItsRow) {
                        fragments);
     };
     refused({{0.5, 0.5, 2}, {1, 1, 1}, {0, 0, 0}},
-            {"wavelength_um (my.csv, line 3) must be above the one before it, got 0.5"});
+            "wavelength_um (my.csv, line 3) must be above the one before it, got 0.5");
     refused({{0, 2}, {1.5, 1.5}, {0, 0}},
-            {"wavelength_um (my.csv, line 2) must be above 0 and finite, got 0"});
-    refused({{0.5, 2}, {1.5, 0}, {0, 0}}, {"n (my.csv, line 3) must be in (0, 10], got 0"});
-    refused({{0.5, 2}, {1.5, 1.5}, {-0.1, 0}}, {"k (my.csv, line 2) must be in [0, 10], got -0.1"});
-    refused({{1}, {1.5}, {0}}, {"my.csv must be of at least 2 rows, got 1"});
+            "wavelength_um (my.csv, line 2) must be above 0 and finite, got 0");
+    refused({{0.5, 2}, {1.5, 0}, {0, 0}}, "n (my.csv, line 3) must be in (0, 10], got 0");
+    refused({{0.5, 2}, {1.5, 1.5}, {-0.1, 0}}, "k (my.csv, line 2) must be in [0, 10], got -0.1");
+    refused({{1}, {1.5}, {0}}, "my.csv must be of at least 2 rows, got 1");
     refused({{1.5, 2}, {1.5, 1.5}, {0, 0}},
-            {"wavelength must be in [1.5, 2] um, the rows of my.csv, got 1"});
+            "wavelength must be in [1.5, 2] um, the rows of my.csv, got 1");
 }
 
 TEST(IndexFile, IsRefusedWhereNoFilesAreRead) {
     expect_refusal([] { parse_phase_function("mie:radius=1um,index=my.csv"); },
-                   {"index must be n or n+ki where no files are read, got 'my.csv'"});
+                   "index must be n or n+ki where no files are read, got 'my.csv'");
     expect_refusal([] { parse_phase_function("mie:radius=1um,index=glass"); },
                    {"index", "n+ki", ".csv", "'glass'"});
 }

@@ -6,13 +6,8 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 /// Fontconfig never frees its cache, in any test of the program.
 extern "C" const char* __lsan_default_suppressions();
@@ -130,14 +125,14 @@ TEST_F(CostPlot, DrawsASinglePoint) {
 }
 
 TEST_F(CostPlot, RefusesPanelsWithoutPoints) {
-    expect_refusal([&] { drawn({}); }, {"draw_cost_plot: panels must be at least one, got none"});
+    expect_refusal([&] { drawn({}); }, "draw_cost_plot: panels must be at least one, got none");
     PlotPanel empty = panel();
     empty.series[0].points.clear();
     expect_refusal(
         [&] {
             drawn({panel(), empty});
         },
-        {"draw_cost_plot: panel 'Panel' must be one with points, got none"});
+        "draw_cost_plot: panel 'Panel' must be one with points, got none");
     EXPECT_FALSE(std::filesystem::exists(folder / "cost.svg"));
 }
 
@@ -156,7 +151,7 @@ TEST_F(CostPlot, RefusesValuesThatAreNotPositiveAndFinite) {
 TEST_F(CostPlot, RefusesAPathThatCannotBeWritten) {
     expect_refusal<std::runtime_error>(
         [&] { draw_cost_plot({panel()}, folder / "absent" / "cost.svg"); },
-        {"cost.svg: No such file"});
+        "cost.svg: No such file");
 }
 
 /// Two rows of one panel with lobes of one shape, of these radii.

@@ -1,8 +1,6 @@
 #include <stratus/scene/contents.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
-#include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
@@ -10,8 +8,6 @@
 #include "uniform.h"
 
 #include <gtest/gtest.h>
-
-#include <cmath>
 
 namespace stratus {
 namespace {
@@ -37,9 +33,9 @@ TEST(SeenLight, OfRingsIsOfBothSidesWhereTheyAndTheirPlanetLightOneAnother) {
 
 TEST(SeenLight, OfADeckFromBeneathIsTransmittedAndReflectedDown) {
     Scene slab = small_slab(1, 0.9);
-    std::get<Slab>(slab.subject).surface.emplace();
-    std::get<Slab>(slab.subject).surface->colour = {0.5f, 0.5f, 0.5f};
-    std::get<Slab>(slab.subject).height = 1;
+    the_slab(slab).surface.emplace();
+    the_slab(slab).surface->colour = {0.5f, 0.5f, 0.5f};
+    the_slab(slab).height = 1;
     EXPECT_FALSE(seen_light(slab).underside);
     slab.camera.orthographic = false;
     slab.camera.position = {0, 0, -0.5};
@@ -53,17 +49,17 @@ TEST(SeenLight, OfPlanetsIsReflected) {
     Scene planet = small_planet(30, 2, 0.4);
     EXPECT_TRUE(seen_light(planet).reflection);
     EXPECT_FALSE(seen_light(planet).fluxes);
-    std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    the_planet(planet).surface.colour = {0.5f, 0.5f, 0.5f};
     EXPECT_TRUE(seen_light(planet).fluxes);
     EXPECT_EQ(brightest_ground(planet), 0.5);
-    std::get<Planet>(planet.subject).surface.pattern = Texture::Pattern::continents;
-    std::get<Planet>(planet.subject).surface.other = {0.7f, 0.7f, 0.7f};
+    the_planet(planet).surface.pattern = Texture::Pattern::continents;
+    the_planet(planet).surface.other = {0.7f, 0.7f, 0.7f};
     EXPECT_NEAR(brightest_ground(planet), 0.7, 1e-6);
 }
 
 TEST(MatterSpans, LieBetweenKnots) {
     Scene scene = small_rings(2);
-    std::get<Rings>(scene.subject).profile.optical_depth[1] = 0.5;
+    the_rings(scene).profile.optical_depth[1] = 0.5;
     const std::vector<MatterSpan> spans = matter_spans(scene);
     ASSERT_EQ(spans.size(), 1u);
     EXPECT_EQ(spans[0].optical_depth.min, 0.5);
@@ -72,10 +68,10 @@ TEST(MatterSpans, LieBetweenKnots) {
     EXPECT_NEAR(spans[0].mixture.min, 0.5, 1e-12);
 }
 
-/// Within a range, up to rounding.
-void expect_within(const Range& range, double value, double rounding, const char* what) {
-    EXPECT_GE(value, range.min - rounding) << what;
-    EXPECT_LE(value, range.max + rounding) << what;
+/// One range within another, up to rounding.
+void expect_within(const Range& range, const Range& found, double rounding, const char* what) {
+    EXPECT_GE(found.min, range.min - rounding) << what;
+    EXPECT_LE(found.max, range.max + rounding) << what;
 }
 
 /// All rays of a picture look up what its ranges tell, within the table that its recipe makes.
@@ -111,20 +107,14 @@ TEST(SeenDirections, HoldThoseOfEveryRay) {
         ++looked_up;
         EXPECT_TRUE(light.reflection || !range.reflection) << n;
         EXPECT_TRUE(light.transmission || !range.transmission) << n;
-        for (const double value : {range.mu_in.min, range.mu_in.max})
-            expect_within(seen.mu_in, value, 1e-9, "mu_in");
-        for (const double value : {range.mu_out.min, range.mu_out.max})
-            expect_within(seen.mu_out, value, 1e-9, "mu_out");
-        for (const double value : {range.azimuth.min, range.azimuth.max})
-            expect_within(seen.azimuth, value, 1e-6, "azimuth");
+        expect_within(seen.mu_in, range.mu_in, 1e-9, "mu_in");
+        expect_within(seen.mu_out, range.mu_out, 1e-9, "mu_out");
+        expect_within(seen.azimuth, range.azimuth, 1e-6, "azimuth");
         scene.effects.multiple = true;
         const Recipe recipe = *needed_recipe(scene);
-        for (const double value : {range.mu_in.min, range.mu_in.max})
-            expect_within(recipe.mu_in, value, 1e-12, "mu_in of the table");
-        for (const double value : {range.mu_out.min, range.mu_out.max})
-            expect_within(recipe.mu_out, value, 0, "mu_out of the table");
-        for (const double value : {range.azimuth.min, range.azimuth.max})
-            expect_within(recipe.azimuth, value, 0, "azimuth of the table");
+        expect_within(recipe.mu_in, range.mu_in, 1e-12, "mu_in of the table");
+        expect_within(recipe.mu_out, range.mu_out, 0, "mu_out of the table");
+        expect_within(recipe.azimuth, range.azimuth, 0, "azimuth of the table");
         narrow += recipe.mu_out.max - recipe.mu_out.min < 1 &&
                   recipe.azimuth.max - recipe.azimuth.min < 180;
     }
@@ -146,10 +136,12 @@ TEST(SeenScatteringAngles, AreThoseBetweenSunAndEye) {
     seen = seen_scattering_angles(slab, Side::reflection);
     const PictureRays rays(slab.camera, slab.width, slab.height);
     for (const double x : {0, slab.width})
-        for (const double y : {0, slab.height})
-            expect_within(seen, angle_of(rays.through(x, y).direction), 0, "of a corner");
+        for (const double y : {0, slab.height}) {
+            const double angle = angle_of(rays.through(x, y).direction);
+            expect_within(seen, {angle, angle}, 0, "of a corner");
+        }
     EXPECT_LT(seen.max - seen.min, 60);
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         seen = seen_scattering_angles(small_planet(30, 1, 0.5), side);
         EXPECT_NEAR(seen.min, 150, 1e-9);
         EXPECT_NEAR(seen.max, 150, 1e-9);

@@ -12,14 +12,8 @@
 #include "small_scene.h"
 #include "temporary_folder.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
-#include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -38,7 +32,7 @@ LayerSolution solved(const SceneLayer& layer, std::size_t channel, double depth,
 
 /// What the layer scatters and what passes through it from the ground sum to the light over a Lambert surface.
 void expect_light_over_ground(const Scene& scene, const LayerLight& light, double depth) {
-    const Rgb ground = std::get<Planet>(scene.subject).surface.colour;
+    const Rgb ground = the_planet(scene).surface.colour;
     const Matter matter{depth, scene.layer.albedo, 1};
     const Rgb3 from_layer = light.reflection(matter, over_ground);
     const Rgb3 from_ground =
@@ -55,7 +49,7 @@ void expect_light_over_ground(const Scene& scene, const LayerLight& light, doubl
 
 TEST(LayerLight, MatchesTheSolver) {
     Scene scene = small_planet(0, 3, 0.95);
-    std::get<Planet>(scene.subject).surface.colour = {0.2f, 0.6f, 1.0f};
+    the_planet(scene).surface.colour = {0.2f, 0.6f, 1.0f};
     scene.tolerance = tolerance;
     for (const Rgb3& extinction : {Rgb3{1, 1, 1}, Rgb3{0.125, 0.5, 1}})
         for (const bool varied : {false, true}) {
@@ -89,7 +83,7 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     scene.layer.components = {scene.layer.channels[1]};
     scene.layer.albedo = {0.95, 0.6, 0.99};
     scene.layer.extinction = {0.5, 1, 1.5};
-    std::get<Planet>(scene.subject).surface.colour = {0.25f, 0.5f, 1.0f};
+    the_planet(scene).surface.colour = {0.25f, 0.5f, 1.0f};
     scene.tolerance = tolerance;
     for (const bool varied : {false, true}) {
         if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
@@ -129,7 +123,7 @@ TEST(LayerLight, ColoursThatAreAlikeAreSummedAsOne) {
 TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
     Scene scene = small_planet(0, 4, 1);
     scene.layer.albedo = {0.6, 0.9, 0.98};
-    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    the_planet(scene).surface.colour = {0.5f, 0.5f, 0.5f};
     scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
     scene.tolerance = 2e-2;
     const auto baked = bake_layer_table(*needed_recipe(scene, LightPath::fluxes));
@@ -343,7 +337,7 @@ TEST(LayerLight, OfAColouredStackMatchesTheSolverFromEitherSide) {
 TEST(LayerLight, OfAStackOverGroundMatchesTheSolver) {
     Scene scene = small_planet(0, 1, 1);
     stack(scene, haze_under_air);
-    auto& ground = std::get<Planet>(scene.subject).surface.colour;
+    auto& ground = the_planet(scene).surface.colour;
     ground = {0.2f, 0.6f, 1.0f};
     scene.tolerance = tolerance;
     const auto tables = bake_for({scene});

@@ -11,7 +11,7 @@ namespace {
 
 TEST(LayerLight, OfAMixtureMatchesTheSolver) {
     Scene scene = small_rings(1);
-    std::get<Rings>(scene.subject).profile = {{1.5, 2.5}, {1, 1.5}, {0.9, 0}, {0.1, 0.9}};
+    the_rings(scene).profile = {{1.5, 2.5}, {1, 1.5}, {0.9, 0}, {0.1, 0.9}};
     constexpr double tolerance = 5e-3;
     scene.tolerance = tolerance;
     const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));

@@ -105,7 +105,7 @@ class RandomScenes : private RandomParts {
         DepthMap& depth = scene.layer.optical_depth;
         depth.max = power(-2, std::log10(50));
         if (happens(0.2)) depth.pattern = DepthMap::Pattern::clouds;
-        Planet& planet = std::get<Planet>(scene.subject);
+        Planet& planet = the_planet(scene);
         planet.shell = power(-5, std::log10(std::min(0.05, 0.05 / depth.max)));
         if (happens(0.3)) {
             planet.surface.pattern = Texture::Pattern::continents;
@@ -130,7 +130,7 @@ class RandomScenes : private RandomParts {
         switch (static_cast<int>(between(0, 4))) {
             case 0: {
                 scene = with_picture(rings());
-                auto& profile = std::get<Rings>(scene.subject).profile;
+                auto& profile = the_rings(scene).profile;
                 const double half_width = power(-5, -3), depth = power(-3, -1.5);
                 profile.radius = {
                     1.5, 2 - 2 * half_width, 2 - half_width, 2 + half_width, 2 + 2 * half_width,
@@ -178,7 +178,7 @@ class RandomScenes : private RandomParts {
         Scene scene = small_rings(1);
         scene.layer.components = {phase_function(0.7), phase_function(0.7)};
         scene.layer.albedo = tint(1);
-        auto& subject = std::get<Rings>(scene.subject);
+        auto& subject = the_rings(scene);
         subject.surface.colour = happens(0.2) ? colour() : Rgb{0, 0, 0};
         RingProfile profile;
         const int knots = 2 + static_cast<int>(between(0, 6));
@@ -204,7 +204,7 @@ class RandomScenes : private RandomParts {
         Scene scene = small_planet(0, happens(0.2) ? infinity : power(-3, 1), 1);
         scene.layer.components = {phase_function(0.7)};
         scene.layer.albedo = tint(power(-2.5, 0));
-        if (happens(0.5)) std::get<Planet>(scene.subject).surface.colour = colour();
+        if (happens(0.5)) the_planet(scene).surface.colour = colour();
         scene.camera.orthographic = happens(0.5);
         scene.camera.width = scene.camera.orthographic ? 2.1 : radians(25);
         return scene;
@@ -218,7 +218,7 @@ class RandomScenes : private RandomParts {
             10.0 * direction_at(std::asin(between(0.05, 1)), between(0, 2 * pi));
         scene.camera.orthographic = happens(0.5);
         scene.camera.width = scene.camera.orthographic ? 2 : radians(between(10, 90));
-        auto& subject = std::get<Slab>(scene.subject);
+        auto& subject = the_slab(scene);
         if (happens(0.3)) {
             subject.surface.emplace();
             subject.surface->colour = colour();

@@ -1,13 +1,8 @@
 // Pictures by the plan against pictures with everything, on random scenes and on two that a sample
 // of pixels would misjudge.
-#include <stratus/scene/plan.h>
-
 #include "plan_scenes.h"
-#include "small_scene.h"
 
 #include <gtest/gtest.h>
-
-#include <algorithm>
 
 namespace stratus::test {
 namespace {
@@ -39,9 +34,9 @@ TEST(PlannedPicture, DiffersFromThatWithEverythingByLessThanTheTolerance) {
 
 TEST(PlannedPicture, KeepsTheOrdersThatABrightRingletInAFaintRingNeeds) {
     Scene scene = small_rings(1e-3);
-    std::get<Rings>(scene.subject).surface.colour = {0, 0, 0};
+    the_rings(scene).surface.colour = {0, 0, 0};
     const double half_width = 2.5 / 60268;  // 5 km, in Saturn's radii
-    auto& profile = std::get<Rings>(scene.subject).profile;
+    auto& profile = the_rings(scene).profile;
     profile.radius = {1.5, 2 - 2 * half_width, 2 - half_width, 2 + half_width, 2 + 2 * half_width,
                       2.5};
     profile.optical_depth = {1e-3, 1e-3, 2, 2, 1e-3, 1e-3};

@@ -1,4 +1,3 @@
-#include <stratus/base/constants.h>
 #include <stratus/scene/plan.h>
 #include <stratus/transfer/solve.h>
 
@@ -8,11 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <string>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -92,7 +87,7 @@ TEST(Plan, NeedsATableForTheGroundUnderAThinLayer) {
     scene.layer.albedo = {0.02, 0.02, 0.02};
     EXPECT_FALSE(plan_scene(scene).effects.multiple);
     scene.layer.albedo = {0.999, 0.999, 0.999};
-    std::get<Planet>(scene.subject).surface.colour = {0.9f, 0.9f, 0.9f};
+    the_planet(scene).surface.colour = {0.9f, 0.9f, 0.9f};
     EXPECT_TRUE(plan_scene(scene).effects.multiple);
 }
 

@@ -144,7 +144,7 @@ class RandomScene : private RandomParts {
             "layer = { phase_function = \"isotropic\", albedo = 1, optical_depth = 1 }\n"
             "planet = { surface = { wind = " +
             std::to_string(wind) + " } }\n");
-        return std::get<Planet>(file.panels[0].subject).surface;
+        return the_planet(file.panels[0]).surface;
     }
 
     void look_from(Scene& scene, double distance, double degrees) {
@@ -160,7 +160,7 @@ class RandomScene : private RandomParts {
         scene.effects.ringshine = scene.effects.planetshine = true;
         scene.layer.components = {phase_function(), phase_function()};
         scene.layer.albedo = {1, between(0.5, 1), between(0.3, 1)};
-        Rings& rings = std::get<Rings>(scene.subject);
+        Rings& rings = the_rings(scene);
         rings.surface.colour = colour();
         rings.flattening = happens(0.5) ? 0.1 : 0;
         RingProfile profile;
@@ -184,7 +184,7 @@ class RandomScene : private RandomParts {
     Scene planet() {
         Scene scene = small_planet(0, power(-1.5, 1), between(0.5, 1));
         scene.layer.components = {phase_function()};
-        if (happens(0.6)) std::get<Planet>(scene.subject).surface.colour = colour();
+        if (happens(0.6)) the_planet(scene).surface.colour = colour();
         if (happens(0.5)) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
         return scene;
     }
@@ -194,7 +194,7 @@ class RandomScene : private RandomParts {
         scene.background.colour = happens(0.6) ? colour() : Rgb{0, 0, 0};
         look_from(scene, 10, between(10, 90));
         if (happens(0.4)) {
-            Slab& slab = std::get<Slab>(scene.subject);
+            Slab& slab = the_slab(scene);
             slab.surface.emplace();
             slab.surface->colour = colour();
             slab.half_size = infinity;

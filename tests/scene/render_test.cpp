@@ -1,13 +1,10 @@
 // Pictures pixel by pixel, against closed forms; occlusion and shadows.
 #include <stratus/scene/render.h>
 
-#include <stratus/base/constants.h>
-
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstddef>
 #include <numeric>
 #include <vector>
@@ -22,7 +19,7 @@ Rgb3 along(const Scene& scene, const Vector3& origin, const Vector3& towards) {
 
 TEST(RenderedPlanet, FollowsLambertsLaw) {
     Scene scene = small_planet(50, 0, 1);
-    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.25f, 0.75f};
+    the_planet(scene).surface.colour = {0.5f, 0.25f, 0.75f};
     const Vector3 normal = normalised({0.8, 0.5, -0.2});
     const Rgb3 light = along(scene, {5, normal.y, normal.z}, {0, normal.y, normal.z});
     EXPECT_NEAR(light[0], 0.5 * dot(normal, scene.to_sun), 1e-7);  // single precision of the colour
@@ -119,7 +116,7 @@ TEST(RenderedSlab, TransmitsLightFromTheOtherSide) {
 TEST(RenderedSlab, CastsAShadowOnTheGround) {
     Scene scene = once(small_slab(2, 0.5));
     scene.effects.single = false;
-    Slab& slab = std::get<Slab>(scene.subject);
+    Slab& slab = the_slab(scene);
     slab.surface = Texture{};
     slab.surface->colour = {1, 1, 1};
     slab.half_size = 1;
@@ -184,7 +181,7 @@ TEST(RenderedSlab, BalancesTheLightBetweenLayerAndGround) {
     scene.background.colour = {0, 0, 0};
     scene.sun_colour = {1, 0.5, 2};
     scene.tolerance = 2e-3;
-    Slab& slab = std::get<Slab>(scene.subject);
+    Slab& slab = the_slab(scene);
     slab.half_size = infinity;
     slab.height = 3;
     slab.surface = Texture{};
@@ -213,7 +210,7 @@ TEST(RenderedSlab, BalancesTheLightBetweenLayerAndGround) {
 TEST(RenderedSlab, ShowsTheSkyFromBeneathAndTheGroundUnveiled) {
     Scene scene = once(small_slab(0.7, 0.5));
     scene.effects.single = false;
-    Slab& slab = std::get<Slab>(scene.subject);
+    Slab& slab = the_slab(scene);
     slab.height = 2;
     slab.surface = Texture{};
     slab.surface->colour = {0.5f, 0.5f, 0.5f};
@@ -317,7 +314,7 @@ TEST(RenderedRings, ReflectOnTheLitSideAndTransmitOnTheOther) {
 
 TEST(RenderedRings, SurroundAFlattenedPlanet) {
     Scene scene = once(small_rings(1));
-    std::get<Rings>(scene.subject).flattening = 0.5;
+    the_rings(scene).flattening = 0.5;
     EXPECT_EQ(along(scene, {0, 9, 0.51}, {0, 0, 0.51})[0], 0) << "above the pole";
     EXPECT_NEAR(along(scene, {0, 0, 9}, {0, 0, 0})[0], 0.5 * 0.5, 1e-7) << "upright on the pole";
     // A point of the ellipse x^2 + 4 z^2 = 1, whose normal is along (x, 4 z).
@@ -371,7 +368,7 @@ TEST(Render, SumsWhatItsRaysSeeOneByOne) {
 
 TEST(Render, AntialiasesEdges) {
     Scene scene = small_planet(0, 0, 1);
-    std::get<Planet>(scene.subject).surface.colour = {1, 1, 1};
+    the_planet(scene).surface.colour = {1, 1, 1};
     scene.background.colour = {0, 0, 0};
     scene.samples = 8;
     scene.to_sun = {1, 0, 0};
@@ -435,7 +432,7 @@ TEST(Render, ShowsCloudsAtTheHorizonWithoutSpeckle) {
     scene.camera.position = {0, -9, 3};
     scene.camera.look_at = {0, 0, 3};  // the horizon is below row 31
     scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
-    Slab& slab = std::get<Slab>(scene.subject);
+    Slab& slab = the_slab(scene);
     slab.half_size = infinity;
     slab.height = 0.25;
     slab.surface = squares(0.3f, 1);
@@ -449,7 +446,7 @@ TEST(Render, ShowsCloudsAtTheHorizonWithoutSpeckle) {
 TEST(Render, ShowsDetailAtThePlanetsLimbWithoutSpeckle) {
     Scene scene = once(small_planet(30, 0, 1));
     scene.samples = 2;
-    std::get<Planet>(scene.subject).surface = squares(1, 64);
+    the_planet(scene).surface = squares(1, 64);
     const SampledRow row = sampled_row(scene, 8);
     EXPECT_LT(row.error(), 0.07) << "four samples: 19 %";
 }
@@ -476,7 +473,7 @@ TEST(Sun, IsADiskOfDirections) {
 
 TEST(Sun, BlursTheTerminator) {
     Scene scene = small_planet(90, 0, 1);
-    std::get<Planet>(scene.subject).surface.colour = {1, 1, 1};
+    the_planet(scene).surface.colour = {1, 1, 1};
     scene.sun_diameter = 0.4;
     const LayerLight light(scene, nullptr);
     const Image image = render(scene, light);

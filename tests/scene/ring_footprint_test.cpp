@@ -1,14 +1,12 @@
 // Ringlets narrower than pixels, whose light is that of their area wherever the pixels lie.
 #include "ring_light.h"
 
-#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 
 namespace stratus {
@@ -26,7 +24,7 @@ Scene ringlet(double optical_depth, int samples) {
     scene.camera.width = pixels * pixel;
     scene.camera.position = 10.0 * Vector3{std::cos(elevation), 0, std::sin(elevation)};
     scene.effects.shadows = false;
-    Rings& rings = std::get<Rings>(scene.subject);
+    Rings& rings = the_rings(scene);
     rings.surface = {};
     const double ramp = 1e-9;
     rings.profile = {{radius - ramp, radius, radius + width, radius + width + ramp},

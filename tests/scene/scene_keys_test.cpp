@@ -1,16 +1,8 @@
-#include <stratus/scene/scene.h>
-
 #include <stratus/picture/png.h>
-#include <stratus/scene/scene.h>
 
 #include "keyed_file.h"
 #include "temporary_folder.h"
 #include "small_scene.h"
-
-#include <gtest/gtest.h>
-
-#include <set>
-#include <string>
 
 namespace stratus::test {
 namespace {
@@ -133,22 +125,16 @@ TEST(SceneKeys, AreAllRead) {
     set_content(folder / "stack.toml",
                 "[[layers]]\nphase_function = 'isotropic'\nalbedo = 0.5\n"
                 "optical_depth = 1.0\n");
-    std::vector<Key> keys;  // but one, of tables that follow one another (Film tests)
-    for (const Key& key : scene_keys())
-        if (!std::string(key.name).starts_with("animation.keys.")) keys.push_back(key);
     expect_keys_are_read(
-        keys, "scene",
+        scene_keys(), "scene",
         {slab, planet, painted, sea, stacked, shelled, rings, cloudy_rings, keyed_lobes, lambert},
         [&](const std::string& text) { parse_scene(text, folder.path().string()); },
         [](const Key& key) {
             const std::string name = key.name;
+            // keys of tables that follow one another are those of Film tests
+            if (name.starts_with("animation.keys.")) return std::string{};
             return (name.starts_with("surface.") ? "planet." : "") + name;
         });
-}
-
-TEST(SceneKeys, StandOnceInTheirTable) {
-    std::set<std::string> names;
-    for (const Key& key : scene_keys()) EXPECT_TRUE(names.insert(key.name).second) << key.name;
 }
 
 }  // namespace

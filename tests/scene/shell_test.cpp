@@ -1,5 +1,4 @@
 // Planets whose layer is a spherical shell, against photons and limits.
-#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "shell_photons.h"
@@ -8,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstddef>
 
 namespace stratus {
@@ -16,7 +14,7 @@ namespace {
 
 Scene shell(double height, double optical_depth, double albedo, double phase_angle) {
     Scene scene = small_planet(phase_angle, optical_depth, albedo);
-    std::get<Planet>(scene.subject).shell = height;
+    the_planet(scene).shell = height;
     scene.layer.components = {PhaseFunction::henyey_greenstein(0.5)};
     return scene;
 }
@@ -30,7 +28,7 @@ double seen_at(const Scene& scene, const LayerLight& light, double impact) {
 ShellLight photons_at(const Scene& scene, double impact) {
     const double side = impact < 0 ? -1 : 1;
     return shell_photons(scene.layer.components[0], scene.layer.albedo[0],
-                         scene.layer.optical_depth.max, std::get<Planet>(scene.subject).shell,
+                         scene.layer.optical_depth.max, the_planet(scene).shell,
                          {std::abs(impact), {side * scene.to_sun.y, 0, scene.to_sun.x}}, 10000);
 }
 
@@ -80,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(Heights, ShellAndPhotons,
 TEST(Shell, OfNoHeightIsPlane) {
     Scene thin = shell(1e-6, 2, 0.9, 60), plane = thin;
     plane.effects.shell = false;
-    std::get<Planet>(thin.subject).surface.colour = {0.5f, 0.25f, 0.125f};
+    the_planet(thin).surface.colour = {0.5f, 0.25f, 0.125f};
     plane.subject = thin.subject;
     const auto tables = bake_for({thin, plane});
     const LayerLight light(thin, tables[0].get()), flat(plane, tables[1].get());
@@ -94,7 +92,7 @@ TEST(Shell, OfNoHeightIsPlane) {
 
 TEST(Shell, ThatHardlyScattersLeavesTheGroundToLambertsLaw) {
     Scene scene = once(shell(0.05, 1e-9, 1, 60));
-    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    the_planet(scene).surface.colour = {0.5f, 0.5f, 0.5f};
     const LayerLight light(scene, nullptr);
     for (const double impact : {-0.3, 0.0, 0.8, 0.99}) {
         const double normal = std::asin(impact), mu = std::cos(radians(60) - normal);
@@ -106,14 +104,14 @@ TEST(Shell, ThatHardlyScattersLeavesTheGroundToLambertsLaw) {
 // A sun so low that no beam gets through leaves numbers finite, and the ocean's glint is the plane layer's.
 TEST(Shell, OverGroundIsFiniteAndMirrors) {
     Scene scene = once(shell(1e-4, 400, 0.9, 89));
-    auto& surface = std::get<Planet>(scene.subject).surface;
+    auto& surface = the_planet(scene).surface;
     surface.colour = {0.5f, 0.5f, 0.5f};
     for (const double impact : {-0.5, 0.0, 0.02, 0.1, 0.9}) {
         const double light = seen_at(scene, LayerLight(scene, nullptr), impact);
         EXPECT_TRUE(light >= 0 && light < 1) << impact << ' ' << light;
     }
     scene = once(shell(1e-6, 0.1, 0.9, 40));
-    auto& sea = std::get<Planet>(scene.subject).surface;
+    auto& sea = the_planet(scene).surface;
     sea.mirror = read_ground_law("ocean:wind=5");
     sea.colour = {0.1f, 0.1f, 0.1f};
     Scene plane = scene;

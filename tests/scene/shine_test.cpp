@@ -1,14 +1,11 @@
 // Light between a planet and its rings, against sums over many rays, and by energy.
 #include <stratus/scene/render.h>
 
-#include <stratus/base/constants.h>
-
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 namespace stratus {
@@ -23,7 +20,7 @@ Scene shining() {
     scene.sun_colour = {1, 0.5, 0.25};
     scene.layer.albedo = {1, 0.8, 0.6};
     scene.tolerance = 5e-3;
-    Rings& rings = std::get<Rings>(scene.subject);
+    Rings& rings = the_rings(scene);
     rings.profile = {{1.25, 1.5, 1.52, 1.9, 1.95, 2.0, 2.05, 2.3},
                      {0.1, 0.2, 1.5, 2.0, 0.0, 0.0, 0.5, 0.6},
                      {0.2, 0.2, 0.6, 0.6, 0.6, 0.6, 0.4, 0.4},
@@ -101,7 +98,7 @@ TEST(Ringshine, LightsTheNightSide) {
     Scene scene = once(shining());
     scene.sun_colour = {1, 0.5, 0.25};
     const Vector3 point = on_globe(20, 160, 0), eye = 3.0 * point;
-    std::get<Rings>(scene.subject).flattening = 0;
+    the_rings(scene).flattening = 0;
     ASSERT_LT(dot(point, scene.to_sun), -0.1);
     const LayerLight light(scene, nullptr);
     const Rgb3 seen = radiance_along(scene, light, {eye, -point}, scene.to_sun);
@@ -127,8 +124,7 @@ TEST(Ringshine, IsNeverNegative) {
 /// What planetshine adds to a point of the rings, by a sum over rays to the globe.
 Rgb3 expected_planetshine(const Scene& dark, const LayerLight& light, const Vector3& point,
                           const Vector3& to_eye) {
-    const Matter matter =
-        std::get<Rings>(dark.subject).profile.at(length(point), dark.layer.albedo);
+    const Matter matter = the_rings(dark).profile.at(length(point), dark.layer.albedo);
     Rgb3 sum{};
     for (const double side : {1.0, -1.0})
         sum = sum + cosine_mean({0, 0, side}, 300, [&](const Vector3& direction) -> Rgb3 {
@@ -188,7 +184,7 @@ Scene cloudy(Scene scene, double optical_depth) {
     clouds.components = {PhaseFunction::henyey_greenstein(0.6)};
     clouds.albedo = {1, 0.99, 0.9};
     clouds.optical_depth.max = optical_depth;
-    std::get<Rings>(scene.subject).planet_layer = clouds;
+    the_rings(scene).planet_layer = clouds;
     return scene;
 }
 
@@ -203,7 +199,7 @@ LayerTables all_tables_of(const Scene& scene) {
 /// Light of the rings that the clouds send to the eye, by a sum over rays to the rings.
 Rgb3 expected_on_clouds(const Scene& dark, const LayerLight& light, const Vector3& point,
                         const Vector3& to_eye) {
-    const Rings& rings = std::get<Rings>(dark.subject);
+    const Rings& rings = the_rings(dark);
     const Vector3 normal = normal_of(point, rings.flattening);
     const LayerLight& clouds = *light.planet();
     const Matter matter = *uniform_matter(clouds.scene());
@@ -254,7 +250,7 @@ TEST(Ringshine, OnCloudsIsNearlyTheMeanOfRaysToTheRings) {
 // White clouds of any depth over a white surface send back all that falls on them.
 TEST(Ringshine, LeavesWhiteCloudsAsItFellOnThem) {
     Scene scene = cloudy(shining(), 3);
-    Rings& rings = std::get<Rings>(scene.subject);
+    Rings& rings = the_rings(scene);
     rings.surface.colour = {1, 1, 1};
     rings.planet_layer->albedo = {1, 1, 1};
     scene.effects.planetshine = false;
@@ -289,8 +285,8 @@ TEST(CloudsWithinRings, AreThoseOfThePlanetAloneBesideTransparentRings) {
     Scene within = cloudy(small_rings(0), 3);
     within.camera.width = 2;
     Scene alone = within;
-    alone.layer = *std::get<Rings>(within.subject).planet_layer;
-    alone.subject = Planet{std::get<Rings>(within.subject).surface};
+    alone.layer = *the_rings(within).planet_layer;
+    alone.subject = Planet{the_rings(within).surface};
     const auto tables = bake_for({within, alone});
     EXPECT_EQ(tables[0]->planet->paths, tables[1]->paths);
     const Image expected = render(alone, LayerLight(alone, tables[1].get())),

@@ -18,6 +18,10 @@ inline SceneFile parse_scene(const std::string& text, const std::string& directo
     return parse_film(text, directory, nullptr, name)[0];
 }
 
+auto& the_planet(auto& scene) { return std::get<Planet>(scene.subject); }
+auto& the_rings(auto& scene) { return std::get<Rings>(scene.subject); }
+auto& the_slab(auto& scene) { return std::get<Slab>(scene.subject); }
+
 /// A planet of unit radius before an orthographic camera, the picture 2 wide and high.
 inline Scene small_planet(double phase_angle_deg, double optical_depth, double albedo) {
     Scene scene;

@@ -106,14 +106,19 @@ TEST(SurfacePoint, OnASphereIsLongitudeAndLatitude) {
     EXPECT_NEAR(sphere_point({0, 0, -1}).v, 1, 1e-15);
 }
 
+Texture image_texture(const std::shared_ptr<Image>& image) {
+    Texture texture;
+    texture.pattern = Texture::Pattern::image;
+    texture.image = image;
+    return texture;
+}
+
 TEST(Texture, InterpolatesImages) {
     auto image = std::make_shared<Image>(2, 2);
     const float values[] = {0.1f, 0.2f, 0.4f, 0.8f};
     for (int k = 0; k < 4; ++k)
         for (int c = 0; c < 3; ++c) image->pixel(k % 2, k / 2)[c] = values[k];
-    Texture texture;
-    texture.pattern = Texture::Pattern::image;
-    texture.image = image;
+    const Texture texture = image_texture(image);
     auto at = [&](double u, double v) { return texture.at({{0, 0, 0}, u, v}).g; };
     EXPECT_FLOAT_EQ(at(0.25, 0.25), 0.1f);
     EXPECT_FLOAT_EQ(at(0.75, 0.25), 0.2f);
@@ -134,9 +139,7 @@ TEST(Texture, InterpolatesImages) {
 TEST(Texture, EndsImagesAtThePoles) {
     auto image = std::make_shared<Image>(4, 2);
     for (int x = 0; x < 4; ++x) image->pixel(x, 0)[0] = 1;  // the northern hemisphere
-    Texture texture;
-    texture.pattern = Texture::Pattern::image;
-    texture.image = image;
+    const Texture texture = image_texture(image);
     const auto at = [&](const Vector3& point) { return texture.at(sphere_point(point)).r; };
     EXPECT_EQ(at({0, 0, 1}), 1);
     EXPECT_EQ(at({0.1, 0, std::sqrt(0.99)}), 1);
@@ -148,9 +151,7 @@ TEST(Texture, EndsImagesAtThePoles) {
 TEST(Texture, ShowsImagesOnAPlaneUprightFromAbove) {
     auto image = std::make_shared<Image>(2, 2);
     image->pixel(0, 0)[0] = 1;  // the upper left
-    Texture texture;
-    texture.pattern = Texture::Pattern::image;
-    texture.image = image;
+    const Texture texture = image_texture(image);
     const auto at = [&](double x, double y) { return texture.at(plane_point(x, y, 4)).r; };
     EXPECT_EQ(at(1, 3), 1);
     EXPECT_EQ(at(1, 1), 0);

@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <ostream>
 #include <vector>
 
 namespace stratus::test {
@@ -60,11 +59,8 @@ inline std::vector<Light> by_runtime(const PackedTable& table, const std::vector
 }
 
 struct Differences {
-    double median, usual, worst;  // usual: all but one in a thousand are smaller
+    double median, worst;
 };
-inline std::ostream& operator<<(std::ostream& out, const Differences& of) {
-    return out << "median " << of.median << ", 99.9 % " << of.usual << ", worst " << of.worst;
-}
 
 /// Of R and T, all orders, relative to the runtime's but not to less than `floor`, by default a
 /// millionth of a white surface. Numbers that are none are infinitely wrong.
@@ -81,8 +77,8 @@ inline Differences differences(const std::vector<Light>& found, const std::vecto
                                std::max(floor, std::abs(total(expected)));
             all.push_back(off >= 0 ? off : infinity);
         }
-    std::sort(all.begin(), all.end());
-    return {all[all.size() / 2], all[all.size() * 999 / 1000], all.back()};
+    std::ranges::sort(all);
+    return {all[all.size() / 2], all.back()};
 }
 
 }  // namespace stratus::test

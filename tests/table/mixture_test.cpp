@@ -6,10 +6,6 @@
 #include "refusal.h"
 #include "small_table.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 namespace stratus {
 namespace {
 
@@ -90,9 +86,9 @@ TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
     EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
     EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));
     expect_refusal([] { bind(both().view(), 1, 0.9); },
-                   {"at: mixture must be chosen for this table, got nan"});
+                   "at: mixture must be chosen for this table, got nan");
     expect_refusal([] { bind(both().view().at({1.1}), 1, 0.9); },
-                   {"at: mixture must be in [0, 1], got 1.1"});
+                   "at: mixture must be in [0, 1], got 1.1");
 }
 
 }  // namespace

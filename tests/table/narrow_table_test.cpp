@@ -3,18 +3,11 @@
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/lookup.h>
-#include <stratus/table/packed_table.h>
 
 #include "refusal.h"
 #include "row_name.h"
 #include "small_table.h"
 #include "uniform.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -162,7 +155,7 @@ TEST_P(NarrowTable, MakesNoBsdf) {
     Slice slice = bind(table_.view(), 1, 0.9);
     EXPECT_FALSE(slice.has_all_directions());
     expect_refusal([&] { Bsdf(std::move(slice)); }, {"Bsdf", "all directions", "narrowed"});
-    EXPECT_NO_THROW(Bsdf(bind(table_.view(), 1, 0.9, Effects{.multiple = false})));
+    EXPECT_NO_THROW(Bsdf(bind(table_.view(), 1, 0.9, {.multiple = false})));
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, NarrowTable, testing::ValuesIn(narrow()), row_name);

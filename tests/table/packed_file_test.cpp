@@ -1,6 +1,4 @@
 // Files of packed tables: what is written is read, and what was forged is refused or harmless.
-#include <stratus/table/packed_table.h>
-
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/tensor_file.h>
@@ -10,16 +8,11 @@
 #include "small_table.h"
 #include "table/packed_parts.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <random>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -171,7 +164,7 @@ TEST(PackedFile, LooksThePathLawUpNearForwardAtAnyDepth) {
     for (const char* const phase :
          {"henyey_greenstein:g=0.85", "henyey_greenstein:g=0.95", "henyey_greenstein:g=0.985"}) {
         Table table = with_path_law(phase);  // and nothing else
-        std::fill(table.transmission_multiple.begin(), table.transmission_multiple.end(), 0.0f);
+        std::ranges::fill(table.transmission_multiple, 0.0f);
         const PackedTable packed(pack(table));
         std::vector<double> thin, deep;
         while (thin.size() < 2000 || deep.size() < 2000) {
@@ -186,7 +179,7 @@ TEST(PackedFile, LooksThePathLawUpNearForwardAtAnyDepth) {
                 .push_back(std::abs(packed.transmission(albedo, depth, at).total() - T) / T);
         }
         const auto share = [](std::vector<double>& errors, double part) {
-            std::sort(errors.begin(), errors.end());
+            std::ranges::sort(errors);
             return errors[static_cast<std::size_t>(part * static_cast<double>(errors.size()))];
         };
         EXPECT_LT(share(thin, 0.5), 1e-5) << phase;
@@ -207,7 +200,7 @@ TEST(PackedFile, WithoutItsPhaseCurveIsRefusedBeforeOneIsSampled) {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
     const double refusal =
-        seconds([&] { expect_forgery_refused(forged, {"phase must be given, got none"}); });
+        seconds([&] { expect_forgery_refused(forged, "phase must be given, got none"); });
     const double sampling = seconds([&] { PhaseCurve(parse_phase_function(text)); });
     EXPECT_LT(refusal, sampling / 2);
 }
@@ -233,7 +226,7 @@ TEST(PackedFile, HoldsThePathSheetOfItsOwnAlbedosAlone) {
     Table table = with_path_law("henyey_greenstein:g=0.985");  // and nothing else
     for (std::vector<float>* const samples :
          {&table.reflection_multiple, &table.transmission_multiple})
-        std::fill(samples->begin(), samples->end(), 0.0f);
+        std::ranges::fill(*samples, 0.0f);
     const Forged whole(table);
     table.albedo = make_axis(AxisScale::square_root_of_complement, 0.9, 1, 5);
     prepare(table);
@@ -287,7 +280,7 @@ TEST(PackedFile, LooksUpThePathSheetOfFewOrdersWhereAFileHoldsIt) {
 TEST(PackedFile, RefusesManyOrdersWithoutTheirSheet) {
     Forged file(with_path_law("henyey_greenstein:g=0.95"));
     file.tensors_.erase(path_sheet_name);
-    expect_forgery_refused(file, {"path_sheet must be given for more than 64"});
+    expect_forgery_refused(file, "path_sheet must be given for more than 64");
 }
 
 /// Two members whose samples are alike but for a factor: one set of functions serves both.
@@ -337,7 +330,7 @@ TEST(PackedFile, RefusesForgedOwnersOfFunctions) {
         forged.set("member_1/reflection/functions_of", 0, owner);
         SCOPED_TRACE(owner);
         expect_forgery_refused(forged,
-                               {"member_1/reflection/functions_of must be an earlier member"});
+                               "member_1/reflection/functions_of must be an earlier member");
     }
     Forged without(of_two_levels());
     without.tensors_.erase("member_0/transmission/functions");
@@ -369,7 +362,7 @@ TEST(PackedFile, RefusesForgedStrings) {
     }
     Forged forged;
     forged.strings_.erase("phase_function");
-    expect_forgery_refused(forged, {"phase_function"});
+    expect_forgery_refused(forged, "phase_function");
 }
 
 TEST(PackedFile, RefusesForgedBlocks) {
@@ -383,11 +376,11 @@ TEST(PackedFile, RefusesForgedBlocks) {
         }
     Forged forged;
     forged.set(side + "blocks", 4, 0);  // not infinite, as its cells need
-    expect_forgery_refused(forged, {"packed table"});
+    expect_forgery_refused(forged, "packed table");
     for (const std::int32_t value : {-1, 1000}) {
         Forged other;
         other.set(side + "block_of_cell", 3, value);
-        expect_forgery_refused(other, {"block_of_cell"});
+        expect_forgery_refused(other, "block_of_cell");
     }
     for (const char* const name : {"functions", "coefficients", "block_of_cell", "blocks"}) {
         Forged other;
@@ -401,7 +394,7 @@ TEST(PackedFile, RefusesForgedBlocks) {
     }
     Forged without;
     without.tensors_.erase(side + "coefficients");
-    expect_forgery_refused(without, {"coefficients"});
+    expect_forgery_refused(without, "coefficients");
 }
 
 TEST(PackedFile, RefusesForgedAxesAndFluxes) {
@@ -414,7 +407,7 @@ TEST(PackedFile, RefusesForgedAxesAndFluxes) {
         }
     Forged forged;
     forged.set("diffusion_exponent", 0, -1.0);
-    expect_forgery_refused(forged, {"diffusion_exponent"});
+    expect_forgery_refused(forged, "diffusion_exponent");
     const auto nothing = [](const char* side) {
         Forged other;
         for (auto held = other.tensors_.begin(); held != other.tensors_.end();)
@@ -425,7 +418,7 @@ TEST(PackedFile, RefusesForgedAxesAndFluxes) {
     Forged neither = nothing("transmission/");
     for (const char* const name : {"functions", "coefficients", "blocks", "block_of_cell"})
         neither.tensors_.erase(std::string("reflection/") + name);
-    expect_forgery_refused(neither, {"neither"});
+    expect_forgery_refused(neither, "neither");
 }
 
 TEST(PackedFile, ReadsTheSeedOfItsFuzzer) {

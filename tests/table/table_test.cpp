@@ -6,9 +6,6 @@
 #include "row_name.h"
 #include "small_table.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <limits>
 
 namespace stratus {
@@ -117,156 +114,130 @@ const float float_infinity = std::numeric_limits<float>::infinity();
 INSTANTIATE_TEST_SUITE_P(
     Axes, PrepareRefuses,
     testing::ValuesIn<Refused>(
-        {{"NoAlbedo",
-          [](Table& t) { t.albedo.values.clear(); },
-          {"albedo must be an axis of at least one sample, got none"}},
-         {"AlbedoBelowZero",
-          [](Table& t) { t.albedo = make_axis(t.albedo.scale, -0.1, 1, 3); },
-          {"albedo must be within [0, 1], got -0.1"}},
+        {{"NoAlbedo", [](Table& t) { t.albedo.values.clear(); },
+          "albedo must be an axis of at least one sample, got none"},
+         {"AlbedoBelowZero", [](Table& t) { t.albedo = make_axis(t.albedo.scale, -0.1, 1, 3); },
+          "albedo must be within [0, 1], got -0.1"},
          {"AlbedoInAnotherScale",
           [](Table& t) { t.albedo.scale = AxisScale::linear; },
           {"scale of axis albedo", "square_root_of_complement", "linear"}},
-         {"UnevenDepths",
-          [](Table& t) { t.optical_depth.values[1] *= 1.01; },
-          {"optical_depth must be uniform"}},
-         {"CosineInAnotherScale",
-          [](Table& t) { t.mu_in.scale = AxisScale::logarithmic; },
-          {"scale of axis mu_in must be arcsine_of_fourth_root, got logarithmic"}},
+         {"UnevenDepths", [](Table& t) { t.optical_depth.values[1] *= 1.01; },
+          "optical_depth must be uniform"},
+         {"CosineInAnotherScale", [](Table& t) { t.mu_in.scale = AxisScale::logarithmic; },
+          "scale of axis mu_in must be arcsine_of_fourth_root, got logarithmic"},
          {"CosineZero",
           [](Table& t) { t.mu_in = make_axis(t.mu_in.scale, 0, 1, 2); },
           {"mu_in", "(0, 1]", "got 0"}},
-         {"CosineAboveOne",
-          [](Table& t) { t.mu_out.values.back() = 1.125; },
-          {"mu_out must be in [0, 1], got 1.125"}},
-         {"CosineToInfinity",
-          [](Table& t) { t.mu_out.values.back() = infinity; },
-          {"mu_out must be finite unless logarithmic, got inf"}},
-         {"AzimuthBeyondPi",
-          [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 4, 6); },
-          {"azimuth must be within [0, 3.1415926535897931], got 3.2"}},
-         {"FewAzimuthsShortOfPi",
-          [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 3, 3); },
-          {"samples of azimuth must be 1, or 4 at least, where they do not span 0 to pi, got 3"}},
+         {"CosineAboveOne", [](Table& t) { t.mu_out.values.back() = 1.125; },
+          "mu_out must be in [0, 1], got 1.125"},
+         {"CosineToInfinity", [](Table& t) { t.mu_out.values.back() = infinity; },
+          "mu_out must be finite unless logarithmic, got inf"},
+         {"AzimuthBeyondPi", [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 4, 6); },
+          "azimuth must be within [0, 3.1415926535897931], got 3.2"},
+         {"FewAzimuthsShortOfPi", [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 3, 3); },
+          "samples of azimuth must be 1, or 4 at least, where they do not span 0 to pi, got 3"},
          {"FewAzimuthsNotFromZero",
           [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0.5, pi, 2); },
-          {"samples of azimuth must be 1, or 4 at least, where they do not span 0 to pi, got 2"}}}),
+          "samples of azimuth must be 1, or 4 at least, where they do not span 0 to pi, got 2"}}),
     row_name);
 
 INSTANTIATE_TEST_SUITE_P(
     Mixtures, PrepareRefuses,
     testing::ValuesIn<Refused>(
-        {{"AboveOne",
-          [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, 0, 1.5, 2)); },
-          {"mixture must be within [0, 1], got 1.5"}},
-         {"BelowZero",
-          [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, -0.5, 1, 2)); },
-          {"mixture must be within [0, 1], got -0.5"}},
+        {{"AboveOne", [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, 0, 1.5, 2)); },
+          "mixture must be within [0, 1], got 1.5"},
+         {"BelowZero", [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, -0.5, 1, 2)); },
+          "mixture must be within [0, 1], got -0.5"},
          {"Descending",
           [](Table& t) {
               set_mixture(t, {AxisScale::linear, {0.5, 0.25}});
           },
-          {"mixture must be ascending, got 0.25"}},
+          "mixture must be ascending, got 0.25"},
          {"InAnotherScale",
           [](Table& t) { set_mixture(t, make_axis(AxisScale::logarithmic, 0.5, 1, 2)); },
-          {"scale of axis mixture must be linear, got logarithmic"}},
+          "scale of axis mixture must be linear, got logarithmic"},
          {"Alone",
           [](Table& t) {
               set_mixture(t, {AxisScale::linear, {0.5}});
           },
-          {"mixture must be of two samples at least, got 1"}},
+          "mixture must be of two samples at least, got 1"},
          {"WithoutSamplesOfTheirOwn",
           [](Table& t) {
               set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2));
               t.extrapolation_lengths = {1, 2};
           },
-          {"length of plane_albedo must be 60, got 30"}},
+          "length of plane_albedo must be 60, got 30"},
          {"WithoutALengthOfEachMember",
           [](Table& t) {
               set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2));
               t.extrapolation_lengths = {1};
           },
-          {"extrapolation_lengths must be as many as members, 2, got 1"}},
+          "extrapolation_lengths must be as many as members, 2, got 1"},
          {"WithALengthOfZero",
           [](Table& t) {
               set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2));
               t.extrapolation_lengths = {1, 0};
           },
-          {"extrapolation_lengths must be in (0, inf), got 0"}}}),
+          "extrapolation_lengths must be in (0, inf), got 0"}}),
     row_name);
 
 INSTANTIATE_TEST_SUITE_P(
     Datasets, PrepareRefuses,
-    testing::ValuesIn<Refused>({{"NoSide",
-                                 [](Table& t) {
-                                     t.reflection_multiple.clear();
-                                     t.transmission_multiple.clear();
-                                 },
-                                 {"reflection_multiple or transmission_multiple, got neither"}},
-                                {"ShortReflection",
-                                 [](Table& t) { t.reflection_multiple.pop_back(); },
-                                 {"length of reflection_multiple must be 900, got 899"}},
-                                {"LongTransmission",
-                                 [](Table& t) { t.transmission_multiple.push_back(0); },
-                                 {"length of transmission_multiple must be 900, got 901"}},
-                                {"ShortPlaneAlbedo",
-                                 [](Table& t) { t.plane_albedo.pop_back(); },
-                                 {"plane_albedo must be 30, got 29"}},
-                                {"ShortTransmittance",
-                                 [](Table& t) { t.diffuse_transmittance.pop_back(); },
-                                 {"diffuse_transmittance must be 30, got 29"}},
-                                {"ShortSphericalAlbedo",
-                                 [](Table& t) { t.spherical_albedo.pop_back(); },
-                                 {"spherical_albedo must be 15, got 14"}},
-                                {"ShortExponents",
-                                 [](Table& t) { t.diffusion_exponent.pop_back(); },
-                                 {"diffusion_exponent must be 3, got 2"}},
-                                {"NoExponents",
-                                 [](Table& t) { t.diffusion_exponent.clear(); },
-                                 {"diffusion_exponent must be 3, got 0"}},
-                                {"ReflectionNotANumber",
-                                 [](Table& t) { t.reflection_multiple[17] = NAN; },
-                                 {"reflection_multiple (sample 17) must be finite, got nan"}},
-                                {"TransmissionInfinite",
-                                 [](Table& t) { t.transmission_multiple[3] = -float_infinity; },
-                                 {"transmission_multiple (sample 3) must be finite, got -inf"}},
-                                {"FluxNotANumber",
-                                 [](Table& t) { t.spherical_albedo[2] = NAN; },
-                                 {"spherical_albedo (sample 2) must be finite, got nan"}}}),
+    testing::ValuesIn<Refused>(
+        {{"NoSide",
+          [](Table& t) {
+              t.reflection_multiple.clear();
+              t.transmission_multiple.clear();
+          },
+          "reflection_multiple or transmission_multiple, got neither"},
+         {"ShortReflection", [](Table& t) { t.reflection_multiple.pop_back(); },
+          "length of reflection_multiple must be 900, got 899"},
+         {"LongTransmission", [](Table& t) { t.transmission_multiple.push_back(0); },
+          "length of transmission_multiple must be 900, got 901"},
+         {"ShortPlaneAlbedo", [](Table& t) { t.plane_albedo.pop_back(); },
+          "plane_albedo must be 30, got 29"},
+         {"ShortTransmittance", [](Table& t) { t.diffuse_transmittance.pop_back(); },
+          "diffuse_transmittance must be 30, got 29"},
+         {"ShortSphericalAlbedo", [](Table& t) { t.spherical_albedo.pop_back(); },
+          "spherical_albedo must be 15, got 14"},
+         {"ShortExponents", [](Table& t) { t.diffusion_exponent.pop_back(); },
+          "diffusion_exponent must be 3, got 2"},
+         {"NoExponents", [](Table& t) { t.diffusion_exponent.clear(); },
+          "diffusion_exponent must be 3, got 0"},
+         {"ReflectionNotANumber", [](Table& t) { t.reflection_multiple[17] = NAN; },
+          "reflection_multiple (sample 17) must be finite, got nan"},
+         {"TransmissionInfinite", [](Table& t) { t.transmission_multiple[3] = -float_infinity; },
+          "transmission_multiple (sample 3) must be finite, got -inf"},
+         {"FluxNotANumber", [](Table& t) { t.spherical_albedo[2] = NAN; },
+          "spherical_albedo (sample 2) must be finite, got nan"}}),
     row_name);
 
 INSTANTIATE_TEST_SUITE_P(
     Numbers, PrepareRefuses,
     testing::ValuesIn<Refused>(
-        {{"NegativeExponent",
-          [](Table& t) { t.diffusion_exponent[1] = -1e-9; },
-          {"diffusion_exponent must be in [0, 1000], got -1e-09"}},
-         {"HugeExponent",
-          [](Table& t) { t.diffusion_exponent[1] = 1001; },
-          {"diffusion_exponent must be in [0, 1000], got 1001"}},
-         {"NoLength",
-          [](Table& t) { t.extrapolation_length = 0; },
-          {"extrapolation_length must be in (0, inf), got 0"}},
-         {"LengthNotANumber",
-          [](Table& t) { t.extrapolation_length = NAN; },
-          {"extrapolation_length must be in (0, inf), got nan"}},
-         {"NegativeTolerance",
-          [](Table& t) { t.tolerance = -1; },
-          {"tolerance must be in [0, inf), got -1"}},
-         {"ErrorNotANumber",
-          [](Table& t) { t.measured_error = NAN; },
-          {"measured_error must be in [0, inf), got nan"}},
+        {{"NegativeExponent", [](Table& t) { t.diffusion_exponent[1] = -1e-9; },
+          "diffusion_exponent must be in [0, 1000], got -1e-09"},
+         {"HugeExponent", [](Table& t) { t.diffusion_exponent[1] = 1001; },
+          "diffusion_exponent must be in [0, 1000], got 1001"},
+         {"NoLength", [](Table& t) { t.extrapolation_length = 0; },
+          "extrapolation_length must be in (0, inf), got 0"},
+         {"LengthNotANumber", [](Table& t) { t.extrapolation_length = NAN; },
+          "extrapolation_length must be in (0, inf), got nan"},
+         {"NegativeTolerance", [](Table& t) { t.tolerance = -1; },
+          "tolerance must be in [0, inf), got -1"},
+         {"ErrorNotANumber", [](Table& t) { t.measured_error = NAN; },
+          "measured_error must be in [0, inf), got nan"},
          {"WhiterThanWhite",
           [](Table& t) {
               t.transmission_multiple.clear();
               t.lower_boundary = LowerBoundary::surface(1.01);
           },
-          {"lower boundary must be in [0, 1], got 1.01"}},
+          "lower boundary must be in [0, 1], got 1.01"},
          {"TransmissionThroughGround",
           [](Table& t) { t.lower_boundary = LowerBoundary::surface(0.5); },
-          {"transmission_multiple must be absent over a lower boundary, got given"}},
-         {"NegativeOrder",
-          [](Table& t) { t.highest_order = -2; },
-          {"highest_order must be at least 0, got -2"}}}),
+          "transmission_multiple must be absent over a lower boundary, got given"},
+         {"NegativeOrder", [](Table& t) { t.highest_order = -2; },
+          "highest_order must be at least 0, got -2"}}),
     row_name);
 
 }  // namespace

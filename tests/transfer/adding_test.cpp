@@ -1,10 +1,8 @@
 // Identities of adding that hold for any symmetric R and R* and any T.
-
 #include "layer.h"
 #include "refusal.h"
 
 #include <Eigen/LU>
-#include <gtest/gtest.h>
 
 #include <random>
 
@@ -128,7 +126,7 @@ TEST(Adding, RefusesAnOpaqueLayerAbove) {
     std::mt19937 random(6);
     const LayerMode layer = random_layer(random);
     expect_refusal([&] { add(opaque(layer), layer, nodes); },
-                   {"add: the layer above must be one that lets light through, got an opaque"});
+                   "add: the layer above must be one that lets light through, got an opaque");
 }
 
 TEST(Adding, RefusesLayersOfDifferentSizes) {
@@ -137,14 +135,14 @@ TEST(Adding, RefusesLayersOfDifferentSizes) {
     LayerMode smaller = opaque(layer);
     smaller.reflection.conservativeResize(size - 1, size - 1);
     expect_refusal([&] { add(layer, smaller, nodes); },
-                   {"add: directions of the layer below must be 8, got 7"});
+                   "add: directions of the layer below must be 8, got 7");
 }
 
 TEST(Adding, RefusesMoreNodesThanDirections) {
     std::mt19937 random(8);
     const LayerMode layer = random_layer(random);
-    expect_refusal([&] { add(layer, layer, size + 1); }, {"add: nodes must be in [1, 8], got 9"});
-    expect_refusal([&] { add(layer, layer, 0); }, {"add: nodes must be in [1, 8], got 0"});
+    expect_refusal([&] { add(layer, layer, size + 1); }, "add: nodes must be in [1, 8], got 9");
+    expect_refusal([&] { add(layer, layer, 0); }, "add: nodes must be in [1, 8], got 0");
 }
 
 }  // namespace

@@ -1,19 +1,12 @@
 // A matrix of layers on which all applicable methods are compared pairwise: each pair agrees within
 // the sum of the errors that the two state.
-#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/solvers.h>
-#include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
 #include "row_name.h"
+#include "usual_layers.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <sstream>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -102,14 +95,12 @@ struct Answer {
 template <class Solution>
 std::vector<double> values_of(const Solution& solution) {
     std::vector<double> all;
-    for (const Place& at : places)
-        all.push_back(solution.reflection(at.in, at.out, at.azimuth).total);
-    for (const Place& at : places)
-        all.push_back(solution.transmission(at.in, at.out, at.azimuth).total);
-    for (int i = 0; i < cosine_count; ++i) all.push_back(solution.plane_albedo(i));
-    for (int i = 0; i < cosine_count; ++i) all.push_back(solution.diffuse_transmittance(i));
-    all.push_back(solution.spherical_albedo);
-    all.push_back(solution.total_transmittance);
+    for (const Side side : both_sides)
+        for (const Place& at : places)
+            all.push_back(value_at(solution, side, at.in, at.out, at.azimuth).total);
+    for (const Eigen::VectorXd& fluxes : {solution.plane_albedo, solution.diffuse_transmittance})
+        all.insert(all.end(), fluxes.begin(), fluxes.end());
+    all.insert(all.end(), {solution.spherical_albedo, solution.total_transmittance});
     return all;
 }
 
@@ -170,20 +161,10 @@ int enough_nodes(const PhaseFunction& phase_function) {
 
 constexpr double left_by_enough = 1e-9;
 
-SolverOptions with_enough(const Layer& of) {
-    SolverOptions options;
-    options.nodes = enough_nodes(of.phase_function);
-    return options;
-}
+SolverOptions with_enough(const Layer& of) { return with_nodes(enough_nodes(of.phase_function)); }
 
 /// Few nodes, for methods more expensive than doubling; no truncation, as in the chain.
-SolverOptions with_few() {
-    SolverOptions options;
-    options.nodes = 8;
-    options.modes = 6;
-    options.truncate = Truncate::nothing;
-    return options;
-}
+SolverOptions with_few() { return {.nodes = 8, .modes = 6, .truncate = Truncate::nothing}; }
 
 LayerSolution solve(const Layer& of, const SolverOptions& options) {
     return solve_layer(of.phase_function, of.albedo, of.optical_depth, compared_cosines, options);
@@ -301,10 +282,9 @@ Answer markov(const Layer& of, int highest_order = 0) {
     Answer all = answer("Markov", options.nodes, values_of(chain.layer), 1e-12,
                         left_by_few(of, highest_order));
     std::size_t q = 0;
-    for (const Place& at : places)
-        all.stated[q++].error += chain.reflection(at.in, at.out, at.azimuth).error;
-    for (const Place& at : places)
-        all.stated[q++].error += chain.transmission(at.in, at.out, at.azimuth).error;
+    for (const Side side : both_sides)
+        for (const Place& at : places)
+            all.stated[q++].error += value_at(chain, side, at.in, at.out, at.azimuth).error;
     while (q < quantities.size()) all.stated[q++].error += chain.flux_error;
     return all;
 }
@@ -318,7 +298,7 @@ Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
                               compared_cosines[static_cast<std::size_t>(at.out)], at.azimuth});
     const PhotonSolution solution =
         solve_photons(of.phase_function, of.albedo, of.optical_depth, geometries,
-                      PhotonOptions{.photons = count, .highest_order = highest_order});
+                      {.photons = count, .highest_order = highest_order});
     Answer all{"photons", 0, {}};
     const auto state = [&](double value, double standard_error) {
         all.stated.push_back({value, 4 * standard_error + 1e-14});
@@ -335,7 +315,7 @@ Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
     std::vector<PhotonFluxes> plane;
     for (const double mu : compared_cosines)
         plane.push_back(solution.plane[static_cast<std::size_t>(
-            std::find(solution.mu_in.begin(), solution.mu_in.end(), mu) - solution.mu_in.begin())]);
+            std::ranges::find(solution.mu_in, mu) - solution.mu_in.begin())]);
     for (const PhotonFluxes& of_mu : plane) state(of_mu.albedo.value, of_mu.albedo.standard_error);
     for (const PhotonFluxes& of_mu : plane)
         state(of_mu.transmittance.value, of_mu.transmittance.standard_error);

@@ -1,13 +1,6 @@
 // Textbook doubling: convergence of its starts, and reports of breakdown.
-#include <stratus/transfer/solve.h>
-
 #include "refusal.h"
 #include "usual_layers.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -62,9 +55,9 @@ TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
         expect_refusal(
             [&] {
                 solve_layer(isotropic, 1, 1, {1},
-                            SolverOptions{.scheme = Scheme::classic, .start_depth = depth});
+                            {.scheme = Scheme::classic, .start_depth = depth});
             },
-            {"solve: start_depth must be 0 or in [1e-15, 1]"});
+            "solve: start_depth must be 0 or in [1e-15, 1]");
     }
 }
 

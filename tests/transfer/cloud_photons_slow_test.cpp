@@ -40,17 +40,16 @@ class CloudFromPhotons : public testing::TestWithParam<Cloud> {};
 TEST_P(CloudFromPhotons, HasTheSolversAureoleAndGlory) {
     const auto [name, text, albedo, optical_depth] = GetParam();
     const PhaseFunction phase_function = read_phase_function(text, STRATUS_REFERENCE_FOLDER);
-    const LayerSolution layer = solve_layer(phase_function, albedo, optical_depth, cloud_cosines,
-                                            SolverOptions{.nodes = nodes});
+    const LayerSolution layer =
+        solve_layer(phase_function, albedo, optical_depth, cloud_cosines, {.nodes = nodes});
 
     std::vector<Geometry> geometries;
     for (const auto& directions : {aureole, glory})
         for (const auto& [out, azimuth_deg] : directions)
             geometries.push_back({cloud_cosines[0], cloud_cosines[static_cast<std::size_t>(out)],
                                   radians(azimuth_deg)});
-    const PhotonSolution photons =
-        solve_photons(phase_function, albedo, optical_depth, geometries,
-                      PhotonOptions{.photons = 100'000, .backward_collisions = 8});
+    const PhotonSolution photons = solve_photons(phase_function, albedo, optical_depth, geometries,
+                                                 {.photons = 100'000, .backward_collisions = 8});
 
     for (std::size_t i = 0; i < geometries.size(); ++i) {
         const PhotonGeometry& at = photons.geometries[i];

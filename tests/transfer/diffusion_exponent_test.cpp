@@ -2,10 +2,7 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -71,7 +68,7 @@ TEST(DiffusionExponent, IsTheSameForSeveralAlbedos) {
 TEST(DiffusionExponent, RefusesAlbedosOutOfRange) {
     for (const double w : {-1e-9, 1.0001, double{NAN}})
         expect_refusal([&] { diffusion_exponent(PhaseFunction::isotropic(), w); },
-                       {"compute_diffusion_exponents: albedo must be in [0, 1]"});
+                       "compute_diffusion_exponents: albedo must be in [0, 1]");
 }
 
 }  // namespace

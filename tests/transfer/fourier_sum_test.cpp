@@ -1,15 +1,7 @@
 #include <stratus/transfer/fourier_sum.h>
 
-#include <stratus/base/constants.h>
-#include <stratus/transfer/solve.h>
-
 #include "refusal.h"
 #include "usual_layers.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -23,16 +15,14 @@ const SolverOptions few_nodes = with_nodes(16);
 void expect_values_of_pairs(const LayerSolution& layer) {
     const DirectionGrid grid(layer.phase_function, layer.lower_boundary, grid_cosines,
                              grid_azimuths, 32);
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         const GridValues values = evaluate(layer, side, grid);
         EXPECT_EQ(evaluate_tabulated(layer, side, grid), values.tabulated);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 for (int k = 0; k < 4; ++k) {
                     const double phi = grid_azimuths[static_cast<std::size_t>(k)];
-                    const SolvedValue expected = side == Side::reflection
-                                                     ? layer.reflection(i, j, phi)
-                                                     : layer.transmission(i, j, phi);
+                    const SolvedValue expected = value_at(layer, side, i, j, phi);
                     const std::size_t at = grid.at(i, j, k);
                     // Mirrored pairs differ by the rounding of the peak's series.
                     const double bound = 1e-12 * std::abs(expected.total);
@@ -66,7 +56,7 @@ void expect_sketch_of_all(const SolverOptions& options, const DirectionGrid& gri
     for (std::size_t at = 2; at < grid.size(); at += 7) positions.push_back(at);
     const Layers layers = solve_peaked_layers(options, {});
     ASSERT_NE(layers[0][0].path, nullptr);
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         const GridPositions sketch(grid, side, positions);
         const Layers summed = solve_peaked_layers(
             options, [&](ModeSolution& to, Side of_mode, int number, const AzimuthalMode& mode) {
@@ -110,12 +100,12 @@ TEST(FourierSum, RefusesAGridOfOtherCosinesOrTooFewModes) {
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, {0.5}, grid_azimuths, 32});
         },
-        {"cosines of the solution must be 1, got 3"});
+        "cosines of the solution must be 1, got 3");
     expect_refusal(
         [&] {
             evaluate(layer, Side::reflection, {peaked, none, grid_cosines, grid_azimuths, 2});
         },
-        {"modes of the solution must be at most 2"});
+        "modes of the solution must be at most 2");
 }
 
 }  // namespace

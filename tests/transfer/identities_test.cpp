@@ -1,20 +1,14 @@
 // Identities that hold for any layer: symmetries, and agreement of the solver with itself.
-#include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/transfer/quadrature.h>
-#include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"
 
 #include <Eigen/LU>
-#include <gtest/gtest.h>
 
 #ifdef __SSE2__
 #include <immintrin.h>
 #endif
-
-#include <algorithm>
-#include <cmath>
 
 namespace stratus {
 namespace {
@@ -22,9 +16,7 @@ namespace {
 using Eigen::VectorXd;
 
 double total(const LayerSolution& layer, Side side, int in, int out, double azimuth) {
-    return (side == Side::reflection ? layer.reflection(in, out, azimuth)
-                                     : layer.transmission(in, out, azimuth))
-        .total;
+    return value_at(layer, side, in, out, azimuth).total;
 }
 
 // ---- symmetries --------------------------------------------------------------------------------
@@ -33,9 +25,9 @@ double total(const LayerSolution& layer, Side side, int in, int out, double azim
 TEST(SolveLayer, IsReciprocal) {
     for (const PhaseFunction& phase_function : {rayleigh, forward})
         for (const double tau : {1e-6, 0.1, 8.0, infinity}) {
-            const LayerSolution layer = solve_layer(phase_function, 0.95, tau, cosines,
-                                                    SolverOptions{.scheme = Scheme::classic});
-            for (const Side side : {Side::reflection, Side::transmission})
+            const LayerSolution layer =
+                solve_layer(phase_function, 0.95, tau, cosines, {.scheme = Scheme::classic});
+            for (const Side side : both_sides)
                 for (int in = 0; in < layer.mu.size(); ++in)
                     for (int out = 0; out < in; ++out)
                         for (const double azimuth : azimuths) {
@@ -55,15 +47,13 @@ TEST(LayerSolution, SumsSingleAndMultipleScattering) {
         for (int in = 0; in < layer.mu.size(); ++in)
             for (const double azimuth : azimuths) {
                 const Geometry at{layer.mu(in), layer.mu(2), azimuth};
-                const SolvedValue R = layer.reflection(in, 2, azimuth);
-                const SolvedValue T = layer.transmission(in, 2, azimuth);
-                EXPECT_EQ(R.single, single_reflection(forward(cos_scattering_angle_reflected(at)),
-                                                      0.9, 0.7, at.mu_in, at.mu_out));
-                EXPECT_EQ(T.single,
-                          single_transmission(forward(cos_scattering_angle_transmitted(at)), 0.9,
-                                              0.7, at.mu_in, at.mu_out));
-                EXPECT_NEAR(R.single + R.multiple, R.total, 1e-15 * R.total);
-                EXPECT_NEAR(T.single + T.multiple, T.total, 1e-15 * T.total);
+                for (const Side side : both_sides) {
+                    const SolvedValue value = value_at(layer, side, in, 2, azimuth);
+                    EXPECT_EQ(value.single,
+                              single_scattering(side, forward(cos_scattering_angle(side, at)), 0.9,
+                                                0.7, at.mu_in, at.mu_out));
+                    EXPECT_NEAR(value.single + value.multiple, value.total, 1e-15 * value.total);
+                }
             }
     }
 }
@@ -72,7 +62,7 @@ TEST(LayerSolution, GivesTheSameValuesForManyAzimuths) {
     for (const LowerBoundary& boundary : {LowerBoundary{}, LowerBoundary::layer(rayleigh, 0.4)}) {
         const LayerSolution layer =
             solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8), boundary);
-        for (const Side side : {Side::reflection, Side::transmission}) {
+        for (const Side side : both_sides) {
             const std::vector<SolvedValue> values = layer.values(side, 1, 3, azimuths);
             ASSERT_EQ(values.size(), azimuths.size());
             for (std::size_t k = 0; k < azimuths.size(); ++k)
@@ -83,22 +73,20 @@ TEST(LayerSolution, GivesTheSameValuesForManyAzimuths) {
 
 TEST(LayerSolution, ReportsThePeakCorrections) {
     const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8));
-    const auto expect_sum = [&](Side side, const std::vector<AzimuthalMode>& modes, int in, int out,
-                                double cosine, const SolvedValue& value) {
-        double orders = 0;  // the Fourier sum alone, 2 sum cos(m azimuth) f_m - f_0
-        for (std::size_t m = 0; m < modes.size(); ++m)
-            orders += (m ? 2 : 1) * std::cos(static_cast<double>(m) * 1.1) * modes[m](in, out);
-        EXPECT_NEAR(orders + layer.peak_correction(side, in, out)(forward(cosine), cosine),
-                    value.multiple, 1e-13 * value.total);
-    };
     for (int in = 0; in < layer.mu.size(); ++in)
-        for (int out = 0; out < layer.mu.size(); ++out) {
-            const Geometry at{layer.mu(in), layer.mu(out), 1.1};
-            expect_sum(Side::reflection, layer.modes.reflection, in, out,
-                       cos_scattering_angle_reflected(at), layer.reflection(in, out, 1.1));
-            expect_sum(Side::transmission, layer.modes.transmission, in, out,
-                       cos_scattering_angle_transmitted(at), layer.transmission(in, out, 1.1));
-        }
+        for (int out = 0; out < layer.mu.size(); ++out)
+            for (const Side side : both_sides) {
+                const double cosine =
+                    cos_scattering_angle(side, {layer.mu(in), layer.mu(out), 1.1});
+                double orders = 0, factor = 1;  // the Fourier sum alone
+                for (int m = 0; const AzimuthalMode& mode : layer.modes[side]) {
+                    orders += factor * std::cos(1.1 * m++) * mode(in, out);
+                    factor = 2;
+                }
+                const SolvedValue value = value_at(layer, side, in, out, 1.1);
+                EXPECT_NEAR(orders + layer.peak_correction(side, in, out)(forward(cosine), cosine),
+                            value.multiple, 1e-13 * value.total);
+            }
     const PeakCorrection none =
         solve_layer(rayleigh, 0.9, 0.7, cosines).peak_correction(Side::reflection, 0, 1);
     EXPECT_EQ(none.single, 0);
@@ -212,7 +200,7 @@ TEST(SolveLayer, IsIndependentOfExtraDirections) {
         for (int in = 0; in < alone.mu.size(); ++in) {
             EXPECT_NEAR(among.plane_albedo(in), alone.plane_albedo(in), 1e-14);
             for (int out = 0; out < alone.mu.size(); ++out)
-                for (const Side side : {Side::reflection, Side::transmission}) {
+                for (const Side side : both_sides) {
                     const double expected = total(alone, side, in, out, 1);
                     EXPECT_NEAR(total(among, side, in, out, 1), expected, 1e-14 * expected)
                         << tau << ' ' << in << ' ' << out;
@@ -230,7 +218,7 @@ TEST(SolveLayer, UsesTheGaussNodesByDefault) {
     const LayerSolution extra = solve_layer(rayleigh, 0.9, 1, asked, with_nodes(12));
     for (int in = 0; in < 12; ++in)
         for (int out = 0; out < 12; ++out)
-            for (const Side side : {Side::reflection, Side::transmission}) {
+            for (const Side side : both_sides) {
                 const double expected = total(extra, side, in, out, 1);
                 // On the diagonal the matrices of the Gauss nodes also hold the beam, whose
                 // rounding is 1e-16 / (2 mu weight), large at the first nodes.

@@ -1,15 +1,9 @@
 // The light inside: against what leaves the layers, energy, closed forms deep down, and the equation of
 // transfer.
-
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <vector>
 
 #include "light_inside.h"
 #include "refusal.h"
@@ -77,7 +71,7 @@ TEST(LightInside, FollowsThePathsOfNarrowPeaks) {
     const InsideSolution exact = solve_inside(layers, {}, levels, mu, resolved);
     EXPECT_NE(few.path, nullptr);
     for (std::size_t l = 0; l < levels.size(); ++l)
-        for (const Side side : {Side::reflection, Side::transmission})
+        for (const Side side : both_sides)
             for (int in = 0; in < 3; ++in)
                 for (int out = 0; out < 3; ++out) {
                     const auto found = few.values(side, in, out, azimuths, l);
@@ -107,12 +101,18 @@ TEST(LightInside, CarriesOneNetFluxWithoutAbsorption) {
     }
 }
 
+/// Two levels, and those between at which a rule integrates over them.
+std::vector<double> levels_between(double top, double bottom, const GaussLegendre& gauss) {
+    std::vector<double> levels{top, bottom};
+    for (const double x : gauss.x) levels.push_back((top + bottom) / 2 + x * (bottom - top) / 2);
+    return levels;
+}
+
 // The heating between two levels by Gauss quadrature over levels between: the field is smooth there.
 TEST(LightInside, LosesWhatIsAbsorbedBetweenLevels) {
     const GaussLegendre gauss(20);
     const double top = 0.8, bottom = 1.3;
-    std::vector<double> levels{top, bottom};
-    for (const double x : gauss.x) levels.push_back((top + bottom) / 2 + x * (bottom - top) / 2);
+    const std::vector<double> levels = levels_between(top, bottom, gauss);
     for (const PhaseFunction& lower : {haze, parse_phase_function("henyey_greenstein:g=0.95")}) {
         const std::vector<StackLayer> layers{{air, 0.8, 0.5}, {lower, 0.7, 1.5}};
         const InsideSolution solution =
@@ -188,9 +188,7 @@ TEST(LightInside, SolvesTheEquationOfTransfer) {
     double top = 0;
     for (const StackLayer& layer : layers) {
         const double bottom = top + layer.optical_depth;
-        std::vector<double> levels{top, bottom};
-        for (const double x : gauss.x)
-            levels.push_back((top + bottom) / 2 + x * (bottom - top) / 2);
+        const std::vector<double> levels = levels_between(top, bottom, gauss);
         const InsideSolution solution =
             solve_inside(layers, LowerBoundary::surface(ground), levels, mu);
         std::vector<std::vector<double>> light(levels.size());  // [level][direction]: pi I
@@ -291,15 +289,15 @@ TEST(LightInside, IsRefusedOutsideTheLayers) {
         expect_refusal([&] { solve_inside(air_over_haze(1, 1), {}, levels, {1}, options); },
                        fragments);
     };
-    refused({0.5, 2.5}, {}, {"solve: levels must be in [0, 2], the optical depth, got 2.5"});
-    refused({-0.5}, {}, {"levels must be in [0, 2], the optical depth, got -0.5"});
-    refused({}, {}, {"levels must be one or more, got none"});
-    refused({1}, SolverOptions{.orders = 3}, {"orders must be 0, all, got 3"});
+    refused({0.5, 2.5}, {}, "solve: levels must be in [0, 2], the optical depth, got 2.5");
+    refused({-0.5}, {}, "levels must be in [0, 2], the optical depth, got -0.5");
+    refused({}, {}, "levels must be one or more, got none");
+    refused({1}, {.orders = 3}, "orders must be 0, all, got 3");
     expect_refusal(
         [&] {
             solve_inside({{air, 1, infinity}}, {}, {infinity}, {1});
         },
-        {"[0, inf), got inf"});
+        "[0, inf), got inf");
 }
 
 }  // namespace

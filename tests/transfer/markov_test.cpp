@@ -1,19 +1,11 @@
 // The Markov chain agrees with the solver within its stated errors.
 #include <stratus/transfer/reference/solvers.h>
 
-#include <stratus/base/constants.h>
-#include <stratus/transfer/solve.h>
-
 #include "refusal.h"
 #include "usual_layers.h"
 
 #include <boost/math/quadrature/tanh_sinh.hpp>
 #include <boost/math/special_functions/expint.hpp>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -22,11 +14,7 @@ const std::vector<double> chain_cosines{0.1, 0.3, 0.5, 0.8, 1.0};
 const std::vector<double> chain_azimuths{0, 1, pi};
 
 MarkovOptions chain_of(int nodes, int sublayers, int orders = 0) {
-    MarkovOptions options;
-    options.nodes = nodes;
-    options.sublayers = sublayers;
-    options.orders = orders;
-    return options;
+    return {.nodes = nodes, .sublayers = sublayers, .orders = orders};
 }
 
 // ---- against the solver ------------------------------------------------------------------------
@@ -42,20 +30,16 @@ TEST(MarkovChain, MatchesTheSolverWithinItsStatedError) {
             solve_markov(saturn, 0.99, optical_depth, chain_cosines, chain_of(8, 32));
         for (int in = 0; in < 5; ++in)
             for (int out = 0; out < 5; ++out)
-                for (const double azimuth : chain_azimuths) {
-                    const auto meets = [&](const MarkovValue& value, const SolvedValue& expected) {
+                for (const double azimuth : chain_azimuths)
+                    for (const Side side : both_sides) {
+                        const auto [value, error] = value_at(chain, side, in, out, azimuth);
+                        const SolvedValue expected = value_at(layer, side, in, out, azimuth);
                         // 1e-10: omitted modes
-                        EXPECT_NEAR(value.value.total, expected.total,
-                                    value.error + 1e-10 * expected.total)
+                        EXPECT_NEAR(value.total, expected.total, error + 1e-10 * expected.total)
                             << in << ' ' << out << ' ' << azimuth;
-                        EXPECT_EQ(value.value.single, expected.single);
-                        EXPECT_LT(value.error, 0.05 * expected.total + 1e-6)
-                            << "stated error too large";
-                    };
-                    meets(chain.reflection(in, out, azimuth), layer.reflection(in, out, azimuth));
-                    meets(chain.transmission(in, out, azimuth),
-                          layer.transmission(in, out, azimuth));
-                }
+                        EXPECT_EQ(value.single, expected.single);
+                        EXPECT_LT(error, 0.05 * expected.total + 1e-6) << "stated error too large";
+                    }
         for (int i = 0; i < 5; ++i) {
             EXPECT_NEAR(chain.layer.plane_albedo(i), layer.plane_albedo(i), chain.flux_error);
             EXPECT_NEAR(chain.layer.diffuse_transmittance(i), layer.diffuse_transmittance(i),
@@ -84,17 +68,13 @@ TEST(MarkovChain, SumsItsOrdersToItsInverse) {
         solve_markov(phase_function, 0.9, 2, chain_cosines, chain_of(6, 4, 300));
     ASSERT_EQ(one_by_one.order.size(), 299u);
     for (int in = 0; in < 5; ++in)
-        for (const double azimuth : chain_azimuths) {
-            double R = 0, T = 0;
-            for (int n = 300; n > 0; --n) {
-                R += one_by_one.of_order(Side::reflection, n, in, 2, azimuth);
-                T += one_by_one.of_order(Side::transmission, n, in, 2, azimuth);
+        for (const double azimuth : chain_azimuths)
+            for (const Side side : both_sides) {
+                double sum = 0;
+                for (int n = 300; n > 0; --n) sum += one_by_one.of_order(side, n, in, 2, azimuth);
+                for (const MarkovSolution* of : {&all, &one_by_one})
+                    EXPECT_NEAR(value_at(*of, side, in, 2, azimuth).value.total / sum, 1, 1e-12);
             }
-            for (const MarkovSolution* of : {&all, &one_by_one}) {
-                EXPECT_NEAR(of->reflection(in, 2, azimuth).value.total / R, 1, 1e-12);
-                EXPECT_NEAR(of->transmission(in, 2, azimuth).value.total / T, 1, 1e-12);
-            }
-        }
 }
 
 /// Order 2 of an isotropic layer from its source function: light of depth t' that scatters again at
@@ -106,7 +86,8 @@ TEST(MarkovChain, SumsItsOrdersToItsInverse) {
 ///                                    + exp(-v/mu0 - tau/mu) c(1/mu0 - 1/mu, tau - v)) dv
 ///
 /// with c(a, L) = int_0^L exp(-a s) ds.
-SolvedValue second_order(double albedo, double tau, double mu0, double mu, bool reflected) {
+double second_order(Side side, double albedo, double tau, double mu0, double mu) {
+    const bool reflected = side == Side::reflection;
     const auto c = [](double a, double length) {
         return a == 0 ? length : -std::expm1(-a * length) / a;
     };
@@ -121,28 +102,26 @@ SolvedValue second_order(double albedo, double tau, double mu0, double mu, bool 
             return boost::math::expint(1, v) * pair * c(a, tau - v);
         },
         0.0, tau);
-    const double value = albedo * albedo / (8 * mu * mu0) * integral;
-    return {value, 0, value};
+    return albedo * albedo / (8 * mu * mu0) * integral;
 }
 
 TEST(MarkovChain, HasTheSecondOrderOfTheIsotropicLayer) {
     for (const double tau : {0.1, 1.0, 4.0}) {
         const MarkovSolution chain = solve_markov({}, 0.8, tau, chain_cosines, chain_of(24, 32, 2));
         for (int in = 0; in < 5; ++in)
-            for (int out = 0; out < 5; ++out) {
-                const double mu0 = chain_cosines[static_cast<std::size_t>(in)];
-                const double mu = chain_cosines[static_cast<std::size_t>(out)];
-                const double R = second_order(0.8, tau, mu0, mu, true).multiple;
-                const double T = second_order(0.8, tau, mu0, mu, false).multiple;
-                // 1e-8: error of 24 nodes
-                EXPECT_NEAR(chain.of_order(Side::reflection, 2, in, out, 0), R,
-                            chain.reflection(in, out, 0).error + 1e-8 * R)
-                    << tau << ' ' << mu0 << ' ' << mu;
-                EXPECT_NEAR(chain.of_order(Side::transmission, 2, in, out, 0), T,
-                            chain.transmission(in, out, 0).error + 1e-8 * T)
-                    << tau << ' ' << mu0 << ' ' << mu;
-                EXPECT_LT(chain.reflection(in, out, 0).error, 5e-3 * R);
-            }
+            for (int out = 0; out < 5; ++out)
+                for (const Side side : both_sides) {
+                    const double mu0 = chain.layer.mu(in), mu = chain.layer.mu(out),
+                                 expected = second_order(side, 0.8, tau, mu0, mu),
+                                 error = value_at(chain, side, in, out, 0).error;
+                    // 1e-8: error of 24 nodes
+                    EXPECT_NEAR(chain.of_order(side, 2, in, out, 0), expected,
+                                error + 1e-8 * expected)
+                        << tau << ' ' << mu0 << ' ' << mu;
+                    if (side == Side::reflection) {
+                        EXPECT_LT(error, 5e-3 * expected);
+                    }
+                }
     }
 }
 
@@ -155,10 +134,9 @@ TEST(MarkovChain, ConvergesAsTheSquareOfTheSublayers) {
         const MarkovSolution chain = solve_markov({}, 0.99, 1, chain_cosines, options);
         double sum = 0;
         for (int in = 1; in < 5; ++in)
-            sum += std::abs(chain.reflection(in, 2, 0).value.total -
-                            layer.reflection(in, 2, 0).total) +
-                   std::abs(chain.transmission(in, 2, 0).value.total -
-                            layer.transmission(in, 2, 0).total);
+            for (const Side side : both_sides)
+                sum += std::abs(value_at(chain, side, in, 2, 0).value.total -
+                                value_at(layer, side, in, 2, 0).total);
         return sum;
     };
     EXPECT_NEAR(std::log2(errors(16, false) / errors(32, false)), 2, 0.1);
@@ -171,12 +149,11 @@ TEST(MarkovChain, IsReciprocalAndConservesEnergy) {
     const MarkovSolution chain =
         solve_markov(PhaseFunction::rayleigh(), 1, 1, chain_cosines, chain_of(8, 16));
     for (int in = 0; in < 5; ++in)
-        for (int out = 0; out < in; ++out) {
-            const double R = chain.reflection(in, out, 1).value.total;
-            const double T = chain.transmission(in, out, 1).value.total;
-            EXPECT_NEAR(chain.reflection(out, in, 1).value.total, R, 1e-11 * R);
-            EXPECT_NEAR(chain.transmission(out, in, 1).value.total, T, 1e-11 * T);
-        }
+        for (int out = 0; out < in; ++out)
+            for (const Side side : both_sides) {
+                const double there = value_at(chain, side, in, out, 1).value.total;
+                EXPECT_NEAR(value_at(chain, side, out, in, 1).value.total, there, 1e-11 * there);
+            }
     EXPECT_NEAR(chain.layer.spherical_albedo + chain.layer.total_transmittance, 1,
                 2 * chain.flux_error);
     EXPECT_LT(chain.flux_error, 1e-3);
@@ -234,26 +211,26 @@ TEST(MarkovChain, UsesTheGaussNodesByDefault) {
 
 TEST(MarkovChain, RefusesArgumentsOutOfRange) {
     const auto refused = [](double albedo, double optical_depth, double mu,
-                            const MarkovOptions& options, const std::string& reason) {
-        expect_refusal([&] { solve_markov({}, albedo, optical_depth, {mu}, options); }, {reason});
+                            const MarkovOptions& options, const Fragments& reason) {
+        expect_refusal([&] { solve_markov({}, albedo, optical_depth, {mu}, options); }, reason);
     };
     const std::string finite =
         "markov: optical_depth must be in [0, inf) (a semi-infinite layer cannot be divided into "
-        "sublayers), got ";
+        "sublayers)";
     refused(1.5, 1, 1, {}, "markov: albedo must be in [0, 1], got 1.5");
     refused(NAN, 1, 1, {}, "markov: albedo must be in [0, 1], got nan");
-    refused(0.5, -1, 1, {}, finite + "-1");
-    refused(0.5, NAN, 1, {}, finite + "nan");
-    refused(0.5, infinity, 1, {}, finite + "inf");
+    refused(0.5, -1, 1, {}, {finite, ", got -1"});
+    refused(0.5, NAN, 1, {}, {finite, ", got nan"});
+    refused(0.5, infinity, 1, {}, {finite, ", got inf"});
     refused(0.5, 1, 0, {}, "mu must be in [1e-100, 1], got 0");
     refused(0.5, 1, 1, chain_of(0, 32), "markov: nodes must be in [1, 512], got 0");
     refused(0.5, 1, 1, chain_of(513, 4), "markov: nodes must be in [1, 512], got 513");
     for (const int sublayers : {2, 15})
         refused(
             0.5, 1, 1, chain_of(8, sublayers),
-            "markov: sublayers must be even and in [4, 8192], got " + std::to_string(sublayers));
+            {"markov: sublayers must be even and in [4, 8192], got", std::to_string(sublayers)});
     refused(0.5, 1, 1, chain_of(8, 16, -1), "markov: orders must be >= 0, got -1");
-    refused(0.5, 1, 1, MarkovOptions{.modes = -1}, "markov: modes must be >= 0, got -1");
+    refused(0.5, 1, 1, {.modes = -1}, "markov: modes must be >= 0, got -1");
     refused(
         0.5, 1, 1, chain_of(64, 66),
         "markov: 2 sublayers x nodes must be at most 8192 (a dense matrix of 512 MiB), got 8448");

@@ -1,18 +1,9 @@
 // Photons agree with the solver and the closed forms within their standard errors.
-#include <stratus/base/constants.h>
-#include <stratus/transfer/reference/solvers.h>
-#include <stratus/transfer/solve.h>
-
 #include "refusal.h"
 #include "shell_photons.h"
 #include "usual_layers.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
 #include <thread>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -153,9 +144,7 @@ TEST(Photons, KeepRelativeAccuracyInThinLayers) {
 
 TEST(Photons, AcceptNegativeSeriesAndTables) {
     // A truncated series with negative lobes, and a table with a peak and a kink.
-    std::vector<double> chi{1};
-    for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
-    const PhaseFunction series = PhaseFunction::from_moments(chi);
+    const PhaseFunction series = PhaseFunction::from_moments(moments_cut_off());
     double least = 0;
     for (double c = -1; c <= 1; c += 1.0 / 512) least = std::min(least, series(c));
     ASSERT_LT(least, 0);
@@ -345,7 +334,7 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     const auto refused = [](double albedo, double optical_depth, const Geometry& geometry,
                             const char* reason, const PhotonOptions& options = {}) {
         expect_refusal([&] { solve_photons({}, albedo, optical_depth, {geometry}, options); },
-                       {reason});
+                       reason);
     };
     refused(1.5, 1, at, "photons: albedo must be in [0, 1], got 1.5");
     refused(-0.5, 1, at, "photons: albedo must be in [0, 1], got -0.5");
@@ -359,11 +348,10 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     refused(0.5, 1, {0.5, 1.25, 0}, "photons: mu_out must be in (0, 1], got 1.25");
     refused(0.5, 1, {0.5, 0.5, infinity}, "photons: azimuth must be finite, got inf");
     refused(0.5, 1, at, "photons: photons must be >= 2, got 1", with_photons(1));
-    refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1",
-            PhotonOptions{.highest_order = -1});
+    refused(0.5, 1, at, "photons: highest_order must be >= 0, got -1", {.highest_order = -1});
     for (const int count : {-1, 101}) {
         refused(0.5, 1, at, "photons: backward_collisions must be in [0, 100], got",
-                PhotonOptions{.backward_collisions = count});
+                {.backward_collisions = count});
     }
 }
 

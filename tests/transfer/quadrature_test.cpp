@@ -4,8 +4,6 @@
 
 #include "refusal.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 namespace stratus {
@@ -85,7 +83,7 @@ TEST(GaussDirections, RefuseCosinesOutOfRange) {
             [&] {
                 gauss_directions(8, NodeMap::grazing, {0.5, mu});
             },
-            {"gauss_directions: mu must be in [1e-100, 1]"});
+            "gauss_directions: mu must be in [1e-100, 1]");
 }
 
 NodeMap map_for(const PhaseFunction& phase_function, int nodes) {

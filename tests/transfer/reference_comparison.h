@@ -44,7 +44,7 @@ inline std::vector<Compared> compare_geometries(const std::string& phase, int no
     const PhaseFunction phase_function = reference_phase_function(phase);
     const std::vector<double> cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
     const auto index = [&](double mu) {
-        return static_cast<int>(std::find(cosines.begin(), cosines.end(), mu) - cosines.begin());
+        return static_cast<int>(std::ranges::find(cosines, mu) - cosines.begin());
     };
     std::vector<Compared> all;
     for (const ReferenceLayer& of : read_reference("discrete_ordinates.csv", phase)) {
@@ -61,8 +61,7 @@ inline std::vector<Compared> compare_geometries(const std::string& phase, int no
                      "T " + name_row(of, row)});
         }
     }
-    std::sort(all.begin(), all.end(),
-              [](const Compared& a, const Compared& b) { return a.error < b.error; });
+    std::ranges::sort(all, {}, &Compared::error);
     return all;
 }
 
@@ -94,8 +93,7 @@ inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes)
         compare(layer.spherical_albedo, row.at(0), row.at(2), "URU " + name_row(of, row));
         compare(layer.total_transmittance, row.at(1), row.at(3), "UTU " + name_row(of, row));
     }
-    std::sort(all.begin(), all.end(),
-              [](const Compared& a, const Compared& b) { return a.error < b.error; });
+    std::ranges::sort(all, {}, &Compared::error);
     return all;
 }
 

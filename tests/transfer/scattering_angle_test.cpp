@@ -1,13 +1,10 @@
 // Tabulated phase functions keep their values, and sampled scattering angles their moments.
 #include "reference/photon_path.h"
 
-#include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
 
-#include <gtest/gtest.h>
+#include "usual_layers.h"
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <string>
 
@@ -41,8 +38,7 @@ TEST(PhaseValues, OfLegendreSeriesKeepSevenDigitsOfTheirSum) {
 }
 
 TEST(PhaseValues, OfASeriesCutOffAreWithinAShareOfItsLastMoment) {
-    std::vector<double> chi{1};
-    for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
+    const std::vector<double> chi = moments_cut_off();
     const PhaseFunction exact = PhaseFunction::from_moments(chi);
     const PhaseValues values(exact);
     for (double c = -1; c <= 1; c += 1.0 / 2048)
@@ -62,17 +58,24 @@ class AngleSamplerOf : public testing::TestWithParam<const char*> {
     const PhaseValues phase{phase_function};
     const AngleSampler sampler{phase};
     Random random{7, 0, 0};
+
+    struct Drawn {
+        double cosine, weight;
+    };
+    Drawn draw() {
+        const double bin_number = random();
+        const auto [v, density] = sampler.sample(bin_number, random());
+        EXPECT_NEAR(density, sampler.density(v), 1e-9 * density);
+        return {1 - 2 * v, phase(1 - 2 * v) / density};
+    }
 };
 
 TEST_P(AngleSamplerOf, KeepsTheMoments) {
     constexpr int count = 400'000;
     std::map<unsigned, Tally> tallies{{1, {}}, {2, {}}, {20, {}}, {100, {}}};
     for (int i = 0; i < count; ++i) {
-        const double bin_number = random();
-        const auto [v, density] = sampler.sample(bin_number, random());
-        const double cosine = 1 - 2 * v;
-        for (auto& [order, tally] : tallies)
-            tally.add(phase(cosine) / density * std::legendre(order, cosine));
+        const auto [cosine, weight] = draw();
+        for (auto& [order, tally] : tallies) tally.add(weight * std::legendre(order, cosine));
     }
     const std::vector<double> chi = phase_function.moments(101);
     for (const auto& [order, tally] : tallies) {
@@ -86,12 +89,7 @@ TEST_P(AngleSamplerOf, DrawsNearlyFromThePhaseFunction) {
     // Weights near 1: photons differ by where they go, not by what they weigh.
     Tally weights;
     constexpr int count = 100'000;
-    for (int i = 0; i < count; ++i) {
-        const double bin_number = random();
-        const auto [v, density] = sampler.sample(bin_number, random());
-        EXPECT_NEAR(density, sampler.density(v), 1e-9 * density);
-        weights.add(phase(1 - 2 * v) / density);
-    }
+    for (int i = 0; i < count; ++i) weights.add(draw().weight);
     EXPECT_LT(weights.estimate(count).standard_error * std::sqrt(count), 0.02);
 }
 

@@ -1,13 +1,6 @@
 // Refusals of the solver: one test per check, with values just outside the range.
-#include <stratus/base/constants.h>
-#include <stratus/transfer/solve.h>
-
 #include "refusal.h"
 #include "usual_layers.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
 
 namespace stratus {
 namespace {
@@ -19,7 +12,7 @@ TEST(SolveLayer, RefusesArgumentsOutOfRange) {
             [&] {
                 solve_layer(isotropic, albedo, optical_depth, {1, mu}, options);
             },
-            {reason});
+            reason);
     };
     refused(1.2, 1, 1, "solve: albedo must be in [0, 1], got 1.2");
     refused(1 + 1e-15, 1, 1, "solve: albedo must be in [0, 1], got 1.0000000000000");
@@ -34,7 +27,7 @@ TEST(SolveLayer, RefusesArgumentsOutOfRange) {
     refused(0.5, 1, NAN, "mu must be in [1e-100, 1], got nan");
     refused(0.5, 1, 1, "nodes must be in [1, 512], got 0", with_nodes(0));
     refused(0.5, 1, 1, "nodes must be in [1, 512], got 513", with_nodes(513));
-    refused(0.5, 1, 1, "solve: modes must be >= 0, got -1", SolverOptions{.modes = -1});
+    refused(0.5, 1, 1, "solve: modes must be >= 0, got -1", {.modes = -1});
 }
 
 TEST(SolveLadder, RefusesArgumentsOutOfRange) {
@@ -46,11 +39,11 @@ TEST(SolveLadder, RefusesArgumentsOutOfRange) {
             },
             fragments);
     };
-    refused({0.5}, 1, -1, {"solve: octaves must be >= 0, got -1"});
+    refused({0.5}, 1, -1, "solve: octaves must be >= 0, got -1");
     for (const double first : {0.0, -1.0, 1e-281, infinity, double{NAN}})
-        refused({0.5}, first, 1, {"solve: first depth of a ladder must be in [1e-280, inf)"});
-    refused({}, 1, 1, {"solve: albedos must be at least one"});
-    refused({0.5, 1, 1.5}, 1, 1, {"solve: albedo must be in [0, 1], got 1.5"});
+        refused({0.5}, first, 1, "solve: first depth of a ladder must be in [1e-280, inf)");
+    refused({}, 1, 1, "solve: albedos must be at least one");
+    refused({0.5, 1, 1.5}, 1, 1, "solve: albedo must be in [0, 1], got 1.5");
     refused({0.5}, 1, 2, {"solve: depths of a ladder must be at least one"}, {false, false});
     refused({0.5}, 1, 2, {"solve: depths of a ladder", "2, got 1"}, {true});
 }

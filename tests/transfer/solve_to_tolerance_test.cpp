@@ -1,19 +1,13 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/solvers.h>
-#include <stratus/transfer/solve.h>
 
 #include "csv_rows.h"
 #include "random_problems.h"
 #include "refusal.h"
 #include "usual_layers.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <map>
-#include <vector>
 
 namespace stratus::test {
 namespace {
@@ -187,10 +181,10 @@ TEST(SolveToTolerance, RefusesInWords) {
         expect_refusal([&] { solve_geometries(two, {}, {{0.5, 0.5, 0}}, options); }, fragments);
         expect_refusal([&] { solve_fluxes(two, {}, {}, options); }, fragments);
     };
-    refused(to(2), {"tolerance must be 0 or in [1e-12, 1], got 2"});
-    refused(to(1e-13), {"tolerance must be 0 or in [1e-12, 1], got 1e-13"});
-    refused(to(NAN), {"tolerance must be 0 or in [1e-12, 1], got nan"});
-    refused(with_nodes(513), {"nodes must be in [1, 512], got 513"});
+    refused(to(2), "tolerance must be 0 or in [1e-12, 1], got 2");
+    refused(to(1e-13), "tolerance must be 0 or in [1e-12, 1], got 1e-13");
+    refused(to(NAN), "tolerance must be 0 or in [1e-12, 1], got nan");
+    refused(with_nodes(513), "nodes must be in [1, 512], got 513");
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ inline double most_negative(const LayerSolution& layer) {
     std::vector<double> azimuths;
     for (int k = 0; k <= 64; ++k) azimuths.push_back(k * pi / 64);
     double share = 0;
-    for (const Side side : {Side::reflection, Side::transmission}) {
+    for (const Side side : both_sides) {
         double lowest = 0, highest = 0;
         for (int i = 0; i < layer.mu.size(); ++i)
             for (int j = 0; j <= i; ++j)

@@ -2,18 +2,10 @@
 // lower boundary.
 #include <stratus/transfer/stack.h>
 
-#include <stratus/base/constants.h>
-#include <stratus/transfer/solve.h>
-
 #include "layer.h"
 #include "refusal.h"
 #include "uniform.h"
 #include "usual_layers.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 
 namespace stratus {
 namespace {
@@ -32,26 +24,19 @@ SolverOptions stack_options(int nodes) { return with_nodes(nodes, Truncate::delt
 template <class A, class B>
 double difference_of_stacks(const A& a, const B& b) {
     double worst = 0;
-    for (int in = 0; in < a.mu.size(); ++in) {
-        auto compare = [&](auto value) {
-            double apart = 0, brightest = 0;
-            for (int out = 0; out < a.mu.size(); ++out)
-                for (const double azimuth : azimuths) {
-                    const double of_a = value(a, out, azimuth), of_b = value(b, out, azimuth);
-                    apart = std::max(apart, std::abs(of_a - of_b));
-                    brightest = std::max(brightest, std::abs(of_b));
-                }
-            if (apart > 0) worst = std::max(worst, apart / brightest);
-        };
-        for (const auto part : {&SolvedValue::total, &SolvedValue::single}) {
-            compare([&](const auto& of, int out, double azimuth) {
-                return of.reflection(in, out, azimuth).*part;
-            });
-            compare([&](const auto& of, int out, double azimuth) {
-                return of.transmission(in, out, azimuth).*part;
-            });
-        }
-    }
+    for (int in = 0; in < a.mu.size(); ++in)
+        for (const auto part : {&SolvedValue::total, &SolvedValue::single})
+            for (const Side side : both_sides) {
+                double apart = 0, brightest = 0;
+                for (int out = 0; out < a.mu.size(); ++out)
+                    for (const double azimuth : azimuths) {
+                        const double of_a = value_at(a, side, in, out, azimuth).*part,
+                                     of_b = value_at(b, side, in, out, azimuth).*part;
+                        apart = std::max(apart, std::abs(of_a - of_b));
+                        brightest = std::max(brightest, std::abs(of_b));
+                    }
+                if (apart > 0) worst = std::max(worst, apart / brightest);
+            }
     return worst;
 }
 
@@ -235,7 +220,7 @@ std::vector<StackLayer> twenty_layers() {
 TEST(Stack, OfManyLayersIsReciprocalFromBothSides) {
     std::vector<StackLayer> layers = twenty_layers();
     const StackSolution above = solve_stack(layers, nothing, cosines, stack_options(16));
-    std::reverse(layers.begin(), layers.end());
+    std::ranges::reverse(layers);
     const StackSolution under = solve_stack(layers, nothing, cosines, stack_options(16));
     EXPECT_GT(std::abs(above.spherical_albedo - under.spherical_albedo), 0.01);  // the sides differ
     EXPECT_NEAR(above.spherical_albedo_below, under.spherical_albedo, 1e-13);
@@ -372,13 +357,12 @@ TEST(Stack, ScattersOnceWhenThin) {
         const StackSolution stack = solve_stack({{rayleigh, 0.9, tau}, {haze, 0.7, 2 * tau}},
                                                 boundary, {0.3, 0.8}, stack_options(16));
         for (int in = 0; in < 2; ++in)
-            for (const double azimuth : azimuths) {
-                const SolvedValue R = stack.reflection(in, 1, azimuth);
-                EXPECT_NEAR(R.total / R.single, 1, 1e-4) << in;  // O(tau log tau / mu)
-                if (boundary.is_present()) continue;
-                const SolvedValue T = stack.transmission(in, 1, azimuth);
-                EXPECT_NEAR(T.total / T.single, 1, 1e-4) << in;
-            }
+            for (const double azimuth : azimuths)
+                for (const Side side : both_sides) {
+                    if (side == Side::transmission && boundary.is_present()) continue;
+                    const SolvedValue value = value_at(stack, side, in, 1, azimuth);
+                    EXPECT_NEAR(value.total / value.single, 1, 1e-4) << in;  // O(tau log tau / mu)
+                }
     }
 }
 
@@ -464,19 +448,19 @@ TEST(Stack, RefusesArgumentsOutOfRange) {
         expect_refusal([&] { solve_stack(layers, boundary, {1}, options); }, fragments);
     };
     const std::vector<StackLayer> one{{isotropic, 1, 1}}, endless{{isotropic, 1, infinity}};
-    refused({}, {"layers must be at least one"});
+    refused({}, "layers must be at least one");
     refused({{isotropic, 1, 1}, {isotropic, 1.2, 1}},
-            {"albedo of layer 2 must be in [0, 1], got 1.2"});
+            "albedo of layer 2 must be in [0, 1], got 1.2");
     refused(one, {"albedo of the lower boundary must be in [0, 1], got -0.1"},
             LowerBoundary::surface(-0.1));
     refused({{isotropic, 1, 1}, {isotropic, 0.5, -1}},
-            {"optical_depth of layer 2 must be in [0, inf], got -1"});
-    refused({{isotropic, 1, NAN}}, {"optical_depth must be in [0, inf], got nan"});
+            "optical_depth of layer 2 must be in [0, inf], got -1");
+    refused({{isotropic, 1, NAN}}, "optical_depth must be in [0, inf], got nan");
     refused({endless[0], one[0]}, {"optical_depth of layer 1", "finite", "inf"});
     refused(endless,
             {"optical_depth must be finite above another layer or a lower boundary, got inf"},
             LowerBoundary::surface(0.5));
-    refused(one, {"scheme must be harmonic"}, {}, SolverOptions{.scheme = Scheme::classic});
+    refused(one, {"scheme must be harmonic"}, {}, {.scheme = Scheme::classic});
 }
 
 }  // namespace

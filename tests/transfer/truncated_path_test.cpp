@@ -1,17 +1,10 @@
 #include <stratus/transfer/truncation.h>
 
-#include <stratus/base/constants.h>
-#include <stratus/transfer/solve.h>
-
 #include "usual_layers.h"
 
 #include <boost/math/quadrature/tanh_sinh.hpp>
-#include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -74,7 +67,7 @@ TEST(TruncatedPath, EqualsItsIntegralOverDepth) {
 
 TEST(TruncatedPath, VanishesWithoutScatteringAndEndsWithTheTruncatedSeries) {
     const TruncatedPath path(PathLaw(moments), truncation);
-    for (const Side side : {Side::reflection, Side::transmission})
+    for (const Side side : both_sides)
         for (const double c : added(path, side, 0, 2, 0.3, 0.8)) EXPECT_EQ(c, 0);
     const PathWeights weights = path_weights(Side::reflection, 20, 1, 0.5, 0.7);
     EXPECT_EQ(path.rest({&weights, 1}).rows(), std::ssize(truncation.moments));
@@ -130,7 +123,7 @@ Regions compare(double g, double tau, int few, int many) {
                 }
             }
     for (Region* region : {&regions.forward, &regions.elsewhere, &regions.grazing})
-        std::sort(region->errors.begin(), region->errors.end());
+        std::ranges::sort(region->errors);
     return regions;
 }
 

@@ -1,15 +1,7 @@
 #include <stratus/transfer/truncation.h>
 
-#include <stratus/transfer/solve.h>
-
 #include "refusal.h"
 #include "usual_layers.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <stdexcept>
-#include <vector>
 
 namespace stratus {
 namespace {
@@ -92,18 +84,10 @@ TEST(TruncatePeak, IsTheIdentityForSmoothPhaseFunctionsAndWideBackwardPeaks) {
     }
 }
 
-TEST(SolveLayer, ConservesEnergyUnderABackwardPeak) {
-    const LayerSolution layer =
-        solve_layer(PhaseFunction::henyey_greenstein(-0.9), 0.9, 2, {}, with_nodes(8));
-    EXPECT_GT(layer.spherical_albedo, 0);
-    EXPECT_GT(layer.total_transmittance, 0);
-    EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
-}
-
 TEST(SolveLayer, RefusesAnUnresolvedBackwardPeak) {
     expect_refusal<std::runtime_error>(
         [] { solve_layer(PhaseFunction::henyey_greenstein(-0.99), 0.9, 2, {}, with_nodes(8)); },
-        {"nodes must be more"});
+        "nodes must be more");
 }
 
 TEST(NoTruncation, KeepsMomentsUnchanged) {

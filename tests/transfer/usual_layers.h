@@ -33,11 +33,25 @@ inline SolverOptions with_nodes(int nodes, Truncate truncate = Truncate::smooth)
     return options;
 }
 
+/// R or T between two cosines.
+template <class Solution>
+auto value_at(const Solution& of, Side side, int in, int out, double azimuth) {
+    return side == Side::reflection ? of.reflection(in, out, azimuth)
+                                    : of.transmission(in, out, azimuth);
+}
+
+/// A series of 38 moments, cut off so early that it is negative in places.
+inline std::vector<double> moments_cut_off() {
+    std::vector<double> chi{1};
+    for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
+    return chi;
+}
+
 /// Largest relative difference of R and T over all geometries; NaN if any is.
 template <class A, class B>
 double difference(const A& a, const B& b, const std::vector<double>& at = azimuths) {
     double worst = 0;
-    for (const Side side : {Side::reflection, Side::transmission})
+    for (const Side side : both_sides)
         for (int in = 0; in < a.mu.size(); ++in)
             for (int out = 0; out < a.mu.size(); ++out) {
                 const auto from_a = a.values(side, in, out, at);
@@ -56,7 +70,7 @@ double difference(const A& a, const B& b, const std::vector<double>& at = azimut
 template <class Solution>
 Eigen::ArrayXd all_values(const Solution& of, const std::vector<double>& at = azimuths) {
     std::vector<double> all;
-    for (const Side side : {Side::reflection, Side::transmission})
+    for (const Side side : both_sides)
         for (int in = 0; in < of.mu.size(); ++in)
             for (int out = 0; out < of.mu.size(); ++out)
                 for (const SolvedValue& value : of.values(side, in, out, at))

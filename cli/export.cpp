@@ -33,6 +33,8 @@ Stack layer_of_table(const std::string& path, const std::string& at, const ReadO
     const std::string name = "TABLE " + path;
     require(table.highest_order == 0, "export", name, "of all orders of scattering",
             "orders up to " + std::to_string(table.highest_order));
+    require(!table.is_stack(), "export", name,
+            "of one layer; a stack is exported from its .toml file", "of a stack");
     const FamilyPoint point = parse_point("export", at, table.family, path);
     return {{{table.view().at(point).chosen_phase_function(), 0, 0}}, table.lower_boundary};
 }

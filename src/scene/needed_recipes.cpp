@@ -165,6 +165,7 @@ bool have_same_layers(const Recipe& one, const Recipe& other) {
 void check_table(const Scene& scene, const NeededRecipe& need, const PackedTable& packed) {
     const Table& table = packed.header();
     require(!table.lower_boundary.is_present(), "scene", "table.below", "absent", "one");
+    require(table.highest_order == 0, "scene", "table.orders", "all", table.highest_order);
     const Recipe* const needed = &need.recipe;
     const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
         require(met.text() == own.text(), "scene", name, own.text(), met.text());

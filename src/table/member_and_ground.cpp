@@ -143,6 +143,8 @@ class TableGround final : public GroundLaw {
         require(!view_.has_family() && view_.has_reflection() && view_.has_all_directions(),
                 ground_caller, "table", "one without a family, of reflection in all directions",
                 text_);
+        require(view_.highest_order == 0, ground_caller, "table", "of all orders of scattering",
+                text_);
         optical_depth_ = chosen(optical_depth, view_.optical_depth, "optical_depth");
         albedo_ = chosen(albedo, view_.albedo, "albedo");
         once_ = is_scattered_once(view_, albedo_, optical_depth_);

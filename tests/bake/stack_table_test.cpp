@@ -146,6 +146,12 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
     refused("table:file=haze.stratus,optical_depth=9", "optical_depth must be");
     refused("table:file=haze.stratus,albedo=0.1", "albedo must be");
     refused("table:name=haze.stratus", "parameter of table must be file");
+    Table dark = bake(dust);
+    dark.highest_order = 2;
+    const std::vector<char> of_two_orders = pack(dark);
+    set_content(folder / "dust.stratus",
+                std::string(of_two_orders.begin(), of_two_orders.end()));
+    refused("table:file=dust.stratus,albedo=0.8", "of all orders");
     expect_refusal(
         [&] {
             parse_recipe("tolerance = 1e-2\n" + air + "[below]\nground = 'table:file=" +

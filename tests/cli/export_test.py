@@ -46,6 +46,7 @@ write_stack("0.4.toml", high)
 write_stack("coloured.toml", f"[{low}, {high}, {low}]")
 haze = stacks / "haze_over_ground.toml"
 write("free.toml", read(haze).partition("\n[below]")[0])
+expect_ok("bake free.toml -o stack.stratus --accept --quiet")
 
 # --- refusals
 
@@ -74,6 +75,7 @@ expect_refused(
     "full.h5 --optical-depth 1 --albedo 1 --nodes 0 => --nodes | [1, 512] | 0",
     "coloured.toml coloured.toml 0.4.toml => coloured.toml, line 1 | without lists of three",
     "mixed.h5 --optical-depth 1 --albedo 1 => --at | given | as in mixture=0 | nothing",
+    "stack.stratus --optical-depth 1 --albedo 1 => TABLE stack.stratus | one layer | .toml | a stack",
     "full.h5 --at g=0.5 --optical-depth 1 --albedo 1 => --at | left out | g=0.5",
     "free.toml --at g=0.5 => --at | left out for a stack | g=0.5",
     "family.h5 --at g=0.5 --at g=0.4 --optical-depth 1 --albedo 1 => --at | three | 2",

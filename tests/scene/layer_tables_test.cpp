@@ -302,6 +302,9 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     Table without_reflection = table;
     without_reflection.reflection_multiple.clear();
     refuse_table(without_reflection, {"one with reflection", "got none"});
+    Table of_two_orders = table;
+    of_two_orders.highest_order = 2;
+    refuse_table(of_two_orders, {"table.orders", "all", "got 2"});
     const auto narrowed = [&](Range Recipe::*member, const Range& range) {
         Recipe narrow = recipe;
         narrow.*member = range;

@@ -5,8 +5,8 @@
 #pragma once
 
 #include <stratus/base/argument.h>
-#include <stratus/scene/table_cache.h>
 #include <stratus/scene/scene.h>
+#include <stratus/scene/table_cache.h>
 #include <stratus/table/member_and_ground.h>
 
 #include "progress.h"

@@ -1,6 +1,6 @@
-#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
+#include <stratus/base/number_text.h>
 #include <stratus/layer/effects.h>
 
 #include "kernels/closed_form.h"

@@ -1,8 +1,8 @@
 #include <stratus/layer/ground_law.h>
 
-#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
+#include <stratus/base/number_text.h>
 
 #include "phase/kinds/phase_text.h"
 

@@ -1,7 +1,7 @@
 #include <stratus/layer/stack_layers.h>
 
-#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 
 #include <algorithm>
 #include <cstddef>

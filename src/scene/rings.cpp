@@ -166,22 +166,23 @@ Rgb3 ray_radiance(const Rings& rings, const View& view) {
     const AzimuthPlace orders_place = orders ? orders->place(point) : AzimuthPlace(),
                        shine_place = shine && is_to_camera ? shine->place(point) : AzimuthPlace();
     Rgb3 sunlight{}, planetlight{}, beam{}, background_share{};
-    footprint.visit(
-        rings.profile, view.scene.layer.albedo,
-        seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
-        [&](const Matter& matter, double radius, double part) {
-            if (!dark && matter.optical_depth > 0)
-                sunlight += part * (orders ? view.light.once(matter, scattering) +
-                                                 orders->light(orders_place, radius)
-                                           : view.light.light(matter, scattering));
-            if (shine && matter.optical_depth > 0)
-                planetlight += part * (is_to_camera ? shine->to_camera(shine_place, radius)
-                                                    : PlanetShine::to_elsewhere(rings, view, point,
-                                                                                radius, matter));
-            if (!view.scene.effects.background) return;
-            if (beam_behind) beam += part * view.light.beam(matter, mu);
-            if (background_behind) background_share += part * view.light.background(matter, mu);
-        });
+    footprint.visit(rings.profile, view.scene.layer.albedo,
+                    seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
+                    [&](const Matter& matter, double radius, double part) {
+                        if (!dark && matter.optical_depth > 0)
+                            sunlight += part * (orders ? view.light.once(matter, scattering) +
+                                                             orders->light(orders_place, radius)
+                                                       : view.light.light(matter, scattering));
+                        if (shine && matter.optical_depth > 0)
+                            planetlight +=
+                                part * (is_to_camera ? shine->to_camera(shine_place, radius)
+                                                     : PlanetShine::to_elsewhere(rings, view, point,
+                                                                                 radius, matter));
+                        if (!view.scene.effects.background) return;
+                        if (beam_behind) beam += part * view.light.beam(matter, mu);
+                        if (background_behind)
+                            background_share += part * view.light.background(matter, mu);
+                    });
     const Rgb3 light = irradiance(view, geometry.mu_in) * sunlight + planetlight;
     if (!view.scene.effects.background) return light;
     if (to_planet > 0) return light + beam * planet();

@@ -1,7 +1,7 @@
 #include <stratus/transfer/solve.h>
 
-#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/transfer/stack.h>
 

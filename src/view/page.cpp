@@ -188,13 +188,12 @@ std::string view_page(const PackedTable& table) {
     for (const ShaderTexture& texture : textures)
         scripts += "<script type=\"text/plain\" id=\"" + texture.name + "\">" +
                    deflated(texture.bytes) + "</script>\n";
-    return filled(page_html,
-                  {{"style", style_css},
-                   {"shader", shader_text(ShaderLanguage::glsl) + scenes_glsl},
-                   {"facts", facts(header, textures)},
-                   {"fluxes", fluxes(header)},
-                   {"textures", scripts},
-                   {"script", std::string(picture_js) + page_js}});
+    return filled(page_html, {{"style", style_css},
+                              {"shader", shader_text(ShaderLanguage::glsl) + scenes_glsl},
+                              {"facts", facts(header, textures)},
+                              {"fluxes", fluxes(header)},
+                              {"textures", scripts},
+                              {"script", std::string(picture_js) + page_js}});
 }
 
 }  // namespace stratus

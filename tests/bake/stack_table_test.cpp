@@ -149,8 +149,7 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
     Table dark = bake(dust);
     dark.highest_order = 2;
     const std::vector<char> of_two_orders = pack(dark);
-    set_content(folder / "dust.stratus",
-                std::string(of_two_orders.begin(), of_two_orders.end()));
+    set_content(folder / "dust.stratus", std::string(of_two_orders.begin(), of_two_orders.end()));
     refused("table:file=dust.stratus,albedo=0.8", "of all orders");
     expect_refusal(
         [&] {

@@ -1,7 +1,7 @@
 #include <stratus/transfer/reference/solvers.h>
 
-#include <stratus/base/number_text.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 
 #include "photon_path.h"

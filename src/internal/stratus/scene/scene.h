@@ -158,10 +158,10 @@ using Scenes = std::vector<Scene>;
 /// A file: a picture, several side by side, or a figure.
 struct SceneFile {
     std::string title;
-    std::string text;           // of the file
-    int frames = 1;             // of its [animation]
-    int columns = 1;            // of panels
-    Scenes panels;              // all of one size; one where there are no [[panels]]
+    std::string text;  // of the file
+    int frames = 1;    // of its [animation]
+    int columns = 1;   // of panels
+    Scenes panels;     // all of one size; one where there are no [[panels]]
     std::optional<Figure> figure;
 };
 

@@ -3,10 +3,13 @@
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/sweep.h>
+#include <stratus/base/argument.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/write_options.h>
 
 #include "bake.h"
 #include "options.h"
+#include "progress.h"
 
 #include <cstdlib>
 #include <dlfcn.h>

@@ -7,6 +7,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <functional>
+
 namespace stratus {
 
 /// Finds finished pieces in the checkpoint, which must outlive the log, and adds to it.

@@ -1,9 +1,11 @@
 // `stratus cost`: what accuracy costs in time and in bytes, as CSV and as a figure.
 #include <stratus/bake/cost.h>
 
+#include <stratus/base/number_text.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
+#include "progress.h"
 
 #include <algorithm>
 

@@ -3,9 +3,15 @@
 // Rows between the table's samples and without density or opposition are looked up directly
 // (lookup.h), in double precision, or in a packed table as it is mapped. All others, and backgrounds, go through slices (slice.h), one
 // for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
 
 #include "options.h"
+#include "progress.h"
+
+#include <cmath>
+#include <ostream>
 
 namespace stratus {
 namespace {

@@ -1,8 +1,13 @@
 // `stratus export`: one layer or stack as a material file of another renderer.
 #include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/material/material.h>
 
 #include "options.h"
+#include "progress.h"
+
+#include <cmath>
 
 namespace stratus {
 namespace {

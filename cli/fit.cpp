@@ -3,10 +3,16 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
+#include "progress.h"
 
+#include <ostream>
 #include <set>
 
 namespace stratus {

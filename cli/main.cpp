@@ -4,13 +4,17 @@
 // std::invalid_argument (a value, a row of a query, a file name's ending). 1: all other failures (a
 // file, a library, a failed check). 128 + signal: a bake was interrupted and can be resumed. Errors
 // are one line on stderr.
+#include <stratus/base/argument.h>
 
 #include "options.h"
+#include "progress.h"
 
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <iostream>
 #include <malloc.h>
+#include <new>
 
 namespace {
 

@@ -1,5 +1,9 @@
 #include "options.h"
 
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
+
 #include <cmath>
 #include <cstdio>
 #include <limits>

@@ -9,7 +9,6 @@
 #include <stratus/scene/table_cache.h>
 #include <stratus/table/member_and_ground.h>
 
-#include "progress.h"
 #include "query.h"
 
 #include <CLI/CLI.hpp>

@@ -1,9 +1,14 @@
 // `stratus phase`: phase functions as numbers and as a figure.
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/picture/plots.h>
 
 #include "options.h"
+#include "progress.h"
 
 #include <iostream>
+#include <ostream>
 
 namespace stratus {
 namespace {

@@ -1,12 +1,19 @@
 // `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe of
 // its table.
 #include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>
 
 #include "options.h"
+#include "progress.h"
 
+#include <array>
+#include <cmath>
 #include <iostream>
 #include <map>
 #include <set>

@@ -1,6 +1,8 @@
 #include "query.h"
 
 #include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/file_bytes.h>
 
 #include "progress.h"

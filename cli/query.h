@@ -6,7 +6,6 @@
 // stdout or, atomically, to a file.
 #pragma once
 
-#include <stratus/base/constants.h>
 #include <stratus/base/direction.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>

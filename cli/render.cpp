@@ -2,10 +2,17 @@
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
 
 #include "options.h"
+#include "progress.h"
+
+#include <system_error>
+#include <utility>
 
 namespace stratus {
 namespace {

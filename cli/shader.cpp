@@ -1,9 +1,14 @@
 // `stratus shader` and `stratus view`: a table for graphics programs, its lookup as shader code with the textures that it reads, and as a web page.
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/io/image.h>
 #include <stratus/shader/shader.h>
 #include <stratus/view/page.h>
 
 #include "options.h"
+#include "progress.h"
 
 namespace stratus {
 namespace {

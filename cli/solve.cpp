@@ -1,9 +1,16 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes, of one layer
 // or of a stack; with --levels the light inside, as CSV.
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
 #include "methods.h"
 #include "options.h"
+#include "progress.h"
 
+#include <cmath>
+#include <ostream>
 #include <set>
 
 namespace stratus {

@@ -1,6 +1,9 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/table/packed_table.h>
 
 #include "bake.h"

@@ -2,12 +2,19 @@
 //
 // `stratus info`: prints what a table holds, how accurate it is and how it was made.
 #include <stratus/bake/accuracy.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/half.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/scene/render.h>
 
 #include "options.h"
+#include "progress.h"
 
+#include <algorithm>
 #include <iostream>
+#include <sstream>
 
 namespace stratus {
 namespace {

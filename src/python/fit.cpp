@@ -2,6 +2,10 @@
 #include <stratus/fit/fit.h>
 #include <stratus/io/table_file.h>
 
+#include <algorithm>
+#include <limits>
+#include <memory>
+
 #include "module.h"
 
 namespace stratus::python {

@@ -8,14 +8,20 @@
 #include <stratus/bake/bake.h>
 #include <stratus/base/argument.h>
 #include <stratus/layer/effects.h>
+#include <stratus/layer/lower_boundary.h>
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <future>
+#include <limits>
 #include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace stratus::python {
 

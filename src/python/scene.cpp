@@ -1,8 +1,17 @@
 // Scenes: plans and pictures.
+#include <stratus/io/table_file.h>
+#include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
+#include <stratus/scene/scene.h>
 
 #include "module.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace stratus::python {
 namespace {

@@ -4,6 +4,10 @@
 #include <stratus/bsdf/any_slice.h>
 #include <stratus/io/table_file.h>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "module.h"
 
 namespace stratus::python {

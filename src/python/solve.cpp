@@ -1,8 +1,15 @@
 // Phase functions; the solver: R and T at geometries, and fluxes, of a layer or a stack.
 #include <stratus/bake/stack_file.h>
 #include <stratus/io/table_file.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
 #include "module.h"
+
+#include <array>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace stratus::python {
 namespace {

@@ -2,9 +2,16 @@
 #include <stratus/base/constants.h>
 #include <stratus/io/file_bytes.h>
 #include <stratus/io/table_file.h>
+#include <stratus/table/lookup.h>
 #include <stratus/table/metadata.h>
 
 #include "module.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <sstream>
 
 namespace stratus::python {
 

@@ -1,5 +1,9 @@
 #include <stratus/scene/contents.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 namespace stratus {
 namespace {
 

@@ -4,6 +4,9 @@
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace stratus {
 namespace {
 

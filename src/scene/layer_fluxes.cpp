@@ -3,6 +3,9 @@
 #include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace stratus {
 namespace {
 

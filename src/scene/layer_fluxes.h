@@ -6,6 +6,8 @@
 
 #include <stratus/table/table.h>
 
+#include <array>
+
 namespace stratus {
 
 class LayerFluxes {

@@ -1,7 +1,11 @@
 
+#include <stratus/base/argument.h>
+#include <stratus/scene/contents.h>
 
 #include "layer_fluxes.h"
 #include "ring_light.h"
+
+#include <functional>
 
 namespace stratus {
 namespace {

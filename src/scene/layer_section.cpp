@@ -1,7 +1,12 @@
 // [layer].
 #include <stratus/bake/stack_file.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 
 #include "sections.h"
+
+#include <utility>
+#include <variant>
 
 namespace stratus::scene_file {
 namespace {

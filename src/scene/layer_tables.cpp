@@ -1,6 +1,11 @@
 #include <stratus/scene/layer_tables.h>
 
+#include <stratus/base/argument.h>
 #include <stratus/table/member_and_ground.h>
+
+#include <map>
+#include <span>
+#include <utility>
 
 namespace stratus {
 

@@ -1,7 +1,13 @@
 #include <stratus/scene/plan.h>
 
 #include <stratus/base/number_text.h>
+#include <stratus/scene/contents.h>
 #include <stratus/transfer/stack.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
 
 namespace stratus {
 

@@ -1,5 +1,7 @@
 #include <stratus/scene/plan.h>
 
+#include <algorithm>
+
 namespace stratus {
 Plan plan_scene(const Scene& scene) {
     Plan plan{scene.tolerance, scene.effects, {}};

@@ -1,9 +1,15 @@
 // Reports for people on what each effect of a scene changes and costs.
 #include <stratus/bake/accuracy.h>
+#include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/scene/contents.h>
 #include <stratus/scene/render.h>
 
 #include "render_forecast.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
 
 namespace stratus {
 namespace {

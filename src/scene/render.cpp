@@ -5,6 +5,8 @@
 #include "ring_light.h"
 #include "subjects.h"
 
+#include <variant>
+
 namespace stratus {
 namespace {
 

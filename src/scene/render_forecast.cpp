@@ -4,7 +4,9 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/scene/render.h>
 
+#include <algorithm>
 #include <numeric>
+#include <span>
 
 namespace stratus {
 namespace {

@@ -4,6 +4,10 @@
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/plan.h>
 
+#include <cstddef>
+#include <optional>
+#include <vector>
+
 namespace stratus {
 
 class RenderForecast {

@@ -4,7 +4,15 @@
 // radius that the cell covers counts by its share of the cell, however narrow a ringlet is.
 #pragma once
 
+#include <stratus/base/axis.h>
+#include <stratus/base/size.h>
 #include <stratus/scene/layer_light.h>
+#include <stratus/scene/scene.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
 
 namespace stratus {
 

@@ -5,6 +5,8 @@
 
 #include "subjects.h"
 
+#include <utility>
+
 namespace stratus {
 namespace {
 

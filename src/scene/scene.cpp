@@ -1,7 +1,11 @@
 
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 
 #include "sections.h"
+
+#include <cmath>
 
 namespace stratus {
 namespace scene_file {

@@ -1,8 +1,14 @@
 // Values of several sections, then [picture], [camera] and [sun], [animation].
 #include "sections.h"
 
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/picture/png.h>
+
+#include <cmath>
+#include <optional>
+#include <utility>
 
 namespace stratus::scene_file {
 

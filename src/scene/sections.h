@@ -3,6 +3,10 @@
 
 #include <stratus/scene/scene.h>
 
+#include <filesystem>
+#include <map>
+#include <memory>
+
 namespace stratus::scene_file {
 
 constexpr const char* caller = "scene";

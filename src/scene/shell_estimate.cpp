@@ -4,8 +4,15 @@
 // sunlight grazes the planet most, at the limb, along the terminator and in the twilight, and an even
 // grid of others, in the light of small tables. Where the layer or the ground vary, even ones stand for
 // them, for the worst place may have any depth, over dark or bright ground.
+#include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <variant>
 
 namespace stratus {
 namespace {

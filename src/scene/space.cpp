@@ -1,5 +1,7 @@
 #include <stratus/scene/space.h>
 
+#include <algorithm>
+
 namespace stratus {
 
 Geometry scattering_geometry(const Vector3& normal, const Vector3& to_sun, const Vector3& to_eye) {

@@ -1,8 +1,13 @@
 // [rings], [planet] and [slab]; [lobes] and [lambert].
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>
 
 #include "sections.h"
+
+#include <cmath>
+#include <utility>
 
 namespace stratus::scene_file {
 namespace {

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <stratus/scene/layer_light.h>
+#include <stratus/scene/scene.h>
+
+#include <algorithm>
 
 namespace stratus {
 

@@ -3,8 +3,10 @@
 #include <stratus/bake/bake.h>
 #include <stratus/base/argument.h>
 #include <stratus/base/number_text.h>
+#include <stratus/io/file_bytes.h>
 #include <stratus/phase/mie.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

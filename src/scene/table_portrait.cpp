@@ -1,7 +1,11 @@
 #include <stratus/scene/render.h>
 
+#include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/picture/plots.h>
+#include <stratus/table/lookup.h>
 
+#include <algorithm>
 #include <cstdio>
 
 namespace stratus {

@@ -1,6 +1,11 @@
 #include <stratus/scene/texture.h>
 
+#include <stratus/base/constants.h>
+
 #include "kernels/noise.h"
+
+#include <cmath>
+#include <cstdint>
 
 namespace stratus {
 

@@ -8,9 +8,12 @@
 
 #include <libdeflate.h>
 
+#include <cmath>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <new>
+#include <utility>
 
 namespace stratus {
 namespace {

@@ -2,6 +2,7 @@
 // cast. Ranges may be wider than those of a picture's rays, never narrower.
 #pragma once
 
+#include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
 
 namespace stratus {

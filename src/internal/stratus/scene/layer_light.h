@@ -2,7 +2,9 @@
 // layer is uniform, by packed tables where it varies; single scattering in closed form.
 #pragma once
 
+#include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/layer_tables.h>
 
 namespace stratus {

@@ -12,6 +12,8 @@
 #include <stratus/scene/contents.h>
 #include <stratus/scene/table_cache.h>
 
+#include <array>
+
 namespace stratus {
 
 /// Ways of light that need orders n >= 2 of the layer.

@@ -8,7 +8,12 @@
 // effect is left out that the scene names.
 #pragma once
 
+#include <stratus/io/image.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/layer_tables.h>
+#include <stratus/scene/scene.h>
+
+#include <memory>
 
 namespace stratus {
 

@@ -6,6 +6,10 @@
 
 #include <stratus/picture/portrait.h>
 #include <stratus/scene/layer_light.h>
+#include <stratus/scene/scene.h>
+#include <stratus/table/table.h>
+
+#include <functional>
 
 namespace stratus {
 

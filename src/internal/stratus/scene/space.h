@@ -2,7 +2,6 @@
 // in z = 0.
 #pragma once
 
-#include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
 
 #include <cmath>

@@ -12,6 +12,8 @@
 #include <stratus/io/checkpoint.h>
 #include <stratus/table/packed_table.h>
 
+#include <cstdint>
+
 namespace stratus {
 
 class TableCache {

@@ -42,12 +42,13 @@ float intercepted(const SliceOf<channels>& slice, int channel, float mu) noexcep
     return attenuation(depth / std::max(mu, min_cosine)).extinguished;
 }
 
-/// The horizontal part of an incident direction; along x where it has none.
+/// The horizontal part of an incident direction, along x where it has none: what is added is large enough
+/// for normal products with the sines of outgoing directions, and never cancels.
 struct Horizontal {
     float x, y, square;
 
     explicit Horizontal(const Vector& w) noexcept
-        : x(w.x + 1e-15f), y(w.y), square(x * x + y * y) {}
+        : x(w.x + (w.x < 0 ? -1e-9f : 1e-9f)), y(w.y), square(x * x + y * y) {}
 };
 
 template <int channels>

@@ -90,6 +90,8 @@ class TableModel : public LayerModel {
   public:
     explicit TableModel(const TableView& table)
         : table_(table), family_(table.has_family() ? *table.family : FamilyAxes{}), views_(table) {
+        require(table.highest_order == 0, "fit", "table", "of all orders of scattering",
+                "orders up to " + std::to_string(table.highest_order));
         for (const FamilyAxis& axis : family_)
             require(axis.parameter != PhaseParameter::mixture || !axis.is_discrete, "fit", "table",
                     "of a range of mixtures, or none", "of some mixtures");

@@ -271,7 +271,7 @@ float stratus_layer_pdf(vec3 wi, vec3 wo) {
     vec4 about = stratus_layer_texel(5);
     if (wi.z * wo.z == 0.0f || (wi.z < 0.0f && about.y > 0.0f)) return 0.0f;
     int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
-    float x_in = wi.x + 1e-15f;
+    float x_in = wi.x + (wi.x < 0.0f ? -1e-9f : 1e-9f);
     float square_in = x_in * x_in + wi.y * wi.y;
     float square_out = wo.x * wo.x + wo.y * wo.y;
     float along = x_in * wo.x + wi.y * wo.y;
@@ -357,7 +357,7 @@ StratusSample stratus_layer_sample(vec3 wi, float u1, float u2, float u3) {
     vec4 sizes = stratus_layer_texel(4);
     vec4 about = stratus_layer_texel(5);
     if (wi.z == 0.0f || (wi.z < 0.0f && about.y > 0.0f)) return drawn;
-    float x_in = wi.x + 1e-15f;
+    float x_in = wi.x + (wi.x < 0.0f ? -1e-9f : 1e-9f);
     float square_in = x_in * x_in + wi.y * wi.y;
     vec4 into = stratus_cosine(abs(wi.z), square_in);
     float at_row = stratus_incident_place(into);

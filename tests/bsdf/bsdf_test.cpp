@@ -65,6 +65,15 @@ TEST(Bsdf, AgreesBetweenAnglesAndVectors) {
     }
 }
 
+TEST(Bsdf, HasTheDensityOfSamplesAboutTheNormal) {
+    const Bsdf bsdf = bsdf_of("henyey_greenstein:g=-0.9", 1, 0.9);
+    for (const Vector& wi : {Vector{0, 0, 1}, direction(1, 0.4, true), Vector{-1e-9f, 0, 1}})
+        for (const RandomNumbers& u : evenly_spread(100'000)) {
+            const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
+            ASSERT_NEAR(bsdf.pdf(wi, drawn.wo) / drawn.pdf, 1, 1e-3) << drawn.wo.x;
+        }
+}
+
 TEST(Bsdf, IsInvariantUnderRotation) {
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.6", 0.7, 0.9);
     for (const RandomNumbers& u : evenly_spread(100)) {

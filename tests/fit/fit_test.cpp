@@ -345,11 +345,15 @@ TEST(Fit, RefusesObservationsOutOfRange) {
     refused([](Views& v) { v[3].sigma = 1e-300; }, "sigma must be in [1e-100, 1e100]");
 }
 
-TEST(Fit, RefusesTablesWithoutTheSide) {
+TEST(Fit, RefusesTablesWithoutSomeOfTheLight) {
     Table lit = ring_table();
     lit.transmission_multiple.clear();
     expect_refusal_by(*table_model(lit.view()), bright_views(), {},
                       "observed light must be such as the model knows, got transmitted");
+    Table of_two_orders = ring_table();
+    of_two_orders.highest_order = 2;
+    expect_refusal([&] { table_model(of_two_orders.view()); },
+                   "table must be of all orders of scattering, got orders up to 2");
 }
 
 TEST(Fit, RefusesOptionsOutOfRange) {

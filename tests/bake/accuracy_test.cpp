@@ -6,6 +6,8 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>

@@ -7,8 +7,12 @@
 
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

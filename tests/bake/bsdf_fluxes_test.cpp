@@ -1,9 +1,14 @@
 // BSDFs of baked tables: what they scatter in all against the fluxes that the solver worked out.
 #include <stratus/bake/bake.h>
 #include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
 
 #include "bsdf_estimate.h"
 #include "water_cloud.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
 
 namespace stratus {
 namespace {

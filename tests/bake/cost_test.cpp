@@ -7,10 +7,15 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -7,8 +7,12 @@
 
 #include "table_equality.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

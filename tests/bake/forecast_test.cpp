@@ -3,6 +3,10 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
+#include <string>
+
 namespace stratus {
 namespace {
 

@@ -1,7 +1,15 @@
+#include <stratus/bake/toml_section.h>
+
 #include <stratus/bake/recipe.h>
 #include <stratus/bake/stack_file.h>
 
 #include "keyed_file.h"
+#include "refusal.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -10,7 +10,10 @@
 #include "row_name.h"
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <vector>
 
 namespace stratus::test {
 namespace {

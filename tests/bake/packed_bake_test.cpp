@@ -5,7 +5,10 @@
 
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <cmath>
 
 namespace stratus::test {
 namespace {

@@ -2,11 +2,15 @@
 
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <atomic>
 #include <barrier>
 #include <mutex>
 #include <set>
+#include <stdexcept>
 #include <thread>
+#include <vector>
 
 namespace stratus {
 namespace {

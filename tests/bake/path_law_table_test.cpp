@@ -9,8 +9,12 @@
 #include "small_recipe.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -6,6 +6,11 @@
 #include "small_recipe.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <stdexcept>
+
 namespace stratus::test {
 namespace {
 

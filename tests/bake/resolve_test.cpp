@@ -7,10 +7,14 @@
 #include "refusal.h"
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <functional>
 #include <random>
 #include <set>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -5,9 +5,13 @@
 #include "row_name.h"
 #include "small_recipe.h"
 
+#include <gtest/gtest.h>
+
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -3,8 +3,13 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace stratus::test {
 namespace {

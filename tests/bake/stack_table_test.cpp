@@ -7,6 +7,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/member_and_ground.h>
+#include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
 
 #include "refusal.h"
@@ -15,7 +16,13 @@
 #include "temporary_folder.h"
 #include "uniform.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

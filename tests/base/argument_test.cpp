@@ -4,8 +4,11 @@
 
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <cstdlib>
 #include <limits>
+#include <string>
 
 namespace stratus {
 namespace {

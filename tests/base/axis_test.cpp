@@ -5,10 +5,13 @@
 #include "refusal.h"
 #include "row_name.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

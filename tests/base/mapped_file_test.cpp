@@ -2,9 +2,13 @@
 
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <stdexcept>
+#include <string>
 #include <sys/stat.h>
 #include <utility>
 

@@ -1,11 +1,13 @@
 #include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
+#include <stratus/layer/single_scattering.h>
 
 #include "small_table.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace stratus {
 namespace {

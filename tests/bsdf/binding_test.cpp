@@ -1,3 +1,4 @@
+#include <stratus/base/constants.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/lookup.h>
 
@@ -6,7 +7,11 @@
 #include "row_name.h"
 #include "small_table.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace stratus {
 namespace {

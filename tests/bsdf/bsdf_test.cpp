@@ -5,7 +5,11 @@
 
 #include "bsdf_estimate.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

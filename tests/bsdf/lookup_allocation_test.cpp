@@ -1,6 +1,7 @@
 // A program of its own, because it counts every call of operator new in it.
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
 #include "small_table.h"
 

@@ -5,8 +5,10 @@
 #include <stratus/base/instruction_set.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/phase/phase_function.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
 #include "small_table.h"
 #include "table/lookup_arguments.h"
@@ -15,7 +17,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,15 +1,20 @@
 // Directions drawn from BSDFs and their density, which follows the light: lobes of every width, the
 // forward peak of a cloud included.
 #include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
 
 #include "bsdf_estimate.h"
 #include "row_name.h"
 #include "uniform.h"
 #include "water_cloud.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <string>
 
 namespace stratus {
 namespace {

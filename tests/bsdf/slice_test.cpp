@@ -1,5 +1,7 @@
+#include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/bsdf/slice.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/table/lookup.h>
 
 #include "bsdf/slice_parts.h"
@@ -9,9 +11,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

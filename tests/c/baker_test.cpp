@@ -11,9 +11,12 @@
 #include "../io/temporary_folder.h"
 #include "expect_refused.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace stratus {

@@ -1,6 +1,7 @@
 // The C interface beside the C++ one: the same bits, and every refusal in words.
 #include <stratus/stratus.h>
 
+#include <stratus/base/constants.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/io/table_file.h>
@@ -11,11 +12,16 @@
 #include "expect_refused.h"
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <random>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace stratus::test {
 namespace {

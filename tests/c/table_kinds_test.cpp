@@ -1,16 +1,24 @@
 // The C interface: packed tables, textured lookups, mixtures and stacks, beside the C++ functions.
 #include <stratus/bsdf/slice.h>
 #include <stratus/io/table_file.h>
+#include <stratus/stratus.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
 #include "expect_refused.h"
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"
+#include "../table/small_table.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

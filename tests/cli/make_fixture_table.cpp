@@ -7,11 +7,13 @@
 // has these samples at g from 0.3 to 0.6.
 #include <stratus/io/table_file.h>
 
+#include "small_table.h"
 #include "synthetic_table.h"
 
 #include <exception>
 #include <iostream>
 #include <stdexcept>
+#include <string>
 
 namespace {
 

@@ -1,9 +1,16 @@
 // Fits by tables of families: radii of droplets from spectra, asymmetries, and what is refused. The
 // observed light is the solver's own, of droplets between the samples of the table.
+#include <stratus/fit/fit.h>
+
 #include "observed_clouds.h"
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -8,9 +8,12 @@
 #include "uniform.h"
 
 #include <boost/math/special_functions/gamma.hpp>
+#include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <string>
 
 namespace stratus::test {
 namespace {

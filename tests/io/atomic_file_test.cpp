@@ -6,6 +6,11 @@
 #include "sample_table.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <stdexcept>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <system_error>

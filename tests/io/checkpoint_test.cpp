@@ -3,9 +3,14 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <chrono>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace stratus::test {
 namespace {

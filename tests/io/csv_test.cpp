@@ -3,12 +3,16 @@
 #include "refusal.h"
 #include "row_name.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <istream>
 #include <sstream>
+#include <stdexcept>
 #include <streambuf>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -3,6 +3,12 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
 namespace stratus::test {
 namespace {
 

@@ -5,14 +5,19 @@
 
 #include "sample_table.h"
 #include "temporary_folder.h"
+#include "uniform.h"
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <malloc.h>
 #include <thread>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -9,10 +9,15 @@
 #include "table_content.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <random>
 #include <unistd.h>
 
 /// HDF5 itself leaks memory on damaged files; of all tests of the program.

@@ -1,13 +1,20 @@
 // Files that are not tables, or are damaged, are refused with one sentence. Nothing crashes, and no
 // other table than the one written is returned.
+#include <stratus/base/constants.h>
+#include <stratus/io/table_file.h>
+
+#include "refusal.h"
 #include "refusal_of_reading.h"
 #include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <functional>
+#include <string>
 #include <utility>
 
 namespace stratus::test {

@@ -1,3 +1,4 @@
+#include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 
@@ -5,10 +6,15 @@
 #include "sample_table.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <functional>
 #include <memory>
 #include <utility>
 #include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -1,11 +1,17 @@
 // OpenEXR tables with changed headers are refused with the reason.
+#include <stratus/io/table_file.h>
+
 #include "refusal_of_reading.h"
 #include "sample_table.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <limits>
+#include <string>
 
 namespace stratus::test {
 namespace {

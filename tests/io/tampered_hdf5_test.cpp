@@ -1,15 +1,22 @@
 // HDF5 tables changed by other programs through HDF5 itself are refused with the reason; what does
 // not concern the table may change.
+#include <stratus/io/table_file.h>
+
 #include "refusal_of_reading.h"
 #include "row_name.h"
 #include "sample_table.h"
 #include "table_content.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <cstring>
+#include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

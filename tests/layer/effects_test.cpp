@@ -3,10 +3,13 @@
 
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <random>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,7 +1,9 @@
 #include <stratus/base/constants.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/phase/phase_function.h>
 
 #include "../reference/discrete_ordinates.h"
+#include "csv_rows.h"
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <gtest/gtest.h>

@@ -1,6 +1,10 @@
+#include <stratus/material/material.h>
+
 #include "atlas_reader.h"
 #include "material_check.h"
 #include "refusal.h"
+
+#include <gtest/gtest.h>
 
 #include <memory>
 

@@ -1,3 +1,4 @@
+#include <stratus/material/material.h>
 #include <stratus/transfer/reference/solvers.h>
 
 #include "fourier_reader.h"
@@ -5,6 +6,10 @@
 #include "refusal.h"
 #include "row_name.h"
 #include "solved_stack.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace stratus::test {
 namespace {

@@ -4,6 +4,11 @@
 #include "refusal.h"
 #include "solved_stack.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
 namespace stratus::test {
 namespace {
 

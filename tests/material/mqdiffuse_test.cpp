@@ -1,6 +1,10 @@
+#include <stratus/material/material.h>
+
 #include "material_check.h"
 #include "mqdiffuse_reader.h"
 #include "refusal.h"
+
+#include <gtest/gtest.h>
 
 namespace stratus::test {
 namespace {

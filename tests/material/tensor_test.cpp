@@ -1,3 +1,4 @@
+#include <stratus/material/material.h>
 #include <stratus/table/member_and_ground.h>
 
 #include "material_check.h"
@@ -5,6 +6,10 @@
 #include "row_name.h"
 #include "solved_stack.h"
 #include "tensor_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace stratus::test {
 namespace {

@@ -7,7 +7,12 @@
 #include "refusal.h"
 #include "row_name.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

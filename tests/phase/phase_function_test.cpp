@@ -5,11 +5,15 @@
 #include "row_name.h"
 #include "uniform.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <ctime>
+#include <random>
 #include <sstream>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -5,9 +5,13 @@
 #include "phase/mie_scattering.h"
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -6,8 +6,13 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 /// Fontconfig never frees its cache, in any test of the program.
 extern "C" const char* __lsan_default_suppressions();

@@ -3,7 +3,13 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

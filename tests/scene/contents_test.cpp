@@ -1,6 +1,8 @@
 #include <stratus/scene/contents.h>
 
+#include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
+#include <stratus/scene/layer_tables.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
@@ -8,6 +10,8 @@
 #include "uniform.h"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace stratus {
 namespace {

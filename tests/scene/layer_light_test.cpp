@@ -12,8 +12,14 @@
 #include "small_scene.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace stratus::test {
 namespace {

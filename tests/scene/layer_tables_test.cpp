@@ -1,12 +1,17 @@
+#include <stratus/base/constants.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/render.h>
 
 #include "refusal.h"
 #include "small_scene.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,8 +1,13 @@
 // Pictures by the plan against pictures with everything, on random scenes and on two that a sample
 // of pixels would misjudge.
+#include <stratus/scene/plan.h>
+
 #include "plan_scenes.h"
+#include "small_scene.h"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 namespace stratus::test {
 namespace {

@@ -1,3 +1,4 @@
+#include <stratus/base/constants.h>
 #include <stratus/scene/plan.h>
 #include <stratus/transfer/solve.h>
 
@@ -7,7 +8,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -1,10 +1,13 @@
 // Pictures pixel by pixel, against closed forms; occlusion and shadows.
 #include <stratus/scene/render.h>
 
+#include <stratus/base/constants.h>
+
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <numeric>
 #include <vector>

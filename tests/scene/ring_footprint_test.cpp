@@ -1,12 +1,14 @@
 // Ringlets narrower than pixels, whose light is that of their area wherever the pixels lie.
 #include "ring_light.h"
 
+#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 namespace stratus {

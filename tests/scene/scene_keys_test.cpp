@@ -1,8 +1,15 @@
+#include <stratus/scene/scene.h>
+
 #include <stratus/picture/png.h>
+#include <stratus/scene/scene.h>
 
 #include "keyed_file.h"
 #include "temporary_folder.h"
 #include "small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
 
 namespace stratus::test {
 namespace {

@@ -1,11 +1,17 @@
+#include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
 
 #include "refusal.h"
 #include "small_scene.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <filesystem>
+#include <stdexcept>
 
 namespace stratus::test {
 namespace {

@@ -1,4 +1,5 @@
 // Planets whose layer is a spherical shell, against photons and limits.
+#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "shell_photons.h"
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 
 namespace stratus {

@@ -1,11 +1,14 @@
 // Light between a planet and its rings, against sums over many rays, and by energy.
 #include <stratus/scene/render.h>
 
+#include <stratus/base/constants.h>
+
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace stratus {

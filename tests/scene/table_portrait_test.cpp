@@ -1,5 +1,6 @@
 // The portrait of every kind of table is written, has the stated size, and shows something in each
 // part of it. Its looks are checked visually.
+#include <stratus/base/constants.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/render.h>
 
@@ -8,8 +9,15 @@
 #include "synthetic_table.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 /// Fontconfig never frees its cache, in any test of the program.
 extern "C" const char* __lsan_default_suppressions();

@@ -8,9 +8,18 @@
 #include "refusal.h"
 #include "temporary_folder.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace stratus::test {
 namespace {

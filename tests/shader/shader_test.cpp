@@ -1,15 +1,24 @@
 #include <stratus/shader/shader.h>
 
 #include <stratus/bsdf/bsdf.h>
+#include <stratus/phase/path_law.h>
 #include <stratus/table/member_and_ground.h>
 
 #include "filtered_as_cxx.h"
 #include "kinds.h"
+#include "lookups.h"
 #include "refusal.h"
 #ifdef STRATUS_RUN_CHROMIUM
 #include "browser.h"
 #include "row_name.h"
+#include "uniform.h"
 #endif
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 namespace {

@@ -3,9 +3,14 @@
 #include <stratus/phase/phase_family.h>
 #include <stratus/table/lookup.h>
 #include <stratus/table/member_and_ground.h>
+#include <stratus/table/packed_table.h>
 
 #include "refusal.h"
 #include "small_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace stratus {
 namespace {

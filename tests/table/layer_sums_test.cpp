@@ -1,4 +1,6 @@
 // Packing looks at most layers in a few directions only: what it finds must hold in all of them.
+#include <stratus/table/packed_table.h>
+
 #include <stratus/table/layer_samples.h>
 
 #include "small_table.h"
@@ -6,7 +8,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <utility>
 
 namespace stratus {
 namespace {

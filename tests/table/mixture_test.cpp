@@ -6,6 +6,10 @@
 #include "refusal.h"
 #include "small_table.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+
 namespace stratus {
 namespace {
 

@@ -3,11 +3,18 @@
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
 #include "refusal.h"
 #include "row_name.h"
 #include "small_table.h"
 #include "uniform.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,4 +1,6 @@
 // Files of packed tables: what is written is read, and what was forged is refused or harmless.
+#include <stratus/table/packed_table.h>
+
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 #include <stratus/base/tensor_file.h>
@@ -8,11 +10,16 @@
 #include "small_table.h"
 #include "table/packed_parts.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/table/kernels/packed.h>
 
 #include "row_name.h"
@@ -10,7 +11,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -6,6 +6,9 @@
 #include "row_name.h"
 #include "small_table.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <limits>
 
 namespace stratus {

@@ -1,8 +1,10 @@
 // Identities of adding that hold for any symmetric R and R* and any T.
+
 #include "layer.h"
 #include "refusal.h"
 
 #include <Eigen/LU>
+#include <gtest/gtest.h>
 
 #include <random>
 

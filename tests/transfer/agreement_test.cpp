@@ -6,7 +6,13 @@
 #include "row_name.h"
 #include "usual_layers.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

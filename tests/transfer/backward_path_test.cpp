@@ -1,12 +1,17 @@
 #include "paths.h"
 
+#include <stratus/base/constants.h>
 #include <stratus/phase/path_law.h>
+#include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
+#include <gtest/gtest.h>
 
+#include <cmath>
 #include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,6 +1,13 @@
 // Textbook doubling: convergence of its starts, and reports of breakdown.
+#include <stratus/transfer/solve.h>
+
 #include "refusal.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
 
 namespace stratus {
 namespace {

@@ -2,7 +2,10 @@
 
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <vector>
 
 namespace stratus {
 namespace {

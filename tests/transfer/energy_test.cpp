@@ -1,8 +1,13 @@
 // Energy conservation without absorption, and absorption with it.
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <string>
 
 namespace stratus {

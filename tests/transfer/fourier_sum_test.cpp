@@ -1,7 +1,15 @@
 #include <stratus/transfer/fourier_sum.h>
 
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include "refusal.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,4 +1,6 @@
 // Narrow peaks between grazing directions, where the path law does not hold.
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "climb.h"
@@ -6,8 +8,14 @@
 #include "refusal.h"
 #include "usual_layers.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 #include <map>
+#include <string>
 #include <tuple>
+#include <vector>
 
 namespace stratus {
 namespace {

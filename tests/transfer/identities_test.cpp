@@ -1,14 +1,20 @@
 // Identities that hold for any layer: symmetries, and agreement of the solver with itself.
+#include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
 #include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"
 
 #include <Eigen/LU>
+#include <gtest/gtest.h>
 
 #ifdef __SSE2__
 #include <immintrin.h>
 #endif
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus {
 namespace {

@@ -1,10 +1,16 @@
 // Chandrasekhar's functions against their closed-form properties, and the solver against them.
 #include <stratus/transfer/reference/solvers.h>
 
+#include <stratus/base/constants.h>
 #include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
 
 #include "refusal.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace stratus {
 namespace {

@@ -1,9 +1,15 @@
 // The light inside: against what leaves the layers, energy, closed forms deep down, and the equation of
 // transfer.
+
 #include <stratus/base/gauss_legendre.h>
 #include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
 
 #include "light_inside.h"
 #include "refusal.h"

@@ -1,7 +1,13 @@
 // Limits of the solver: no depth, infinite depth, no scattering.
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include "usual_layers.h"
 
 #include <boost/math/special_functions/expint.hpp>
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace stratus {
 namespace {

@@ -1,11 +1,19 @@
 // The Markov chain agrees with the solver within its stated errors.
 #include <stratus/transfer/reference/solvers.h>
 
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include "refusal.h"
 #include "usual_layers.h"
 
 #include <boost/math/quadrature/tanh_sinh.hpp>
 #include <boost/math/special_functions/expint.hpp>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -2,7 +2,12 @@
 //
 // Their fluxes, printed to 1e-12, are tested to 2e-12: 32 to 128 nodes agree here to 1e-15 on
 // values up to 1.7e-12 from those printed (UTU of the isotropic layer).
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
 
 namespace stratus {
 namespace {

@@ -1,8 +1,15 @@
 // Neumann orders one by one.
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
 #include "refusal.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,9 +1,18 @@
 // Photons agree with the solver and the closed forms within their standard errors.
+#include <stratus/base/constants.h>
+#include <stratus/transfer/reference/solvers.h>
+#include <stratus/transfer/solve.h>
+
 #include "refusal.h"
 #include "shell_photons.h"
 #include "usual_layers.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,11 +1,17 @@
 // The solver against numbers printed in the literature, to the digits printed.
+#include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
+#include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -4,6 +4,8 @@
 
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 
 namespace stratus {

@@ -1,6 +1,13 @@
 // Refusals of the solver: one test per check, with values just outside the range.
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include "refusal.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace stratus {
 namespace {

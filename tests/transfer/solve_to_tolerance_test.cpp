@@ -1,13 +1,19 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
+#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/solvers.h>
+#include <stratus/transfer/solve.h>
 
 #include "csv_rows.h"
 #include "random_problems.h"
 #include "refusal.h"
 #include "usual_layers.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <map>
+#include <vector>
 
 namespace stratus::test {
 namespace {

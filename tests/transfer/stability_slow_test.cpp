@@ -1,6 +1,9 @@
 // The corners of the stability matrix with many nodes: all modes at 128 nodes, two at 256.
 #include "stability_checks.h"
+#include "stability_matrix.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
 
 namespace stratus::test {
 namespace {

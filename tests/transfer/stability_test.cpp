@@ -1,8 +1,15 @@
 // The stability matrix: no breakdown at any phase function, albedo, depth or number of nodes.
+#include <stratus/base/constants.h>
 #include <stratus/layer/diffusion.h>
 
 #include "stability_checks.h"
+#include "stability_matrix.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus::test {
 namespace {

@@ -2,10 +2,18 @@
 // lower boundary.
 #include <stratus/transfer/stack.h>
 
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include "layer.h"
 #include "refusal.h"
 #include "uniform.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus {
 namespace {

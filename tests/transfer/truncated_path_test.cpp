@@ -1,10 +1,17 @@
 #include <stratus/transfer/truncation.h>
 
+#include <stratus/base/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include "usual_layers.h"
 
 #include <boost/math/quadrature/tanh_sinh.hpp>
+#include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {

@@ -1,7 +1,15 @@
 #include <stratus/transfer/truncation.h>
 
+#include <stratus/transfer/solve.h>
+
 #include "refusal.h"
 #include "usual_layers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
 
 namespace stratus {
 namespace {

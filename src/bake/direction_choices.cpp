@@ -365,6 +365,21 @@ ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
     return error(scales.other, candidates.back()) <= to_beat ? cheapest(scales.other) : usual;
 }
 
+/// Solves the probes' layers with the nodes that their recipe has. Returns whether these suffice for the phase
+/// function's series, which ends at so few moments that it may be negative: all ranks' must.
+bool solve_probes(Probes& probes) {
+    bool suffice = true;
+    try {
+        probed_layers(probes);
+    } catch (const TooFewNodes&) {
+        suffice = false;
+    }
+    const WorkLog& log = probes.options.log;
+    for (const std::vector<double>& of_rank : gather(log, {suffice ? 1.0 : 0.0}, probes.share.count))
+        suffice = suffice && of_rank[0] != 0;
+    return suffice;
+}
+
 Choice choose_nodes(Probes& probes) {
     constexpr int candidates[] = {8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96};
     constexpr int fewest_with_path_law = 16;
@@ -378,7 +393,11 @@ Choice choose_nodes(Probes& probes) {
         if (probes.path_law && candidate < fewest_with_path_law) continue;
         const int coarser = std::exchange(nodes, candidate);
         ProbedLayers layers = std::exchange(probes.layers, {});
-        probed_layers(probes);
+        if (!solve_probes(probes)) {
+            if (candidate == std::end(candidates)[-1]) probed_layers(probes);  // throws
+            probes.layers.clear();
+            continue;
+        }
         if (layers.empty()) continue;
         left_before = std::exchange(left, change(probes, layers, probes.layers));
         finer_before = std::exchange(finest, coarser);

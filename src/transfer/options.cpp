@@ -99,10 +99,10 @@ void check_boundary(const LowerBoundary& boundary) {
 void require_finite(const ModeMatrices& layer, int mode, const Directions& directions) {
     // 0 times infinity is not a number; the sum fills registers, Eigen's allFinite does not.
     if ((0.0 * layer.reflection).sum() == 0 && (0.0 * layer.transmission).sum() == 0) return;
-    throw std::runtime_error("solve: nodes must be more for this phase function: its series of " +
-                             std::to_string(2 * directions.nodes) +
-                             " moments is too negative in mode " + std::to_string(mode) + ", got " +
-                             std::to_string(directions.nodes));
+    throw TooFewNodes("solve: nodes must be more for this phase function: its series of " +
+                      std::to_string(2 * directions.nodes) +
+                      " moments is too negative in mode " + std::to_string(mode) + ", got " +
+                      std::to_string(directions.nodes));
 }
 
 int count_modes(const std::vector<double>& moments) {

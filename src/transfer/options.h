@@ -38,7 +38,7 @@ inline constexpr int moments_completed = 4;
 /// Throws std::invalid_argument when its albedo is out of range.
 void check_boundary(const LowerBoundary& boundary);
 
-/// Throws std::runtime_error, suggesting more nodes, when a mode is not finite.
+/// Throws TooFewNodes when a mode is not finite.
 void require_finite(const ModeMatrices& layer, int mode, const Directions& directions);
 
 /// Modes up to the last nonzero moment; nothing is scattered into higher ones.

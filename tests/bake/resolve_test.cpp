@@ -107,6 +107,16 @@ TEST(Resolve, TakesNodesBetweenTwoCandidatesWhereTheseDo) {
             }
 }
 
+TEST(Resolve, GoesOnFromNodesWhoseSeriesIsTooNegative) {
+    const Recipe recipe = parse_recipe(
+        "phase_function = 'henyey_greenstein:g=-0.99'\nmu_in = 1.0\ntolerance = 1e-2\n"
+        "optical_depth = { min = 0.5, max = 0.5 }\nalbedo = { min = 0.6, max = 0.6 }\n");
+    SolverOptions fewest;
+    fewest.nodes = 8;
+    EXPECT_THROW(solve_layer(recipe.phase_function, 0.6, 0.5, {1.0}, fewest), TooFewNodes);
+    EXPECT_GT(resolve(recipe).discretisation.nodes, 12);
+}
+
 TEST(Resolve, TakesTheSquareRootOfAzimuthWhereFewerSamplesDo) {
     const Recipe smooth = resolve(rayleigh_recipe()), peaked = resolve(peaked_recipe());
     EXPECT_EQ(smooth.discretisation.azimuth_scale, AxisScale::linear);

@@ -18,9 +18,17 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
 namespace stratus {
+
+/// Thrown where the phase function's series, of as many moments as the nodes hold, is so negative that a mode
+/// is not finite.
+class TooFewNodes : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
 
 /// The correction for truncation at one pair of cosines: TMS minus the closed form of the layer
 /// itself; where the peak is narrow, the path law and its rest (truncation.h), or the line law

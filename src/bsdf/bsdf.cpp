@@ -48,7 +48,7 @@ struct Horizontal {
     float x, y, square;
 
     explicit Horizontal(const Vector& w) noexcept
-        : x(w.x + (w.x < 0 ? -1e-9f : 1e-9f)), y(w.y), square(x * x + y * y) {}
+        : x(w.x + std::copysign(1e-9f, w.x)), y(w.y), square(x * x + y * y) {}
 };
 
 template <int channels>

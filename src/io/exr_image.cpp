@@ -79,6 +79,7 @@ Image read_exr_image(const fs::path& path, std::uintmax_t max_memory) {
     return io::naming(path, [&] {
         io::MemoryLimit limit(max_memory);
         const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR", limit);
+        io::for_each_attribute(bytes, [](auto...) {});  // refuses lengths beyond the file's end
         io::MemoryInput stream(bytes, "picture");
         Imf::InputFile file(stream);
         const Imath::Box2i window = file.header().dataWindow();

@@ -114,37 +114,6 @@ Imf::FrameBuffer frame_buffer(std::vector<float>& pixels, std::size_t width,
 
 // --- Headers, checked before OpenEXR reads them ---
 
-/// Reads bytes from the front and throws at their end.
-class Cursor {
-  public:
-    explicit Cursor(const Bytes& bytes) : rest_(bytes.data(), bytes.size()) {}
-
-    std::string_view take(std::size_t count) {
-        if (count > rest_.size()) throw std::runtime_error("a header is truncated or damaged");
-        const std::string_view taken = rest_.substr(0, count);
-        rest_.remove_prefix(count);
-        return taken;
-    }
-
-    std::int32_t take_integer() {
-        std::int32_t value;
-        std::memcpy(&value, take(sizeof value).data(), sizeof value);
-        return value;
-    }
-
-    /// Characters up to a zero byte, which is taken too.
-    std::string_view take_name() {
-        const std::string_view name = take(rest_.find('\0'));
-        take(1);
-        return name;
-    }
-
-    bool at_zero() const noexcept { return !rest_.empty() && rest_.front() == '\0'; }
-
-  private:
-    std::string_view rest_;
-};
-
 /// The types of attributes in the headers of tables, and their sizes; 0: any, given by the file. OpenEXR
 /// reads as many bytes as the type needs, whatever length the file gives: if they differed, it would go on
 /// reading in the wrong place and allocate memory for lengths that were not checked.
@@ -179,36 +148,21 @@ void check_window(std::string_view value, std::size_t file_size, MemoryLimit& li
     limit.take("a part", rows_in_memory * sides[0] * sizeof(float));
 }
 
-void check_attributes(Cursor& cursor, std::size_t file_size, MemoryLimit& limit) {
-    std::set<std::string_view> names;
-    while (!cursor.at_zero()) {
-        const std::string_view name = cursor.take_name();
-        if (!names.insert(name).second)
-            throw std::runtime_error("duplicate attribute " + shown_text(name));
-        const std::string_view type = cursor.take_name();
-        const std::int32_t size = cursor.take_integer();
-        if (size < 0) throw std::runtime_error("a header is damaged");
-        const std::string_view value = cursor.take(stratus::size(size));
-        check_attribute(type, value);
-        if (name == "dataWindow") check_window(value, file_size, limit);
-        if (name == "type" && value != Imf::SCANLINEIMAGE)
-            throw std::runtime_error("a part must consist of scan lines");
-    }
-    cursor.take(1);
-}
-
 void check_headers(const Bytes& bytes, MemoryLimit& limit) {
     constexpr std::int32_t version = 2;
     constexpr std::int32_t long_names = 0x400;
-    constexpr std::int32_t multi_part = 0x1000;
-    Cursor cursor(bytes);
-    cursor.take(exr_magic.size());
-    const std::int32_t flags = cursor.take_integer() & ~long_names;
-    if (flags != version && flags != (version | multi_part))
+    if ((HeaderReader(bytes).flags() & ~long_names & ~multi_part) != version)
         throw std::runtime_error("must be an OpenEXR file of scan lines, version 2");
-    check_attributes(cursor, bytes.size(), limit);
-    if (flags == version) return;
-    while (!cursor.at_zero()) check_attributes(cursor, bytes.size(), limit);
+    std::set<std::pair<int, std::string_view>> names;  // of each part
+    for_each_attribute(
+        bytes, [&](int part, std::string_view name, std::string_view type, std::string_view value) {
+            if (!names.insert({part, name}).second)
+                throw std::runtime_error("duplicate attribute " + shown_text(name));
+            check_attribute(type, value);
+            if (name == "dataWindow") check_window(value, bytes.size(), limit);
+            if (name == "type" && value != Imf::SCANLINEIMAGE)
+                throw std::runtime_error("a part must consist of scan lines");
+        });
 }
 
 // --- Attributes ---

@@ -48,6 +48,14 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
     EXPECT_EQ(read_exr_image(path, file + pixels).rgb, ramp().rgb);
 }
 
+TEST(ExrImage, RefusesAttributesLongerThanTheFile) {
+    using namespace std::string_literals;
+    const TemporaryFolder folder;
+    set_content(folder / "a.exr", "\x76\x2f\x31\x01\x02\0\0\0name\0kind\0\0\0\0\x40"s);  // 1 GiB
+    expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
+                 "a header is truncated or damaged");
+}
+
 TEST(ExrImage, NamesAnUnreadableFile) {
     const TemporaryFolder folder;
     set_content(folder / "a.exr", "no picture");

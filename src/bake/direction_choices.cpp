@@ -366,17 +366,20 @@ ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
 }
 
 /// Solves the probes' layers with the nodes that their recipe has. Returns whether these suffice for the phase
-/// function's series, which ends at so few moments that it may be negative: all ranks' must.
-bool solve_probes(Probes& probes) {
+/// function's series, which ends at so few moments that it may be negative: all ranks' must, or none has layers.
+/// With the most nodes it throws.
+bool solve_probes(Probes& probes, bool are_most) {
     bool suffice = true;
     try {
         probed_layers(probes);
     } catch (const TooFewNodes&) {
+        if (are_most) throw;
         suffice = false;
     }
     const WorkLog& log = probes.options.log;
     for (const std::vector<double>& of_rank : gather(log, {suffice ? 1.0 : 0.0}, probes.share.count))
         suffice = suffice && of_rank[0] != 0;
+    if (!suffice) probes.layers.clear();
     return suffice;
 }
 
@@ -393,12 +396,8 @@ Choice choose_nodes(Probes& probes) {
         if (probes.path_law && candidate < fewest_with_path_law) continue;
         const int coarser = std::exchange(nodes, candidate);
         ProbedLayers layers = std::exchange(probes.layers, {});
-        if (!solve_probes(probes)) {
-            if (candidate == std::end(candidates)[-1]) probed_layers(probes);  // throws
-            probes.layers.clear();
-            continue;
-        }
-        if (layers.empty()) continue;
+        const bool suffice = solve_probes(probes, candidate == std::end(candidates)[-1]);
+        if (!suffice || layers.empty()) continue;
         left_before = std::exchange(left, change(probes, layers, probes.layers));
         finer_before = std::exchange(finest, coarser);
         if (left > max_change) continue;

@@ -114,14 +114,13 @@ Imf::FrameBuffer frame_buffer(std::vector<float>& pixels, std::size_t width,
 
 // --- Headers, checked before OpenEXR reads them ---
 
-/// The types of attributes in the headers of tables, and their sizes; 0: any, given by the file. OpenEXR
-/// reads as many bytes as the type needs, whatever length the file gives: if they differed, it would go on
-/// reading in the wrong place and allocate memory for lengths that were not checked.
-const std::map<std::string_view, std::size_t> attribute_sizes{
-    {"box2i", 16}, {"chlist", 19},   {"compression", 1}, {"float", 4},
-    {"int", 4},    {"lineOrder", 1}, {"string", 0},      {"v2f", 8}};
-
 void check_attribute(std::string_view type, std::string_view value) {
+    // Their sizes; 0: any, given by the file. OpenEXR reads as many bytes as the type needs, whatever length
+    // the file gives: if they differed, it would go on reading in the wrong place and allocate memory for
+    // lengths that were not checked.
+    static const std::map<std::string_view, std::size_t> attribute_sizes{
+        {"box2i", 16}, {"chlist", 19},   {"compression", 1}, {"float", 4},
+        {"int", 4},    {"lineOrder", 1}, {"string", 0},      {"v2f", 8}};
     const auto found = attribute_sizes.find(type);
     if (found == attribute_sizes.end())
         throw std::runtime_error("a header has an attribute of an unsupported type");

@@ -74,7 +74,8 @@ const Directions& gauss_nodes(int nodes, NodeMap map) {
 
 Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& extra) {
     require_in("[1, 512]", "gauss_directions", "nodes", nodes);
-    for (double mu : extra) require_in("[1e-100, 1]", "gauss_directions", "mu", mu);
+    const NumberRange cosines = "[1e-100, 1]";
+    for (double mu : extra) require_in(cosines, "gauss_directions", "mu", mu);
 
     Directions directions = gauss_nodes(nodes, map);
     const auto size = nodes + std::ssize(extra);

@@ -107,8 +107,7 @@ void write_files(const Table& table, const std::vector<char>& packed, const Bake
                  const SampleFiles* samples, Ranks* ranks) {
     std::future<void> picture;
     if (!command.exr.empty())
-        picture = std::async(std::launch::async,
-                             [&] { write_table(table, command.exr, command.threads); });
+        picture = std::async([&] { write_table(table, command.exr, command.threads); });
     if (is_packed(command.output))
         write_content_atomically(command.output, packed);
     else if (ranks)
@@ -206,7 +205,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* rank_zero) {
                                  kept_in + " for --resume");
     }
     // Freeing files of gigabytes takes the system seconds: both at the same time.
-    const auto freeing = std::async(std::launch::async, [&] { samples.reset(); });
+    const auto freeing = std::async([&] { samples.reset(); });
     checkpoint->remove();
     if (rank_zero) note_tallies(rank_zero->ranks.finish(), progress);
 

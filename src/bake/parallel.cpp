@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -82,6 +83,13 @@ class Team {
         of_this_thread = nullptr;
     }
 
+    /// Goes on without threads that the system does not grant.
+    void forgo(int threads) {
+        const std::lock_guard lock(mutex_);
+        working_ -= threads;
+        changed_.notify_all();
+    }
+
     /// A loop within: begun by its thread, open to all others.
     void share(Loop& loop) {
         Shared shared{loop};
@@ -124,7 +132,12 @@ void run(Loop& loop, int threads) {
     } else {
         Team team(loop, threads);
         std::vector<std::thread> others;
-        for (int t = 1; t < threads; ++t) others.emplace_back([&] { team.work(false); });
+        others.reserve(static_cast<std::size_t>(threads));
+        try {
+            for (int t = 1; t < threads; ++t) others.emplace_back([&] { team.work(false); });
+        } catch (const std::system_error&) {
+            team.forgo(threads - 1 - static_cast<int>(others.size()));
+        }
         team.work(true);
         for (std::thread& other : others) other.join();
     }

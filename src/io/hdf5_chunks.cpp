@@ -234,8 +234,8 @@ void write_chunks(hid_t dataset, const std::string& name, Extents extents,
     const Cuts cuts = file.cuts();
     std::deque<std::future<Deflated>> ahead;
     for (std::size_t first = 0; first < values.size(); first += cuts.count_from(first)) {
-        ahead.push_back(std::async(std::launch::async, deflated,
-                                   values.subspan(first, cuts.count_from(first)), cuts.length));
+        ahead.push_back(
+            std::async(deflated, values.subspan(first, cuts.count_from(first)), cuts.length));
         if (ahead.size() < chunks_ahead(options.threads)) continue;
         file.write_next(ahead.front().get());
         release_samples(options);

@@ -4,11 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <pthread.h>
+
 #include <atomic>
 #include <barrier>
 #include <mutex>
 #include <set>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -29,6 +32,25 @@ TEST(ParallelFor, CallsEachIndexOnce) {
                 EXPECT_EQ(calls[static_cast<std::size_t>(i)], 1) << i << " of " << count;
         }
 }
+
+#ifdef __GLIBC__
+TEST(ParallelFor, MakesDoWithTheThreadsThatTheSystemGrants) {
+    pthread_attr_t before, stacks_beyond_all_memory;
+    pthread_getattr_default_np(&before);
+    pthread_attr_init(&stacks_beyond_all_memory);
+    pthread_attr_setstacksize(&stacks_beyond_all_memory, std::size_t{1} << 47);
+    ASSERT_EQ(pthread_setattr_default_np(&stacks_beyond_all_memory), 0);
+    EXPECT_THROW(std::thread([] {}).join(), std::system_error);
+    std::set<int> called;
+    const auto body = [&](int i) { called.insert(i); };  // calls share a thread: no lock
+    parallel_for(100, 8, body);
+    nested_parallel_for(3, 8,
+                        [&](int i) { parallel_for(100, 8, [&](int j) { body(100 * i + j); }); });
+    EXPECT_EQ(called.size(), 300u);
+    pthread_setattr_default_np(&before);
+    pthread_attr_destroy(&stacks_beyond_all_memory);
+}
+#endif
 
 TEST(ParallelFor, ReportsEveryFinishedCall) {
     std::vector<int> told;  // calls come one at a time: no lock

@@ -12,10 +12,10 @@ namespace stratus {
 /// Threads meant by `requested`: itself, or one for each processor when 0.
 int thread_count(int requested);
 
-/// Calls body(i) for i = 0 .. count - 1 on `threads` threads (0: all), each i once, in no set
-/// order; each i must write only to its own slot. `finished`, if any, receives the number done so
-/// far; calls to it are serialised. The first exception is rethrown. Within the body of another
-/// loop it works on that loop's threads.
+/// Calls body(i) for i = 0 .. count - 1 on `threads` threads (0: all), or as many as the system
+/// grants, each i once, in no set order; each i must write only to its own slot. `finished`, if any,
+/// receives the number done so far; calls to it are serialised. The first exception is rethrown.
+/// Within the body of another loop it works on that loop's threads.
 void parallel_for(int count, int threads, const std::function<void(int)>& body,
                   const std::function<void(int)>& finished = nullptr);
 

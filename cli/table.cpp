@@ -391,15 +391,18 @@ void run_verify(const VerifyCommand& command) {
             "forward peak: %.2f %% of values within 10 degrees, %.2f %% at cosines below "
             "0.15 within the tolerance%s\n",
             forward, grazing,
-            verification.judges_grazing ? "" : "; the latter are not judged: the path law misses");
+            !verification.judges_forward
+                ? "; neither is judged: the samples hold the peak of the ground"
+            : !verification.judges_grazing ? "; the latter are not judged: the path law misses"
+                                           : "");
     if (verification.meets(table.tolerance)) return;
     std::string missed = formatted(
         "99.9 %% of values must be within its tolerance %.2g and all within 5 times it, "
         "got %.3f %% and %.2f times",
         table.tolerance, share, worst / table.tolerance);
-    if (peaked && !verification.judges_grazing)
+    if (peaked && verification.judges_forward && !verification.judges_grazing)
         missed += formatted("; 99 %% within 10 degrees of forward, got %.2f %%", forward);
-    else if (peaked)
+    else if (peaked && verification.judges_forward)
         missed += formatted(
             "; 99 %% within 10 degrees of forward and at cosines below 0.15, got %.2f %% "
             "and %.2f %%",
@@ -425,11 +428,12 @@ void add_verify(CLI::App& app) {
     add_max_memory(command, options.reading);
     command.footer(
         "Exit code 1 when the table misses the tolerance that it states: 99.9 % of values within "
-        "it, "
-        "all within five times it. Peaked phase functions are also judged at points drawn near "
+        "it, all within five times it. Peaked phase functions are also judged at points drawn near "
         "forward and at grazing pairs of directions, 99 % of either within it; of a narrow peak "
         "(Henyey-Greenstein: g from 0.84 on) directions with a cosine below 0.15 are shown apart "
-        "and not judged.\nExample:\n"
+        "and not judged. Over an ocean or an RPV ground both kinds are shown, and judged only if "
+        "the "
+        "phase function is peaked.\nExample:\n"
         "  stratus verify saturn_rings.h5 --samples 2000");
 }
 

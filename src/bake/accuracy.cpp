@@ -96,7 +96,7 @@ bool Verification::meets_between_peaks(double tolerance) const {
 }
 
 bool Verification::meets_at_peaks(double tolerance) const {
-    return are_within(forward, tolerance, 0.99) &&
+    return (!judges_forward || are_within(forward, tolerance, 0.99)) &&
            (!judges_grazing || are_within(grazing, tolerance, 0.99));
 }
 
@@ -269,10 +269,13 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     const SolverOptions solver = reference_solver(table, nodes);
     Verification result;
     result.reference_nodes = solver.nodes;
-    result.judges_grazing = table.path_law == nullptr;
     const TableView view = checked_view(table, options);
+    const PointRange range = point_range(table, view);
+    result.judges_forward =
+        table.lower_boundary.law == nullptr || has_peak(table.phase_function, range);
+    result.judges_grazing = result.judges_forward && table.path_law == nullptr;
     std::vector<ErrorSample> all =
-        solve_random_points(table.phase_function, point_range(table, view), solver, options);
+        solve_random_points(table.phase_function, range, solver, options);
     if (!is_first_rank(options.log)) return result;
     look_up_by_few(view, all, options);
     error_quantile(all, 1);  // sorts

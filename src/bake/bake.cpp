@@ -82,21 +82,18 @@ VerifyOptions check_options(const BakeOptions& of_attempt) {
 /// A resolved recipe's table and the result of the bake's own check.
 struct Attempt {
     Table table;
-    bool met = false;    // with a margin
-    bool missed = true;  // the tolerance itself
+    bool met = false;      // with a margin
+    bool missed = true;    // the tolerance itself
+    std::string at_peaks;  // what is said of errors there; empty without peaks
 };
 
-std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& at_cap) {
+std::string sentence_of_miss(const Table& table, const std::string& at_peaks,
+                             const std::vector<AxisAtCap>& at_cap) {
     std::string sentence = "the table misses its tolerance " + short_number(table.tolerance) +
                            ": 99.9 % of values are within " +
                            table.attributes.at("measured_error_99.9_percent") +
                            ", the largest error is " + short_number(table.measured_error, 3);
-    const auto share_within = table.attributes.find("measured_error_forward_99_percent");
-    if (share_within != table.attributes.end())
-        sentence += ", 99 % of those near forward are within " + share_within->second +
-                    " and of those at " +
-                    (table.path_law ? "grazing angles, which are not judged," : "grazing pairs") +
-                    " within " + table.attributes.at("measured_error_grazing_99_percent");
+    if (!at_peaks.empty()) sentence += "; " + at_peaks;
     std::set<std::string> named;  // mixtures may share an axis at its cap
     for (const AxisAtCap& axis : at_cap)
         if (named.insert(axis.name).second)
@@ -179,9 +176,11 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         const std::string grazing = short_number(error_quantile(verification.grazing, 0.99), 3);
         table.attributes["measured_error_forward_99_percent"] = forward;
         table.attributes["measured_error_grazing_99_percent"] = grazing;
-        if (options.note)
-            options.note("near forward 99 % within " + forward + ", at grazing " +
-                         (table.path_law ? "angles (not judged)" : "pairs") + " within " + grazing);
+        const auto unless = [](bool judged) { return std::string(judged ? "" : " (not judged)"); };
+        attempt.at_peaks = "near forward" + unless(verification.judges_forward) + " 99 % within " +
+                           forward + ", at grazing " + (table.path_law ? "angles" : "pairs") +
+                           unless(verification.judges_grazing) + " within " + grazing;
+        if (options.note) options.note(attempt.at_peaks);
     }
     if (packed) *options.packed = restated(packed->file(), table);
     return attempt;
@@ -246,7 +245,7 @@ Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
             break;  // no attempt will meet it
     }
     if (attempt.missed && is_first_rank(options.log)) {
-        const std::string sentence = sentence_of_miss(attempt.table, at_cap);
+        const std::string sentence = sentence_of_miss(attempt.table, attempt.at_peaks, at_cap);
         if (options.missed)
             options.missed(sentence);
         else

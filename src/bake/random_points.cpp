@@ -243,17 +243,6 @@ class PointSource {
     std::size_t drawn_forward_ = 0;
 };
 
-bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
-    std::vector<PhaseFunction> corners;  // the phase function itself without a family
-    for (const FamilyPoint& corner : family_corners(range.family))
-        corners.push_back(
-            phase_function_at(phase_function, range.second_phase_function, range.family, corner));
-    return std::ranges::any_of(corners, [&](const PhaseFunction& corner) {
-        return std::ranges::any_of(list_phase_functions(range.layers, corner, range.lower_boundary),
-                                   is_peaked);
-    });
-}
-
 /// The place of a cosine in a list without repetition, where it is added unless it is there.
 int find_or_add(std::vector<double>& cosines, double mu) {
     const auto found = std::ranges::find(cosines, mu);
@@ -352,6 +341,17 @@ class LadderPoints {
 
 }  // namespace
 
+bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
+    std::vector<PhaseFunction> corners;  // the phase function itself without a family
+    for (const FamilyPoint& corner : family_corners(range.family))
+        corners.push_back(
+            phase_function_at(phase_function, range.second_phase_function, range.family, corner));
+    return std::ranges::any_of(corners, [&](const PhaseFunction& corner) {
+        return std::ranges::any_of(list_phase_functions(range.layers, corner, range.lower_boundary),
+                                   is_peaked);
+    });
+}
+
 int points_of_ladder(const PointRange& range) {
     return points_of_layer(range) * (1 + static_cast<int>(count_octaves(range.optical_depth)));
 }
@@ -359,7 +359,9 @@ int points_of_ladder(const PointRange& range) {
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
                                              const PointRange& range, const SolverOptions& solver,
                                              const VerifyOptions& options) {
-    const bool peaked = range.all_kinds && has_peak(phase_function, range);
+    // At grazing angles the mirrored sun is such a peak.
+    const bool peaked =
+        range.all_kinds && (range.lower_boundary.law != nullptr || has_peak(phase_function, range));
     std::vector<LadderPoints> ladders;
     for (int left = options.samples; left > 0;) {
         const int number = int_size(ladders);

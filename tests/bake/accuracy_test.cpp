@@ -1,6 +1,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 #include <stratus/base/constants.h>
+#include <stratus/layer/ground_law.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
@@ -69,6 +70,11 @@ TEST(Verification, AllowsOneInAHundredNearForwardAndAtGrazingPairs) {
     EXPECT_TRUE(verification(10, 10).meets(1e-3));
     EXPECT_FALSE(verification(11, 0).meets(1e-3));
     EXPECT_FALSE(verification(0, 11).meets(1e-3));
+    Verification unjudged = verification(11, 11);
+    unjudged.judges_grazing = false;
+    EXPECT_FALSE(unjudged.meets(1e-3));
+    unjudged.judges_forward = false;
+    EXPECT_TRUE(unjudged.meets(1e-3));
 }
 
 TEST(IsPeaked, BeginsAboveHenyeyGreensteinOfThreeQuarters) {
@@ -151,6 +157,21 @@ TEST(Verify, DrawsForwardAndGrazingPointsOfPeakedPhaseFunctionsAlone) {
         return all;
     };
     EXPECT_EQ(azimuths(peaked.samples), azimuths(smooth.samples));
+}
+
+TEST(Verify, ShowsWhereAnOceanMirrorsTheSunAtGrazingAngles) {
+    Recipe recipe = explicit_recipe();
+    recipe.lower_boundary = LowerBoundary::ground(read_ground_law("ocean:wind=9"));
+    recipe.transmission = false;
+    const Verification smooth = verify(solve_table(recipe), {.samples = 400});
+    EXPECT_GT(smooth.forward.size(), 190u);
+    EXPECT_EQ(smooth.grazing.size(), 100u);
+    EXPECT_FALSE(smooth.judges_forward || smooth.judges_grazing);
+
+    recipe.phase_function = PhaseFunction::henyey_greenstein(0.8);
+    recipe.phase_text = recipe.phase_function.text();
+    const Verification peaked = verify(solve_table(recipe), {.samples = 400});
+    EXPECT_TRUE(peaked.judges_forward && peaked.judges_grazing);
 }
 
 TEST(Verify, LeavesNoWideGapsBetweenAlbedosAndDepths) {

@@ -64,7 +64,7 @@ double error_quantile(std::vector<ErrorSample>& samples, double share);
 
 struct VerifyOptions {
     /// Points, each of which compares every side that the table has; half as many near forward and
-    /// a quarter as many at grazing pairs where the phase function is peaked.
+    /// a quarter as many at grazing pairs where the phase function is peaked, or the ground has a law.
     int samples = 2000;
     unsigned seed = 1;
     int threads = 0;     // 0: all
@@ -84,7 +84,8 @@ struct Verification {
     std::vector<ErrorSample> samples;           // evenly drawn, sorted by error
     std::vector<ErrorSample> forward, grazing;  // sorted; none where nothing is peaked
     int reference_nodes = 0;
-    bool judges_grazing = true;  // not with a path law
+    bool judges_forward = true;  // not where the ground's law alone has a peak, in tables' samples
+    bool judges_grazing = true;  // neither there nor with a path law
 
     /// Largest |1 - plane albedo - transmittance| of the stored fluxes at w = 1; -1 without samples
     /// there, over a lower boundary, or where fluxes are not asked for.
@@ -96,7 +97,7 @@ struct Verification {
     double furnace_defect = -1;
 
     /// 99.9 % within tolerance and all within largest_over_tolerance times it; 99 % of `forward`
-    /// within it, and 99 % of `grazing` where that is judged.
+    /// and of `grazing` within it where these are judged.
     bool meets(double tolerance) const {
         return meets_between_peaks(tolerance) && meets_at_peaks(tolerance);
     }
@@ -119,6 +120,9 @@ struct PointRange {
 
 /// Returns the ranges of a table, of which `view` is one, and all kinds of points.
 PointRange point_range(const Table& table, const TableView& view);
+
+/// Whether the phase function is peaked, that of any layer, of the boundary or at a corner of a family.
+bool has_peak(const PhaseFunction& phase_function, const PointRange& range);
 
 /// About as many points as share one solved ladder of depths.
 int points_of_ladder(const PointRange& range);

@@ -76,7 +76,7 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
 /// every (fine / candidate)-th. Their first modes and half of the cosines suffice: errors come
 /// out as with all or up to a fifth larger.
 struct FineDepths {
-    static constexpr int fine = 120, modes = 8;
+    static constexpr int fine = 240, modes = 8;
     DirectionGrid directions;
     int octaves;
     double min, max;
@@ -346,7 +346,8 @@ Choice choose_optical_depth_samples(Probes& probes) {
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
     if (range.min >= max) return {1};
     FineDepths depths(probes, range.min, max);
-    return choose_cheapest(probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 5, 6},
+    return choose_cheapest(probes, "optical_depth_samples_per_octave",
+                           {1, 2, 3, 4, 5, 6, 8, 10, 12},
                            [&](int candidate) { return depth_error(probes, depths, candidate); });
 }
 

@@ -174,6 +174,19 @@ TEST(Resolve, RefinesWithTolerance) {
     EXPECT_GT(fine.albedo_samples, coarse.albedo_samples);
 }
 
+TEST(Resolve, SamplesDepthsAsCloselyAsFewOrdersNeed) {
+    const Recipe recipe = parse_recipe(
+        "phase_function = 'isotropic'\n"
+        "tolerance = 1e-3\n"
+        "orders = 17\n"
+        "optical_depth = { min = 2.0, max = 10.0 }\n"
+        "albedo = { min = 0.99, max = 1.0 }\n"
+        "sides = ['transmission']\n");
+    const Resolution resolution = resolve_as_first(recipe, {});
+    EXPECT_GT(resolution.recipe.discretisation.optical_depth_samples_per_octave, 6);
+    EXPECT_TRUE(resolution.at_cap.empty());
+}
+
 TEST(Resolve, SamplesASingleAlbedoAndDepthOnce) {
     Recipe recipe = rayleigh_recipe();
     recipe.albedo = {0.9, 0.9};

@@ -217,6 +217,19 @@ TEST_F(LookupHeader, RefusesLayersOutsideTheTable) {
     expect_holds(refusal(bytes, "1 1 100 1 1 1"), "Layer: optical_depth must be in [0, 8");
     expect_holds(refusal(bytes, "1 1 1 1 1.5 1"), "Layer: albedo must be in [");
     expect_holds(refusal(bytes, "1 1 1 1 nan 1"), "got nan");
+    // Over a layer without end or an ocean no law is known of thinner layers than the first.
+    for (const std::size_t over : {6u, 9u}) {
+        const std::vector<char> thick = pack(table_of(kinds()[over]));
+        expect_holds(refusal({thick.begin(), thick.end()}, "1 0.01 1 1 1 1"),
+                     "Layer: optical_depth must be in [0.05, 8");
+    }
+    Table endless = empty_table({6, 1, 12, 12, 1}, {8, 8, true});
+    endless.optical_depth.values = {infinity};
+    endless.reflection_multiple = tabulate(endless, [](const Point&) { return 1; });
+    prepare(endless);
+    const std::vector<char> deep = pack(endless);
+    expect_holds(refusal({deep.begin(), deep.end()}, "1 1 1 1 1 1"),
+                 "Layer: optical_depth must be in [inf, inf], got 1");
     const std::vector<char> narrowed = pack(table_of(kinds()[7]));
     expect_holds(refusal({narrowed.begin(), narrowed.end()}, "1 1 1 1 1 1"), "all directions");
 }

@@ -471,6 +471,11 @@ class Refusals(unittest.TestCase):
         self.refused("albedo must be in [0.75, 1]", table.reflection, 0.7, 1, 1, 1, 0)
         self.refused("optical_depth must be in [0, 2]", table.reflection, 0.9, 2.1, 1, 1, 0)
         self.refused("optical_depth must be in [0, 2]", table.bind, 2.1, 0.9)
+        for ground in ('ground = "rpv:rho0=0.1,k=0.7,theta=-0.1"', 'phase_function = "rayleigh"\nalbedo = 0.9'):
+            over = small_table("[below]\n" + ground)  # thinner layers than the first have no law
+            self.refused("optical_depth must be in [0.5, 2]", over.reflection, 0.9, 0.1, 1, 1, 0)
+            self.refused("optical_depth must be in [0.5, 2]", over.bind, 0.1, 0.9)
+        self.assertGreater(small_table("[below]\nlambert_albedo = 0.3").reflection(0.9, 0.1, 1, 1, 0), 0.2)
         self.assertTrue(table.bind(2.1, 0.9, clamp=True).clamped)
         self.refused("one number or three, got 2", table.bind, [1, 1.5], 0.9)
         self.refused("law must be blinn or hapke, got wide", table.bind, 1, 0.9, opposition="wide")

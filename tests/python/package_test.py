@@ -478,6 +478,11 @@ class Refusals(unittest.TestCase):
         self.assertGreater(small_table("[below]\nlambert_albedo = 0.3").reflection(0.9, 0.1, 1, 1, 0), 0.2)
         self.assertTrue(table.bind(2.1, 0.9, clamp=True).clamped)
         self.refused("one number or three, got 2", table.bind, [1, 1.5], 0.9)
+        for look_up in (lambda **named: table.reflection(0.9, 1, 1, 1, 0, **named), lambda **named: table.bind(1, 0.9, **named)):
+            self.refused("mixture must be 1 or left out of a table that mixes nothing, got 0.3", look_up, mixture=0.3)
+            self.refused("mixture must be one number, got [0, 1]", look_up, mixture=[0, 1])
+            self.refused("g must be one number, got [0.1, 0.2]", look_up, family={"g": [0.1, 0.2]})
+            look_up(mixture=1)
         self.refused("law must be blinn or hapke, got wide", table.bind, 1, 0.9, opposition="wide")
         self.refused("albedo must be in [0, 1], got 1.5", stratus.solve, HG, 1.5, 1, 1, 1, 0)
         self.refused("cos_scattering_angle must be in [-1, 1], got 2", stratus.PhaseFunction(HG), 2)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import each
+from ._arrays import each, number
 from ._errors import builtin_errors, text_or_path, warn
 from ._phase import PhaseFunction, as_phase_function
 from ._slice import Bsdf, Opposition, Slice, effects_dict, make_medium
@@ -97,14 +97,19 @@ class Table:
 
     def _member(self, mixture: float | None, family: Mapping[str, float] | None) -> list[float]:
         """A value for each axis of the family; not-a-number where none is given."""
-        given = dict(family or {})
-        if mixture is not None:
-            given.setdefault("mixture", mixture)
         names = list(self._own.axes())
         names = names[: names.index("albedo")]
-        unknown = set(family or {}) - set(names)
+        given = {name: number("Table", name, value) for name, value in (family or {}).items()}
+        unknown = set(given) - set(names)
         if unknown:
             raise ValueError(f"family must be of {', '.join(names) or 'no parameters, of this table'}, got {min(unknown)}")
+        share = 1.0 if mixture is None else number("Table", "mixture", mixture)
+        if share != 1 and "mixture" not in names:
+            raise ValueError(f"mixture must be 1 or left out of a table that mixes nothing, got {share:g}")
+        if share != 1 and "mixture" in given:
+            raise ValueError(f"mixture must be given once, got {share:g} and {given['mixture']:g} of family")
+        if mixture is not None:
+            given.setdefault("mixture", share)
         return [given.get(name, float("nan")) for name in names]
 
     def _look_up(self, transmitted: bool, at: tuple[ArrayLike, ...], member: list[float], single: bool, multiple: bool) -> Any:

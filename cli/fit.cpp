@@ -375,13 +375,13 @@ void run_fit(const FitCommand& command) {
 }
 
 void add_model_options(CLI::App& fit, FitCommand& command) {
-    fit.add_option("--table", command.table,
-                   "Baked table that predicts all orders, .h5, .exr or .stratus");
+    add_file(fit, "--table", command.table,
+             "Baked table that predicts all orders, .h5, .exr or .stratus");
     add_max_memory(fit, command.reading);
-    add_file(fit, "--phase", command.phase,
+    add_text(fit, "--phase", command.phase, "a phase function",
              "Without a table: the phase function. All orders are solved at the rows' own "
              "geometries, some seconds a radius");
-    add_file(fit, "--second-phase", command.second_phase,
+    add_text(fit, "--second-phase", command.second_phase, "a phase function",
              "Phase function of the second kind of particles, whose albedo is w2");
     fit.add_flag("--single", command.single,
                  "Light scattered once alone, in closed form: the paper's own inversion");

@@ -68,9 +68,9 @@ CLI::Validator whole_number(long long min, long long max) {
     return {check, ""};
 }
 
-CLI::Validator file_name() {
-    const auto check = [](std::string& text) {
-        return text.empty() ? refusal("the name of a file", text) : std::string();
+CLI::Validator not_empty(const std::string& allowed) {
+    const auto check = [=](std::string& text) {
+        return text.empty() ? refusal(allowed, text) : std::string();
     };
     return {check, ""};
 }
@@ -147,8 +147,8 @@ void add_density_and_opposition(CLI::App& command, std::string& density, std::st
                     "particles, N per cubed unit of R: every order sees the depth "
                     "tau / (1 - density)")
         ->capture_default_str();
-    command.add_option(
-        "--opposition", opposition,
+    add_text(
+        command, "--opposition", opposition, "blinn or hapke",
         "How single scattering brightens towards the light: blinn or hapke, as wide as the density "
         "makes it, or hapke:width=0.05,amplitude=0.8 or one of these two. Default: not at all");
 }
@@ -232,7 +232,7 @@ PackedTable read_member(const char* caller, const std::string& path, const ReadO
 }
 
 void add_drop(CLI::App& command, std::string& names) {
-    add_file(command, "--drop", names,
+    add_text(command, "--drop", names, "names of effects",
              "Effects to leave out whatever they change, even those that the scene names: "
              "NAME[,NAME]");
 }

@@ -31,8 +31,8 @@ CLI::Validator number_in(const NumberRange& interval);
 /// A decimal whole number in [min, max].
 CLI::Validator whole_number(long long min, long long max);
 
-/// Anything but the empty text that a script passes when its variable is unset.
-CLI::Validator file_name();
+/// Anything but the empty text that a script passes when its variable is unset. `allowed` names what is meant.
+CLI::Validator not_empty(const std::string& allowed);
 
 /// Registers a command, which calls `run` with its options once these are parsed. Returns the command and the options.
 template <class Options, class Run>
@@ -44,11 +44,18 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
     return {*command, *options};
 }
 
+/// Adds an argument or an option for a text, or several, which `allowed` names: "a phase function".
+template <class Texts>
+CLI::Option* add_text(CLI::App& command, const std::string& name, Texts& texts,
+                      const std::string& allowed, const std::string& help) {
+    return command.add_option(name, texts, help)->check(not_empty(allowed));
+}
+
 /// Adds an argument or an option that names a file, or several.
 template <class Paths>
 CLI::Option* add_file(CLI::App& command, const std::string& name, Paths& paths,
                       const std::string& help) {
-    return command.add_option(name, paths, help)->check(file_name());
+    return add_text(command, name, paths, "the name of a file", help);
 }
 
 /// Adds an option for a whole number in [min, max].

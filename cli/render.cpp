@@ -267,13 +267,13 @@ void add_render(CLI::App& app) {
              "plan` has recipes, for light paths or colours with tables of their own, or "
              "fewer that serve several")
         ->allow_extra_args(false);
-    add_file(command, "--frames", options.frames,
+    add_text(command, "--frames", options.frames, "frames, as A:B",
              "Frames A to B of the scene's [animation], as A:B; the output's name has their "
              "number in place of %d, or %04d. Default: the first alone");
     add_max_memory(command, options.reading);
     std::string names;
     for (const auto& effect : scene_effects()) names += std::string(", ") + effect.first;
-    add_file(command, "--effects", options.effects,
+    add_text(command, "--effects", options.effects, "names of effects",
              "Effects, instead of the scene's own: all" + names + "; -NAME switches one off");
     add_drop(command, options.drop);
     add_cache(command, options.cache);

@@ -167,7 +167,8 @@ void add_shader(CLI::App& app) {
                     "glsl (ES 3.00, 4.50), hlsl, osl, or cpp (C++17)")
         ->required()
         ->check(CLI::IsMember(shader_language_names()));
-    command.add_option("-o,--output", options.folder, "Folder to write into; made if missing")
+    add_text(command, "-o,--output", options.folder, "the name of a folder",
+             "Folder to write into; made if missing")
         ->required();
     add_numbers(command, "--optical-depth", options.optical_depth, "[0, inf]",
                 "Also bind one layer, of this depth, [0, inf]; one, or three with commas");

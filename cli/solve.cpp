@@ -280,7 +280,8 @@ void run_solve(SolveCommand command) {
 }
 
 void add_layer_options(CLI::App& solve, SolveCommand& command) {
-    solve.add_option("--phase", command.phase, "Phase function, one of\n" + phase_function_help());
+    add_text(solve, "--phase", command.phase, "a phase function",
+             "Phase function, one of\n" + phase_function_help());
     const CLI::Validator albedo =
         number("in [0, 1], or phase_function", [](double w) { return w >= 0 && w <= 1; });
     solve
@@ -293,10 +294,9 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
         .add_option("--optical-depth", command.request.optical_depth,
                     "Vertical optical depth, [0, inf]")
         ->check(number_in("[0, inf]"));
-    solve
-        .add_option("--over", command.over,
-                    "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +
-                        ground_help())
+    add_text(solve, "--over", command.over, "a ground",
+             "The ground that the layer lies on: albedo of a Lambert surface, [0, 1], or\n" +
+                 ground_help())
         ->type_name("GROUND");
     add_accuracy(solve, command.request.nodes, command.request.tolerance, command.accept,
                  ". Default of other schemes: classic 32, h-function 64, markov 16");

@@ -186,7 +186,7 @@ void add_info(CLI::App& app) {
     const auto [command, options] = add_command<InfoOptions>(
         app, "info", "Show what a table holds and how it was made", run_info);
     add_table(command, options.table);
-    command.add_option("--picture", options.picture, "Portrait of the table to draw, .png");
+    add_file(command, "--picture", options.picture, "Portrait of the table to draw, .png");
     add_max_memory(command, options.reading);
     command.footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
 }
@@ -272,8 +272,8 @@ void add_seal(CLI::App& app) {
         app, "seal",
         "Write a table that was changed on purpose with checksums of what it holds now", run_seal);
     command.add_option("TABLE", options.input, "Table that was changed, .h5 or .exr")->required();
-    command.add_option("-o,--output", options.output,
-                       "File to write, .h5 or .exr. Default: TABLE itself");
+    add_file(command, "-o,--output", options.output,
+             "File to write, .h5 or .exr. Default: TABLE itself");
     add_max_memory(command, options.reading);
     command.footer(
         "What it holds must be a valid table. Its measured error is still that of the bake; see\n"

@@ -90,6 +90,7 @@ expect_refused(
     "--density thick => --density | number=N,radius=R | got thick",
     "--density 1 => --density | [0, 1) | got 1",
     "--opposition moon => --opposition | blinn or hapke | got moon",
+    "--opposition '' => --opposition | blinn or hapke, got nothing",
     "--opposition blinn => --opposition | --density above 0",
     "--opposition hapke:width=0 => width | (0, inf) | got 0", prefix="eval full.h5 --query query.csv ")
 

@@ -174,6 +174,8 @@ def expect_bad(arguments, *rows):
     expect_refused("fit bad.csv " + arguments)
 
 
+expect_bad("--table '' --phase isotropic => --table | the name of a file, got nothing", *lines)
+expect_bad("--phase '' => --phase | a phase function, got nothing")
 expect_bad("--table mixed.h5 => bad.csv | at least 3 | free parameter | got 2", *lines[:3])
 expect_bad("--table mixed.h5 => bad.csv | at least 3 | got 1 of 3", read("bins.csv") + "0.5,0.5,0,0.1,0.01,3")
 expect_bad("--table mixed.h5 => brightness / sigma | [-1e100, 1e100] | got inf", *lines, "0.5,0.5,0,1e308,0.01")

@@ -29,6 +29,7 @@ expect_refused(
     "table.txt => table.txt | .h5 | .exr",
     "full.h5 --picture full.gif => info | --picture | .png | got full.gif",
     "full.h5 --picture full.h5 => full.h5 | another",
+    "full.h5 --picture '' => --picture | the name of a file, got nothing",
     "full.h5 --max-memory 0 => --max-memory | 0",
     "full.h5 --max-memory 1.5 => --max-memory | 1.5", prefix="info ")
 expect_refused("absent.h5 => absent.h5", "foreign.h5 => foreign.h5", "full.h5 --picture absent/full.png => absent/full.png",

@@ -208,6 +208,9 @@ expect_refused(
     *(f"--width '{value}' => --width | in [0, 16384] | got {value or 'nothing'}" for value in ("-1", "16385", "x", "")),
     "--threads 1025 => --threads | in [0, 1024]",
     "--cache-limit -1 => --cache-limit | in [0, | got -1",
+    "--drop '' => --drop: must be names of effects, got nothing",
+    "--effects '' => --effects: must be names of effects, got nothing",
+    "--frames '' => --frames: must be frames, as A:B, got nothing",
     "--effects shadow => unknown effect 'shadow' | 'shadows'",
     "--table rayleigh.h5 --table blue.h5 => --table | that the scene needs | number 2", prefix="render slab.toml -o a.png ")
 expect_refused(

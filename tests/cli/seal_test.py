@@ -27,6 +27,7 @@ expect_ok("info changed.exr", out=changed)
 expect_refused(
     "table.txt => TABLE | .h5 | .exr | table.txt",
     "full.stratus => TABLE | .h5 | .exr | full.stratus",
+    "full.h5 -o '' => --output | the name of a file, got nothing",
     "full.h5 -o new.txt => --output | .h5 | .exr | new.txt", prefix="seal ")
 Path("short.h5").write_bytes(Path("full.h5").read_bytes()[:1000])
 Path("other.exr").write_bytes(table.replace(b"stratus-table", b"stratus-chair"))

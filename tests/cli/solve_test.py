@@ -338,6 +338,8 @@ for option, allowed, values in [
         ("--nodes", "in [1, 512]", ["0", "513", "2.5", "99999999999999999999"]),
         ("--mu-in", "in (0, 1]", ["0", "1.0001", "x"]),
         ("--query", "the name of a file", [""]),
+        ("--phase", "a phase function", [""]),
+        ("--over", "a ground", [""]),
         ("--output", "the name of a file", [""])]:
     for value in values:
         options = {"--phase": "isotropic", "--albedo": "0.9", "--optical-depth": "1", option: f"'{value}'"}
@@ -360,7 +362,7 @@ expect_refused(
 
 layer = "solve --albedo 0.9 --optical-depth 1 --phase "
 write("table.csv", "phase_angle_deg,value", "0,1", "90,-0.5", "180,1")
-expect_refused("henyey_greenstein:g=1 => g must be in (-1, 1) | got 1", "'' => got ''",
+expect_refused("henyey_greenstein:g=1 => g must be in (-1, 1) | got 1",
                "tabulated:file=table.csv => value | table.csv, line 3 | at least 0 | got -0.5", prefix=layer)
 expect_refused("tabulated:file=absent.csv => absent.csv", "moments:file=phases => phases", prefix=layer, code=1)
 

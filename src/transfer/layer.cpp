@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -69,9 +70,21 @@ void check(const LayerMode& above, const LayerMode& below, int nodes) {
 
 MatrixXd symmetric(const MatrixXd& K) { return (K + K.transpose()) / 2; }
 
+using Factor = Eigen::PartialPivLU<MatrixXd>;
+
+/// I - Q, factored. Where two layers keep all light between them it may be singular to the last bit;
+/// Q is then short of a rounding error.
+Factor factored_rest(const MatrixXd& Q) {
+    const auto I = MatrixXd::Identity(Q.rows(), Q.cols());
+    Factor factor(I - Q);
+    if ((factor.matrixLU().diagonal().array() == 0).any())
+        factor.compute(I - (1 - std::numeric_limits<double>::epsilon()) * Q);
+    return factor;
+}
+
 /// Interreflection between two layers: solves (I - Q) X = F, Q = R* R or R R*.
-template <class Factor>
-BeamMatrix between(const Factor& I_minus_Q, const MatrixXd& Q, const BeamMatrix& F, int nodes) {
+template <class Solver>
+BeamMatrix between(const Solver& I_minus_Q, const MatrixXd& Q, const BeamMatrix& F, int nodes) {
     MatrixXd K = F.K + Q * F.d.asDiagonal();
     K += Q.leftCols(nodes) * MatrixXd(I_minus_Q.solve(K.topRows(nodes)));
     return {F.d, K};
@@ -82,14 +95,14 @@ BeamMatrix between(const Factor& I_minus_Q, const MatrixXd& Q, const BeamMatrix&
 struct Interreflection {
     BeamMatrix R, R_star;
     MatrixXd Q;
-    Eigen::PartialPivLU<MatrixXd> factor;  // of I - Q
+    Factor factor;  // of I - Q
     BeamMatrix D, U;
 
     Interreflection(const LayerMode& above, const LayerMode& below, int N)
         : R{VectorXd::Zero(above.beam.size()), below.reflection},
           R_star{R.d, above.reflection_below},
           Q(product(R_star, R, N).K),
-          factor(MatrixXd::Identity(N, N) - Q.topLeftCorner(N, N)),
+          factor(factored_rest(Q.topLeftCorner(N, N))),
           D(between(factor, Q, {above.beam, above.transmission}, N)),
           U(product(R, D, N)) {}
 };
@@ -127,9 +140,7 @@ MatrixXd diffuse_flux_between(const LayerMode& above, const LayerMode& below,
     const int N = nodes;
     const MatrixXd bounce = below.reflection.leftCols(N) * above.reflection_below.topRows(N);
     // weights^T (I - R* R)^-1 T from the left: a few vectors instead of matrices.
-    const MatrixXd inner = MatrixXd(MatrixXd::Identity(N, N) - bounce.topLeftCorner(N, N))
-                               .partialPivLu()
-                               .solve(weights.topRows(N));
+    const MatrixXd inner = factored_rest(bounce.topLeftCorner(N, N)).solve(weights.topRows(N));
     return above.beam.asDiagonal() * (bounce.leftCols(N) * inner) +
            above.transmission.topRows(N).transpose() * inner;
 }

@@ -65,6 +65,21 @@ TEST(Ground, AbsorbsAllThatALayerWithoutAbsorptionDoesNotReflect) {
     }
 }
 
+TEST(Ground, KeepsAllLightBetweenAWhiteSurfaceAndAWhiteLayerOfAnyDepth) {
+    // From 1e16 on, I - R* R is singular to the last bit at some of these nodes.
+    for (const double g : {-0.5, 0.0, 0.75})
+        for (const int nodes : {1, 4, 16})
+            for (const double depth : {1e10, 1e17, 1e30, 1e300}) {
+                SolverOptions options;
+                options.nodes = nodes;
+                const StackSolution solved =
+                    solve_stack({{PhaseFunction::henyey_greenstein(g), 1, depth}},
+                                LowerBoundary::surface(1), mu, options);
+                EXPECT_NEAR(solved.spherical_albedo, 1, 1e-12) << g << ' ' << nodes << ' ' << depth;
+                EXPECT_GT(solved.reflection(0, 2, 0.2).total, 0);
+            }
+}
+
 TEST(Ground, LeavesReflectionReciprocal) {
     for (const char* text : laws) {
         const StackSolution solved = solve_stack(haze_over_air(0.9), read_ground(text), mu);

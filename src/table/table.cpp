@@ -145,9 +145,10 @@ void work_out_weights(Table& table) {
     const std::size_t albedos = table.albedo.values.size();
     for (std::size_t a = 0; a < table.member_count() * albedos; ++a)
         for (const double depth : table.optical_depth.values) {
-            // Samples of albedo 0 are 0, whatever they are multiplied by.
+            // Samples grow as the square of a small albedo: those of a tiny one are 0, divided or not.
+            constexpr double tiny = 1e-15;
             const double sampled = table.albedo.values[a % albedos];
-            const double albedo = sampled > 0 && !table.is_stack() ? sampled : 1;
+            const double albedo = sampled > tiny && !table.is_stack() ? sampled : 1;
             const double exponent = table.diffusion_exponent[a];
             const double length = table.extrapolation_lengths[a / albedos];
             table.reflection_weight.push_back(

@@ -71,6 +71,15 @@ TEST(PackedBake, InterpolatesDeepLayersDownToAlbedo0) {
         "albedo_scale = 'fourth_root_of_complement'\n");
 }
 
+TEST(PackedBake, InterpolatesFromAlbedosWhoseLightNoFloatHolds) {
+    for (const char* const darkest : {"1e-30", "1e-300"})
+        expect_met(std::string("phase_function = 'henyey_greenstein:g=-0.7'\n"
+                               "tolerance = 2e-3\n"
+                               "optical_depth = { min = 0.5, max = 2 }\n"
+                               "albedo = { max = 1e-3, min = ") +
+                   darkest + " }\n");
+}
+
 TEST(PackedBake, HoldsTheFaintLightOfAStackUnderABlackLayer) {
     expect_met(
         "tolerance = 1e-2\n"

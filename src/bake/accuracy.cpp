@@ -66,12 +66,21 @@ double error_floor(const LayerSolution& solution, Side side) {
     return std::max(0.01 * max, min_value);
 }
 
+namespace {
+
+/// How many of some samples are at least a share of them.
+std::size_t count_of(const std::vector<ErrorSample>& samples, double share) {
+    constexpr double rounding = 1e-12;
+    return static_cast<std::size_t>(
+        std::ceil(share * static_cast<double>(samples.size()) * (1 - rounding)));
+}
+
+}  // namespace
+
 double error_quantile(std::vector<ErrorSample>& samples, double share) {
     if (samples.empty()) return 0;
     std::ranges::sort(samples, {}, &ErrorSample::error);
-    return samples[static_cast<std::size_t>(
-                       std::ceil(share * static_cast<double>(samples.size() - 1)))]
-        .error;
+    return samples[std::max<std::size_t>(1, count_of(samples, share)) - 1].error;
 }
 
 bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0) >= 40; }
@@ -85,7 +94,7 @@ bool are_within(const std::vector<ErrorSample>& some, double tolerance, double s
     const auto count = std::count_if(some.begin(), some.end(), [&](const ErrorSample& sample) {
         return sample.error <= tolerance;
     });
-    return static_cast<double>(count) >= share * static_cast<double>(some.size());
+    return static_cast<std::size_t>(count) >= count_of(some, share);
 }
 
 }  // namespace

@@ -35,6 +35,21 @@ TEST(ErrorQuantile, BoundsItsShareOfErrors) {
     EXPECT_EQ(error_quantile(samples, 0.9991), 1) << "the next one, not the one before";
 }
 
+TEST(ErrorQuantile, IsWithinToleranceWhereThatShareIs) {
+    for (const std::size_t count : {1u, 2u, 99u, 100u, 999u, 1000u, 1001u, 2000u, 4000u, 7000u})
+        for (const std::size_t beyond : {0u, 1u, 2u, 3u, 4u, 5u, 7u, 8u}) {
+            if (beyond > count) continue;
+            std::vector<double> errors(count, 1e-3);
+            std::fill(errors.end() - static_cast<std::ptrdiff_t>(beyond), errors.end(), 2e-3);
+            Verification verification;
+            verification.samples = samples_with(errors);
+            EXPECT_EQ(verification.meets(1e-3), 1000 * beyond <= count)
+                << beyond << " of " << count;
+            EXPECT_EQ(error_quantile(verification.samples, 0.999) <= 1e-3, 1000 * beyond <= count)
+                << beyond << " of " << count;
+        }
+}
+
 TEST(ErrorQuantile, IsZeroWithoutSamples) {
     std::vector<ErrorSample> none;
     EXPECT_EQ(error_quantile(none, 0.5), 0);

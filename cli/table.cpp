@@ -431,9 +431,8 @@ void add_verify(CLI::App& app) {
         "it, all within five times it. Peaked phase functions are also judged at points drawn near "
         "forward and at grazing pairs of directions, 99 % of either within it; of a narrow peak "
         "(Henyey-Greenstein: g from 0.84 on) directions with a cosine below 0.15 are shown apart "
-        "and not judged. Over an ocean or an RPV ground both kinds are shown, and judged only if "
-        "the "
-        "phase function is peaked.\nExample:\n"
+        "and not judged. Over an ocean or an RPV ground both kinds are shown, and judged only "
+        "if the phase function is peaked.\nExample:\n"
         "  stratus verify saturn_rings.h5 --samples 2000");
 }
 

@@ -75,6 +75,14 @@ std::size_t count_of(const std::vector<ErrorSample>& samples, double share) {
         std::ceil(share * static_cast<double>(samples.size()) * (1 - rounding)));
 }
 
+/// True where at least a share of the errors is within a tolerance.
+bool are_within(const std::vector<ErrorSample>& some, double tolerance, double share) {
+    const auto count = std::count_if(some.begin(), some.end(), [&](const ErrorSample& sample) {
+        return sample.error <= tolerance;
+    });
+    return static_cast<std::size_t>(count) >= count_of(some, share);
+}
+
 }  // namespace
 
 double error_quantile(std::vector<ErrorSample>& samples, double share) {
@@ -86,18 +94,6 @@ double error_quantile(std::vector<ErrorSample>& samples, double share) {
 bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0) >= 40; }
 
 int reference_nodes(int nodes) { return std::min(512, nodes + std::max(8, nodes / 2)); }
-
-namespace {
-
-/// True where at least a share of the errors is within a tolerance.
-bool are_within(const std::vector<ErrorSample>& some, double tolerance, double share) {
-    const auto count = std::count_if(some.begin(), some.end(), [&](const ErrorSample& sample) {
-        return sample.error <= tolerance;
-    });
-    return static_cast<std::size_t>(count) >= count_of(some, share);
-}
-
-}  // namespace
 
 bool Verification::meets_between_peaks(double tolerance) const {
     return are_within(samples, tolerance, 0.999) &&

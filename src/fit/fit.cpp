@@ -68,42 +68,61 @@ constexpr double two_sigma = 4;
 
 /// The limit, between the best depth and an edge, of the depths that fit within two standard
 /// deviations with the best of all others for each; none when the edge fits too. By bisection.
-std::optional<double> limit_of_depth(const Problem& problem, const Minimum& best, int depth,
-                                     double edge) {
-    const auto excess = [&](double place) {
+std::optional<Problem::Point> limit_of_depth(const Problem& problem, const Minimum& best, int depth,
+                                             double edge) {
+    const auto at_depth = [&](double place) {
         Problem::Point at = best.at;
         at[depth] = place;
-        return descend(problem, at, depth).chi_square - best.chi_square;
+        return descend(problem, at, depth);
     };
-    if (excess(edge) <= two_sigma) return {};
-    double inside = best.at[depth], outside = edge;
+    const auto fits = [&](const Minimum& other) {
+        return other.chi_square - best.chi_square <= two_sigma;
+    };
+    if (fits(at_depth(edge))) return {};
+    Problem::Point limit = best.at;
+    double outside = edge;
     for (int halving = 0; halving < 12; ++halving) {
-        const double middle = (inside + outside) / 2;
-        (excess(middle) <= two_sigma ? inside : outside) = middle;
+        const Minimum middle = at_depth((limit[depth] + outside) / 2);
+        if (fits(middle))
+            limit = middle.at;
+        else
+            outside = middle.at[depth];
     }
-    return problem.space.value(depth, inside);
+    return limit;
 }
 
 /// The depth is not determined when two standard deviations reach an edge of its range; it may
-/// still be limited from the other side.
-void remark_on_depth(const Problem& problem, const Minimum& best, double log_sigma, Fit& fit) {
+/// still be limited from the other side. Returns its limits where it is known to less than a tenth.
+std::vector<Problem::Point> remark_on_depth(const Problem& problem, const Minimum& best,
+                                            double log_sigma, Fit& fit) {
     constexpr double well_known = 0.1;  // of ln depth: no other edge is within reach
     const int depth = problem.space.place(fit_optical_depth);
-    if (depth < 0 || log_sigma < well_known) return;
-    const std::optional<double> min_depth = limit_of_depth(problem, best, depth, 0);
-    const std::optional<double> max_depth = limit_of_depth(problem, best, depth, 1);
-    if (min_depth && max_depth) return;
+    if (depth < 0 || log_sigma < well_known) return {};
+    const auto lowest = limit_of_depth(problem, best, depth, 0),
+               highest = limit_of_depth(problem, best, depth, 1);
+    std::vector<Problem::Point> limits;
+    for (const auto& limit : {lowest, highest})
+        if (limit) limits.push_back(*limit);
+    if (limits.size() == 2) return limits;
     std::string range = "anywhere in its range";
-    if (min_depth) range = "above " + short_number(*min_depth, 3);
-    if (max_depth) range = "below " + short_number(*max_depth, 3);
+    const auto text = [&](const Problem::Point& limit) {
+        return short_number(problem.space.value(depth, limit[depth]), 3);
+    };
+    if (lowest) range = "above " + text(*lowest);
+    if (highest) range = "below " + text(*highest);
     fit.remarks.push_back("optical_depth not determined by these geometries (" + range + ")");
+    return limits;
 }
 
 /// Names the albedos and parameters of phase functions that change along an axis of the covariance
-/// that is too long: two such standard deviations span half of all values.
-void remark_on_particles(const Problem& problem, const MatrixXd& covariance, Fit& fit) {
+/// that is too long, or from the best fit to a limit of the depth: two such standard deviations span
+/// half of all values. Of a thin layer, whose albedo times depth alone is known, the covariance ends
+/// short of albedos that fit as well.
+void remark_on_particles(const Problem& problem, const Minimum& best, const MatrixXd& covariance,
+                         const std::vector<Problem::Point>& depth_limits, Fit& fit) {
     const auto names = fit_parameter_names(problem.model);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(covariance);
+    const LayerParameters layer = problem.space.layer(best.at);
     std::vector<std::string> list;
     for (std::size_t p = fit_w1; p < fit_parameters; ++p) {
         double furthest = 0;
@@ -111,6 +130,14 @@ void remark_on_particles(const Problem& problem, const MatrixXd& covariance, Fit
             furthest = std::max(furthest, std::sqrt(std::max(0.0, axes.eigenvalues()[k])) *
                                               std::abs(axes.eigenvectors()(index(p), k)));
         const double extent = p <= fit_w2 ? 1 : problem.space.extent(p);
+        for (const Problem::Point& limit : depth_limits) {  // two standard deviations away
+            const double there = problem.space.layer(limit).*layer_fields[p],
+                         here = layer.*layer_fields[p];
+            furthest = std::max(
+                furthest,
+                std::abs(problem.space.is_logarithm(p) ? std::log(there / here) : there - here) /
+                    2);
+        }
         if (extent > 0 && furthest > extent / 4) list.push_back(names[p]);
     }
     if (!list.empty())
@@ -165,9 +192,9 @@ void remark_on_chi_square(Fit& fit) {
 void add_remarks(const Problem& problem, const std::vector<Minimum>& minima,
                  const MatrixXd& covariance, Fit& fit) {
     const Minimum& best = minima.front();
-    remark_on_depth(problem, best, std::sqrt(covariance(fit_optical_depth, fit_optical_depth)),
-                    fit);
-    remark_on_particles(problem, covariance, fit);
+    const std::vector<Problem::Point> depth_limits = remark_on_depth(
+        problem, best, std::sqrt(covariance(fit_optical_depth, fit_optical_depth)), fit);
+    remark_on_particles(problem, best, covariance, depth_limits, fit);
     if (fit.remarks.empty()) remark_on_other_minima(problem, minima, fit);
     remark_on_edges(problem.space, best, fit);
     remark_on_chi_square(fit);

@@ -141,6 +141,31 @@ TEST(Fit, RemarksThatDepthAndAlbedoOfAThinLayerAreDegenerate) {
     EXPECT_NE(remark(fit, "optical_depth not determined by these geometries"), "");
 }
 
+// Only w tau is known of it, whose spread about a small w is far less than the values w may have.
+TEST(Fit, RemarksThatTheAlbedoOfAThinLayerIsOpenHoweverSmallItsDeviation) {
+    const auto model = single_scattering_model(PhaseFunction::henyey_greenstein(0.4), std::nullopt);
+    const std::vector<Observation> directions{{{0.3, 0.5, 0.5}, Light::reflected, 0, 1},
+                                              {{0.9, 0.4, 2}, Light::reflected, 0, 1},
+                                              {{0.5, 0.8, 1}, Light::transmitted, 0, 1},
+                                              {{0.7, 0.3, 3}, Light::transmitted, 0, 1}};
+    const auto seen = [&](const LayerParameters& layer, double noise) {
+        std::vector<Observation> observed = directions;
+        const std::vector<double> brightness = model->brightness(layer, observed);
+        for (std::size_t i = 0; i < observed.size(); ++i) {
+            observed[i].brightness = brightness[i];
+            observed[i].sigma = noise * brightness[i];
+        }
+        return observed;
+    };
+    const LayerParameters thin{0.01, 0.06, 0, 0.4};
+    const Fit open = fit_layer(*model, seen(thin, 0.007));
+    EXPECT_NEAR(open.w1().value, 0.06, 0.01);
+    EXPECT_LT(open.w1().sigma, 0.1);
+    EXPECT_NE(remark(open, "w not determined by these geometries"), "");
+    const Fit known = fit_layer(*model, seen(thin, 0.001));
+    EXPECT_TRUE(known.remarks.empty()) << known.remarks.front();
+}
+
 TEST(Fit, RemarksOnTheEdgeOfARange) {
     std::vector<Observation> views = seen_ring({0.6, 0.4, 1}, test::views(true));
     for (Observation& view : views)

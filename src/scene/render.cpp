@@ -118,14 +118,16 @@ std::vector<Vector3> sun_directions(const Scene& scene) {
     const Vector3 across =
         normalised(cross(scene.to_sun, upright ? Vector3{1, 0, 0} : Vector3{0, 0, 1}));
     const Vector3 along = cross(scene.to_sun, across);
-    // Vogel's spiral: uniform over the disk.
+    // Vogel's spiral, in even steps of the solid angle within it: 4 pi times sin^2(angle / 2).
     const double golden_angle = pi * (3 - std::sqrt(5.0));
     std::vector<Vector3> directions;
     for (int k = 0; k < count; ++k) {
-        const double radius = std::tan(scene.sun_diameter / 2) * std::sqrt((k + 0.5) / count);
-        directions.push_back(normalised(scene.to_sun +
-                                        radius * std::cos(k * golden_angle) * across +
-                                        radius * std::sin(k * golden_angle) * along));
+        const double angle =
+            2 * std::asin(std::sin(scene.sun_diameter / 4) * std::sqrt((k + 0.5) / count));
+        const Vector3 sideways =
+            std::cos(k * golden_angle) * across + std::sin(k * golden_angle) * along;
+        directions.push_back(
+            normalised(std::cos(angle) * scene.to_sun + std::sin(angle) * sideways));
     }
     return directions;
 }

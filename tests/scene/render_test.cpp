@@ -474,6 +474,22 @@ TEST(Sun, IsADiskOfDirections) {
     EXPECT_EQ(sun_directions(scene).size(), 1u);
 }
 
+// A disk that is equally bright in all directions to it: their cosines to its centre have equal steps.
+TEST(Sun, IsEquallyBrightFromCentreToRim) {
+    Scene scene = small_planet(30, 1, 1);
+    scene.sun_diameter = pi / 3;
+    double mean = 0, lowest = 1;
+    const auto suns = sun_directions(scene);
+    for (const Vector3& sun : suns) {
+        const double cosine = dot(sun, scene.to_sun);
+        EXPECT_NEAR(length(sun), 1, 1e-12);
+        mean += cosine / static_cast<double>(suns.size());
+        lowest = std::min(lowest, cosine);
+    }
+    EXPECT_NEAR(mean, (1 + std::cos(pi / 6)) / 2, 1e-12);
+    EXPECT_GT(lowest, std::cos(pi / 6));
+}
+
 TEST(Sun, BlursTheTerminator) {
     Scene scene = small_planet(90, 0, 1);
     the_planet(scene).surface.colour = {1, 1, 1};

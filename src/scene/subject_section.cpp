@@ -64,12 +64,15 @@ RingProfile trimmed(const RingProfile& whole, double inner, double outer) {
     return part;
 }
 
-/// Refuses a camera in the globe, from which rays meet nothing.
-void require_outside(const Section& root, Vector3 camera, double flattening) {
+/// Refuses a camera in the globe or in its shell, from which rays meet nothing.
+void require_outside(const Section& root, Vector3 camera, double flattening, double shell) {
     camera.z /= 1 - flattening;
-    root.section("camera").require(length(camera) > 1, "position",
-                                   "outside the planet, whose equatorial radius is 1",
-                                   short_number(length(camera)) + " of its radius from the middle");
+    const double top = 1 + shell;
+    std::string allowed = "outside the planet, whose equatorial radius is 1";
+    if (shell > 0) allowed += ", and its shell, which ends at " + short_number(top, 6);
+    root.section("camera").require(
+        length(camera) > top, "position", allowed,
+        short_number(length(camera), 6) + " of its radius from the middle");
 }
 
 }  // namespace
@@ -103,7 +106,7 @@ Rings read_rings(const Section& root, const Source& source, const Camera& camera
     rings.surface = read_surface(its, source);
     its.require(!rings.surface.mirror, "surface", "no ocean within rings", "wind");
     rings.flattening = section.number("flattening");
-    require_outside(root, camera.position, rings.flattening);
+    require_outside(root, camera.position, rings.flattening, 0);
     return rings;
 }
 
@@ -111,7 +114,7 @@ Planet read_planet(const Section& root, const Source& source, const Camera& came
     const Section section = root.section("planet");
     require_absent(section, "layer", "without [rings]: the layer of a planet alone is [layer]");
     Planet planet{read_surface(section, source), section.number("shell")};
-    require_outside(root, (1 / (1 + planet.shell)) * camera.position, 0);
+    require_outside(root, camera.position, 0, planet.shell);
     return planet;
 }
 

@@ -557,7 +557,8 @@ TEST(SceneFile, RefusesShellsBeyondTheirRange) {
     expect_scene_refusal(planet("opposition = { law = 'blinn', density = 0.1 }\n", "0.01"),
                          {"planet.shell", "0 where the layer is a stack or has an opposition"});
     std::string close = planet("", "0.02");
-    expect_scene_refusal(close.replace(close.find("1.04"), 4, "1.01"), "outside the planet");
+    expect_scene_refusal(close.replace(close.find("1.04"), 4, "1.01"),
+                         {"outside the planet", "its shell, which ends at 1.02", "got 1.01 of"});
 }
 
 TEST_F(RingProfileFile, NamesTheLineOfABadRow) {

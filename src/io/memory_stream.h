@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <stdexcept>
 #include <string_view>
 
@@ -75,9 +76,50 @@ class HeaderReader {
 
 constexpr std::int32_t multi_part = 0x1000;  // among the flags of a file
 
+/// Whether an attribute ends where its length says. OpenEXR reads as many bytes as the type needs, whatever
+/// length the file gives: if they differed, it would go on reading in the wrong place and allocate
+/// memory for lengths that were not checked.
+inline bool has_own_length(std::string_view type, std::string_view value) {
+    static const std::map<std::string_view, std::size_t> sizes{
+        {"box2f", 16},         {"box2i", 16},    {"chromaticities", 32},
+        {"compression", 1},    {"double", 8},    {"envmap", 1},
+        {"deepImageState", 1}, {"float", 4},     {"int", 4},
+        {"keycode", 28},       {"lineOrder", 1}, {"m33d", 72},
+        {"m33f", 36},          {"m44d", 128},    {"m44f", 64},
+        {"rational", 8},       {"tiledesc", 9},  {"timecode", 8},
+        {"v2d", 16},           {"v2f", 8},       {"v2i", 8},
+        {"v3d", 24},           {"v3f", 12},      {"v3i", 12}};
+    const auto found = sizes.find(type);
+    if (found != sizes.end()) return value.size() == found->second;
+    const auto integer_at = [&](std::size_t at) {
+        std::uint32_t number = 0;
+        if (at + sizeof number <= value.size()) std::memcpy(&number, &value[at], sizeof number);
+        return std::uint64_t{number};
+    };
+    std::size_t at = 0;
+    if (type == "chlist") {  // a name, a zero and 16 bytes of each channel; an empty name
+        constexpr std::size_t after_name = 17;
+        while (at < value.size() && value[at] != '\0')
+            at = std::min(value.find('\0', at), value.size()) + after_name;
+        return at + 1 == value.size();
+    }
+    if (type == "stringvector") {  // a length and as many bytes of each
+        while (at + sizeof(std::uint32_t) <= value.size())
+            at += sizeof(std::uint32_t) + static_cast<std::size_t>(integer_at(at));
+        return at == value.size();
+    }
+    if (type == "floatvector") return value.size() % sizeof(float) == 0;
+    if (type == "preview") {  // width, height and four bytes of each pixel
+        const std::uint64_t width = integer_at(0), height = integer_at(4);
+        return width <= value.size() && height <= value.size() &&
+               value.size() == 8 + 4 * width * height;
+    }
+    return true;  // OpenEXR goes by the length
+}
+
 /// Calls visit(part, name, type, value) for all attributes of a file's headers.
 ///
-/// Errors   std::runtime_error for lengths beyond the end of the file.
+/// Errors   std::runtime_error for lengths beyond the end of the file, or other than the type's.
 template <class Visit>
 void for_each_attribute(const Bytes& bytes, const Visit& visit) {
     HeaderReader header(bytes);
@@ -87,7 +129,10 @@ void for_each_attribute(const Bytes& bytes, const Visit& visit) {
             const std::string_view name = header.take_name(), type = header.take_name();
             const std::int32_t size = header.take_integer();
             if (size < 0) throw std::runtime_error("a header is damaged");
-            visit(part, name, type, header.take(static_cast<std::size_t>(size)));
+            const std::string_view value = header.take(static_cast<std::size_t>(size));
+            if (!has_own_length(type, value))
+                throw std::runtime_error("a header has an attribute of the wrong length");
+            visit(part, name, type, value);
         }
         header.take(1);
         ++part;

@@ -56,6 +56,21 @@ TEST(ExrImage, RefusesAttributesLongerThanTheFile) {
                  "a header is truncated or damaged");
 }
 
+// OpenEXR goes by the type: it would read on before or after the attribute's end.
+TEST(ExrImage, RefusesAttributesOfALengthThatIsNotTheirOwn) {
+    using namespace std::string_literals;
+    const TemporaryFolder folder;
+    const std::string longer = "\x09\0\0\0"s + std::string(9, '\0');
+    const std::string end = "\0name\0kind\0\0\0\0\x40"s;  // 1 GiB
+    for (const char* const type :
+         {"float", "v2f", "chlist", "preview", "stringvector", "floatvector"}) {
+        set_content(folder / "a.exr",
+                    "\x76\x2f\x31\x01\x02\0\0\0name\0"s + type + "\0"s + longer + end);
+        expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
+                     "a header has an attribute of the wrong length");
+    }
+}
+
 TEST(ExrImage, NamesAnUnreadableFile) {
     const TemporaryFolder folder;
     set_content(folder / "a.exr", "no picture");

@@ -141,10 +141,8 @@ void require_known(const TableView& view, const Points& at, const char* function
     require_all(at.azimuth, at.count, function, "azimuth", allowed_angle);
     const AxisView &albedo = view.albedo, &depth = view.optical_depth;
     require_within(at.albedo, at.count, function, "albedo", albedo.lowest, albedo.highest);
-    // Thinner layers than the first follow its law, but over a ground, a layer without end or as a stack.
     const bool extends =
-        !view.is_stack() &&
-        (!view.has_lower_boundary() || view.lower_boundary->kind == LowerBoundary::Kind::surface);
+        !view.is_stack() && !view.keeps_light();  // to thinner layers than the first
     require_within(at.optical_depth, at.count, function, "optical_depth",
                    depth.count == 0 ? infinity
                    : extends        ? 0

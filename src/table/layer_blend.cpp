@@ -255,11 +255,6 @@ std::string range_text(double min, double max) {
     return text.str();
 }
 
-/// True over a boundary whose light in the samples stays as the layer vanishes.
-bool keeps_light(const TableView& table) {
-    return table.has_lower_boundary() && table.lower_boundary->kind != LowerBoundary::Kind::surface;
-}
-
 }  // namespace
 
 bool holds(const AxisView& axis, double value) {
@@ -268,14 +263,14 @@ bool holds(const AxisView& axis, double value) {
 }
 
 bool is_scattered_once(const TableView& table, double albedo, double optical_depth) {
-    return !table.is_stack() && (albedo == 0 || optical_depth == 0) && !keeps_light(table);
+    return !table.is_stack() && (albedo == 0 || optical_depth == 0) && !table.keeps_light();
 }
 
 bool is_depth_known(const TableView& table, Side side, double albedo, double optical_depth) {
     const AxisView& depth = table.optical_depth;
     if (depth.count == 0) return optical_depth == infinity;
     if (holds(depth, optical_depth) || table.is_stack()) return holds(depth, optical_depth);
-    if (optical_depth < depth.lowest) return !keeps_light(table);
+    if (optical_depth < depth.lowest) return !table.keeps_light();
     if (depth.ends_at_infinity) return true;
     if (side == Side::transmission && optical_depth == infinity) return true;
     const LayerQuery deepest = make_query(table, albedo, depth.highest, table.members.member[0]);
@@ -285,7 +280,7 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
 
 std::string allowed_albedo(const TableView& table) {
     if (table.is_stack()) return shortest_text(table.albedo.lowest) + ", that of the stack";
-    const bool is_black_known = !keeps_light(table);
+    const bool is_black_known = !table.keeps_light();
     const AxisView& albedo = table.albedo;
     return (is_black_known && albedo.lowest > 0 ? "0 or " : "") +
            range_text(albedo.lowest, albedo.highest);
@@ -295,7 +290,7 @@ std::string allowed_depth(const TableView& table) {
     const AxisView& depth = table.optical_depth;
     if (depth.count == 0) return "inf, all that the table holds";
     if (table.is_stack()) return shortest_text(depth.lowest) + ", that of the stack";
-    const bool is_thin_known = !keeps_light(table);
+    const bool is_thin_known = !table.keeps_light();
     return range_text(is_thin_known ? 0 : depth.lowest, depth.highest) +
            (depth.ends_at_infinity ? " or inf" : "");
 }

@@ -89,6 +89,11 @@ struct TableView {
     bool has_lower_boundary() const noexcept {
         return lower_boundary != nullptr && lower_boundary->is_present();
     }
+    /// True over a boundary whose light in the samples stays as the layer vanishes: no law is known of
+    /// layers thinner than the samples'.
+    bool keeps_light() const noexcept {
+        return has_lower_boundary() && lower_boundary->kind != LowerBoundary::Kind::surface;
+    }
     bool has_family() const noexcept { return family != nullptr; }
     bool is_stack() const noexcept { return layers != nullptr; }
 

@@ -104,6 +104,15 @@ TEST_F(TamperedExr, RefusesAttributesOfTheWrongLength) {
     expect_refusal(bytes, "a header has an attribute of the wrong length");
 }
 
+TEST_F(TamperedExr, RefusesSeveralChannels) {
+    std::string bytes = whole;
+    const std::string start("channels\0chlist\0", 16);
+    const std::size_t at = bytes.find(start) + start.size();
+    const std::string channel = bytes.substr(at + 4, 18);
+    bytes.replace(at, 4 + 18, integers({2 * 18 + 1}) + channel + channel);
+    expect_refusal(bytes, "a part must have one channel, Y, of 32-bit floats");
+}
+
 TEST_F(TamperedExr, RefusesChannelsThatEndElsewhere) {
     expect_refusal(with_attribute(whole, "channels", "chlist", "YY"),
                    "a header has an attribute of the wrong length");

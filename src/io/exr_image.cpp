@@ -10,7 +10,10 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfTileDescription.h>
+#include <OpenEXR/ImfVersion.h>
 
+#include <cstdint>
 #include <stdexcept>
 
 namespace stratus {
@@ -34,6 +37,37 @@ void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer, const
         file.writePixels(header.dataWindow().max.y + 1);
     }  // the destructor completes the file
     write_content(path, stream.str());
+}
+
+/// Checks the sizes of pictures before OpenEXR opens them, and counts the memory that it then takes for
+/// a block of lines or a tile.
+void check_headers(io::MemoryInput& stream, int version, io::MemoryLimit& limit) {
+    constexpr std::uintmax_t lines = 256;  // of the largest blocks, those of DWAB
+    constexpr std::uintmax_t copies = 3;   // compressed, inflated and between the two
+    if (Imf::isNonImage(version)) throw std::runtime_error("a picture must not be deep");
+    stream.seekg(2 * sizeof version);
+    do {
+        Imf::Header header;
+        header.readFrom(stream, version);
+        if (header.readsNothing()) break;
+        const Imath::Box2i& window = header.dataWindow();
+        const auto side = [](std::int64_t count) {
+            if (count < 1 || count > max_side)
+                throw std::runtime_error(
+                    "width and height of a picture and of its tiles must be in [1, 16384]");
+            return static_cast<std::uintmax_t>(count);
+        };
+        std::uintmax_t pixels = lines * side(std::int64_t{window.max.x} - window.min.x + 1);
+        side(std::int64_t{window.max.y} - window.min.y + 1);
+        if (header.hasTileDescription()) {
+            const Imf::TileDescription& tile = header.tileDescription();
+            pixels += side(tile.xSize) * side(tile.ySize);
+        }
+        const Imf::ChannelList& has = header.channels();
+        for (auto channel = has.begin(); channel != has.end(); ++channel)
+            limit.take("a block of the picture", copies * sizeof(float) * pixels);
+    } while (Imf::isMultiPart(version));
+    stream.seekg(0);
 }
 
 }  // namespace
@@ -81,11 +115,10 @@ Image read_exr_image(const fs::path& path, std::uintmax_t max_memory) {
         const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR", limit);
         io::for_each_attribute(bytes, [](auto...) {});  // refuses lengths beyond the file's end
         io::MemoryInput stream(bytes, "picture");
+        check_headers(stream, io::HeaderReader(bytes).flags(), limit);
         Imf::InputFile file(stream);
         const Imath::Box2i window = file.header().dataWindow();
         const Imath::V2i size = window.max - window.min + Imath::V2i(1, 1);
-        if (size.x < 1 || size.y < 1 || size.x > max_side || size.y > max_side)
-            throw std::runtime_error("width and height of a picture must be in [1, 16384]");
         const Imf::ChannelList& has = file.header().channels();
         const bool grey = has.findChannel("Y") != nullptr;
         limit.take("the picture", 3 * sizeof(float) * static_cast<std::uintmax_t>(size.x) *

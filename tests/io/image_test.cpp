@@ -44,8 +44,34 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
         expect_holds(message, "more than the limit of ");
     };
     starts(refusal_of(file - 1), "reading the file needs ");
-    starts(refusal_of(file + pixels - 1), "reading the picture needs ");
-    EXPECT_EQ(read_exr_image(path, file + pixels).rgb, ramp().rgb);
+    const std::uintmax_t block = 3 * 256 * 5 * 3 * sizeof(float);
+    starts(refusal_of(file + block - 1), "reading a block of the picture needs ");
+    starts(refusal_of(file + block + pixels - 1), "reading the picture needs ");
+    EXPECT_EQ(read_exr_image(path, file + block + pixels).rgb, ramp().rgb);
+}
+
+// OpenEXR takes memory for lines as long as a header says when it opens a file.
+TEST(ExrImage, RefusesSizesBeforeItOpensAFile) {
+    using namespace std::string_literals;
+    const TemporaryFolder folder;
+    write_exr_image(ramp(), {}, folder / "a.exr");
+    const std::string picture = content(folder / "a.exr");
+    const std::string window = "dataWindow\0box2i\0\x10\0\0\0"s;
+    const std::size_t at = picture.find(window) + window.size();
+    std::string wide = picture, high = picture, empty = picture;
+    wide[at + 10] = '\x7f';
+    high[at + 14] = '\x7f';
+    empty[at + 3] = '\x7f';
+    for (const std::string& damaged : {wide, high, empty}) {
+        set_content(folder / "a.exr", damaged);
+        expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
+                     "width and height of a picture and of its tiles must be in [1, 16384]");
+    }
+    std::string deep = picture;
+    deep[5] = '\x08';
+    set_content(folder / "a.exr", deep);
+    expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
+                 "a picture must not be deep");
 }
 
 TEST(ExrImage, RefusesAttributesLongerThanTheFile) {

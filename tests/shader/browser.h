@@ -27,6 +27,15 @@ constexpr const char* page_end = R"page(
 window.onerror = (said) => { document.getElementById("light").textContent = said; };
 const out = document.getElementById("light");
 function tell(text) { out.textContent = text; throw new Error(text); }
+function read(name) {
+  const request = new XMLHttpRequest();
+  request.open("GET", name, false);
+  request.overrideMimeType("text/plain; charset=x-user-defined");  // a character a byte
+  request.send();
+  const bytes = new Uint8Array(request.response.length);
+  for (let n = 0; n < bytes.length; ++n) bytes[n] = request.response.charCodeAt(n);
+  return bytes.buffer;
+}
 const gl = document.createElement("canvas").getContext("webgl2");
 if (!gl) tell("no WebGL2");
 if (!gl.getExtension("EXT_color_buffer_float")) tell("no EXT_color_buffer_float");
@@ -42,8 +51,8 @@ for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fra
 gl.linkProgram(program);
 if (!gl.getProgramParameter(program, gl.LINK_STATUS)) tell(gl.getProgramInfoLog(program));
 gl.useProgram(program);
-textures.forEach(({name, width, height, depth, halves, texels}, unit) => {
-  const bytes = new Uint8Array(texels).buffer;
+textures.forEach(({name, width, height, depth, halves}, unit) => {
+  const bytes = read(name);
   gl.activeTexture(gl.TEXTURE0 + unit);
   gl.uniform1i(gl.getUniformLocation(program, name), unit);
   if (depth) {
@@ -110,11 +119,9 @@ inline void write_page(const std::vector<ShaderTexture>& textures,
     const auto put = [&](const std::string& name, int width, int height, bool halves,
                          const void* data, std::size_t bytes, int depth = 0) {
         page << "{name: '" << name << "', width: " << width << ", height: " << height
-             << ", depth: " << depth << ", halves: " << (halves ? "true" : "false")
-             << ", texels: [";
-        const auto* const first = static_cast<const unsigned char*>(data);
-        for (std::size_t n = 0; n < bytes; ++n) page << int{first[n]} << ',';
-        page << "]},\n";
+             << ", depth: " << depth << ", halves: " << (halves ? "true" : "false") << "},\n";
+        std::ofstream(path.parent_path() / name, std::ios::binary)
+            .write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
     };
     for (const ShaderTexture& of : textures)
         put(of.name, of.width, of.height, of.halves, of.bytes.data(), of.bytes.size(), of.depth);
@@ -128,7 +135,7 @@ inline std::string run_in_chromium(const std::filesystem::path& page,
                                    const std::filesystem::path& profile) {
     const std::string command =
         "chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
-        "--enable-unsafe-swiftshader --user-data-dir='" +
+        "--enable-unsafe-swiftshader --allow-file-access-from-files --user-data-dir='" +
         profile.string() + "' --dump-dom 'file://" + page.string() + "' 2>'" + profile.string() +
         ".log'";
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(::popen(command.c_str(), "r"),

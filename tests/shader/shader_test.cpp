@@ -259,6 +259,17 @@ INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayersOf,
                                          kinds()[8]),
                          row_name);
 
+TEST(Shader, CountsArgumentsOutOfRangeAsTheNearest) {
+    shader::AsCxx shader(shader_textures(PackedTable(pack(table_of(kinds()[4])))));
+    const auto single = [&](float albedo) {
+        return shader.stratus_single(STRATUS_REFLECTION, albedo, 1, 0.5f, 0.6f, 1);
+    };
+    EXPECT_EQ(single(1.5f), single(1));
+    EXPECT_EQ(single(-1), 0);
+    EXPECT_EQ(shader.stratus_phase(1.0000001f), shader.stratus_phase(1));
+    EXPECT_EQ(shader.stratus_phase(-1.0000001f), shader.stratus_phase(-1));
+}
+
 TEST(Shader, BindsLayersThatATableKnowsByLaw) {
     const PackedTable table(pack(table_of(kinds()[2])));
     const Medium<3> black_and_deep{{1, 12, infinity}, {0, 0.5, 0.5}};

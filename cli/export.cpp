@@ -151,7 +151,7 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
                 "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas");
     add_numbers(app, "--albedo", command.albedo, "[0, 1]",
                 "Its single-scattering albedo, [0, 1]; one, or three with commas");
-    app.add_option("--at", command.at, at_help(". Given three times, it is of red, green and blue"))
+    add_at(app, command.at, ". Given three times, it is of red, green and blue")
         ->allow_extra_args(false);  // or it would take TABLE too
     app.add_option("--over", command.over,
                    "The ground to put it on: albedo of a Lambert surface, [0, 1], one, or three "

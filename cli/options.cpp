@@ -188,12 +188,6 @@ double parameter_value(const std::string& text, PhaseParameter parameter) {
     return is_length && unit == "nm" ? value / 1000 : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string at_help(const std::string& more) {
-    return "Member of a table's family, such as radius=8,wavelength=0.55: all parameters that the "
-           "table varies (g, variance, mixture; radius and wavelength in um)" +
-           more;
-}
-
 FamilyPoint parse_point(const char* caller, const std::string& at, const FamilyAxes& family,
                         const std::string& path) {
     if (family.empty()) {

@@ -144,8 +144,14 @@ inline PackedTable read_packed_table(const std::string& path, const ReadOptions&
     return PackedTable(pack(read_table(path, options)));
 }
 
-/// Returns the help of --at. Where there are several, `more` says what they are for.
-std::string at_help(const std::string& more = "");
+/// Adds --at. Where there are several, `more` says what they are for.
+template <class Texts>
+CLI::Option* add_at(CLI::App& command, Texts& at, const std::string& more = "") {
+    return add_text(command, "--at", at, "a member, such as radius=8,wavelength=0.55",
+                    "Member of a table's family, such as radius=8,wavelength=0.55: all parameters "
+                    "that the table varies (g, variance, mixture; radius and wavelength in um)" +
+                        more);
+}
 
 /// The point that the option names, within the family; of a table without a family, none.
 ///

@@ -177,7 +177,7 @@ void add_shader(CLI::App& app) {
     command.add_flag("--filtered", options.filtered,
                      "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
                      "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
-    command.add_option("--at", options.at, at_help());
+    add_at(command, options.at);
     command.add_flag("--quiet", options.quiet, "No notes, no report of the size");
     add_max_memory(command, options.reading);
     command.footer(
@@ -219,7 +219,7 @@ void add_view(CLI::App& app) {
         app, "view", "Write a web page on which to look at a table", run_view);
     command.add_option("TABLE", options.table, "Table, .stratus, .h5 or .exr")->required();
     command.add_option("-o,--output", options.output, "File to write, .html")->required();
-    command.add_option("--at", options.at, at_help());
+    add_at(command, options.at);
     command.add_flag("--quiet", options.quiet, "Do not report the size");
     add_max_memory(command, options.reading);
     command.footer(

@@ -523,7 +523,8 @@ float stratus_single(int side, float albedo, float optical_depth, float mu_in, f
     float depth = stratus_depth(optical_depth);
     StratusPath path = stratus_path(side, mu_in, mu_out, azimuth);
     if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) return 0.0f;
-    return stratus_single_scattering(side, stratus_phases(side, path), albedo, depth, path);
+    return stratus_single_scattering(side, stratus_phases(side, path),
+                                     stratus_clamp(albedo, 0.0f, 1.0f), depth, path);
 }
 
 // Over a lower boundary, or of a stack: lit from above alone.
@@ -573,11 +574,12 @@ float stratus_direct(float optical_depth, float mu) {
 }
 
 float stratus_phase(float cos_theta) {
+    float cosine = stratus_clamp(cos_theta, -1.0f, 1.0f);
     StratusPath path;
     path.mu_in = 1.0f;
     path.mu_out = 1.0f;
-    path.forward = 1.0f - cos_theta;
-    path.backward = 1.0f + cos_theta;
+    path.forward = 1.0f - cosine;
+    path.backward = 1.0f + cosine;
     path.half_turn = 0.0f;
     return stratus_x(stratus_phases(STRATUS_TRANSMISSION, path));
 }

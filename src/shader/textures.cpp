@@ -1,5 +1,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/bsdf/bsdf.h>
+#include <stratus/layer/diffusion.h>
 #include <stratus/table/kernels/packed.h>
 #include <stratus/table/packed_block.h>
 
@@ -251,16 +252,34 @@ namespace {
 constexpr std::size_t layer_record_texels = 8;
 constexpr int colours = 3;
 
+/// The orders n >= 2 of a layer that a table knows by law, as a share of those of the nearest sampled one,
+/// which the text takes: none where nothing is scattered, and beyond the deepest sample those of diffusion.
+double share_by_law(const TableView& table, Side side, double exponent, double albedo,
+                    double optical_depth) {
+    if (albedo == 0 && !table.keeps_light()) return 0;
+    const AxisView& depths = table.optical_depth;
+    if (depths.ends_at_infinity || !(optical_depth > depths.highest)) return 1;
+    const auto at = [&](double depth) {
+        const auto scale = side == Side::reflection ? reflection_scale : transmission_scale;
+        return scale(depth, exponent, table.extrapolation_length);
+    };
+    const double deepest = at(depths.highest);
+    return deepest > 0 ? at(optical_depth) / deepest : 0;
+}
+
 /// The orders n >= 2 of the colours side by side. Returns the first texel.
-float append_orders(shader::AsCxx& lookup, std::size_t rows, Side side, const Medium<3>& medium,
-                    std::vector<vec4>& layer) {
-    const std::size_t first = layer.size();
+float append_orders(shader::AsCxx& lookup, const TableView& table, Side side,
+                    const Medium<3>& medium, std::vector<vec4>& layer) {
+    const std::size_t rows = FunctionLayout(table).rows(), first = layer.size();
     layer.resize(first + rows);
     for (int c = 0; c < colours; ++c) {
         const OrdersOfLayer of =
             orders_of_layer(lookup, rows, side, medium.albedo[c], medium.optical_depth[c]);
         component(layer[size(c)], 2) = of.exponent;
-        for (std::size_t row = 0; row < rows; ++row) component(layer[first + row], c) = of.sum[row];
+        const auto share = static_cast<float>(share_by_law(
+            table, side, double{of.exponent}, medium.albedo[c], medium.optical_depth[c]));
+        for (std::size_t row = 0; row < rows; ++row)
+            component(layer[first + row], c) = share * of.sum[row];
     }
     return exactly(first);
 }
@@ -323,11 +342,10 @@ ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
     for (int c = 0; c < colours; ++c)
         layer[size(c)] = {finite(medium.optical_depth[c]), static_cast<float>(medium.albedo[c]), 0,
                           0};
-    const std::size_t rows = FunctionLayout(view).rows();
     if (view.has_reflection())
-        layer[3].x = append_orders(lookup, rows, Side::reflection, medium, layer);
+        layer[3].x = append_orders(lookup, view, Side::reflection, medium, layer);
     if (view.has_transmission())
-        layer[3].y = append_orders(lookup, rows, Side::transmission, medium, layer);
+        layer[3].y = append_orders(lookup, view, Side::transmission, medium, layer);
     append_density(DirectionDensity(colours, [&](auto... arguments) { slice.eval(arguments...); }),
                    slice.is_one_sided(), layer);
     return texture("stratus_layer", layer);

@@ -77,6 +77,7 @@ expect_refused(
     "mixed.h5 --optical-depth 1 --albedo 1 => --at | given | as in mixture=0 | nothing",
     "stack.stratus --optical-depth 1 --albedo 1 => TABLE stack.stratus | one layer | .toml | a stack",
     "full.h5 --at g=0.5 --optical-depth 1 --albedo 1 => --at | left out | g=0.5",
+    "full.h5 --at '' --optical-depth 1 --albedo 1 => --at | a member | got nothing",
     "free.toml --at g=0.5 => --at | left out for a stack | g=0.5",
     "family.h5 --at g=0.5 --at g=0.4 --optical-depth 1 --albedo 1 => --at | three | 2",
     *(f"family.h5 --at g={g} --optical-depth 1 --albedo 1 => --at g | [0.3, 0.6] of the table | {g}" for g in ("0.7", "0.5um")),

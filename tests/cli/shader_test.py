@@ -107,6 +107,8 @@ expect_refused(
     "full.stratus --language glsl --optical-depth 1 --albedo 0.9,0.8 => --albedo | three",
     "full.stratus --language osl --optical-depth 1 --albedo 0.9 --filtered => --filtered | glsl or hlsl | osl",
     prefix="shader -o new ")
+expect_refused("shader full.stratus --at '' --language glsl -o new => --at | a member | got nothing",
+               "view full.stratus --at '' -o new.html => --at | a member | got nothing")
 expect_refused("shader full.stratus --language glsl -o '' => --output | the name of a folder, got nothing")
 expect_refused("shader absent.stratus --language glsl -o new => absent.stratus", code=1)
 if sanitized:

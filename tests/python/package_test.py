@@ -484,6 +484,11 @@ class Refusals(unittest.TestCase):
             self.refused("g must be one number, got [0.1, 0.2]", look_up, family={"g": [0.1, 0.2]})
             look_up(mixture=1)
         self.refused("law must be blinn or hapke, got wide", table.bind, 1, 0.9, opposition="wide")
+        for opposition in ("", ("hapke",), ("hapke", 0.1, 0.5, 1), (0.1, 0.5)):
+            self.refused("opposition must be a law, or (law, width[, amplitude]), got", table.bind, 1, 0.9, opposition=opposition)
+        self.refused("width must be a number", table.bind, 1, 0.9, opposition=("hapke", "wide"))
+        self.refused("bind: density must be a number", table.bind, 1, 0.9, density="thick")
+        self.refused("bind: density must be one number", table.bind, 1, 0.9, density=[0.1, 0.2])
         self.refused("albedo must be in [0, 1], got 1.5", stratus.solve, HG, 1.5, 1, 1, 1, 0)
         self.refused("cos_scattering_angle must be in [-1, 1], got 2", stratus.PhaseFunction(HG), 2)
         self.refused("packed", table.pack().save, "table.h5")

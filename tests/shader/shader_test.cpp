@@ -259,6 +259,41 @@ INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayersOf,
                                          kinds()[8]),
                          row_name);
 
+TEST(Shader, CountsArgumentsOutOfRangeAsTheNearest) {
+    shader::AsCxx shader(shader_textures(PackedTable(pack(table_of(kinds()[4])))));
+    const auto single = [&](float albedo) {
+        return shader.stratus_single(STRATUS_REFLECTION, albedo, 1, 0.5f, 0.6f, 1);
+    };
+    EXPECT_EQ(single(1.5f), single(1));
+    EXPECT_EQ(single(-1), 0);
+    EXPECT_EQ(shader.stratus_phase(1.0000001f), shader.stratus_phase(1));
+    EXPECT_EQ(shader.stratus_phase(-1.0000001f), shader.stratus_phase(-1));
+}
+
+TEST(Shader, BindsLayersThatATableKnowsByLaw) {
+    const PackedTable table(pack(table_of(kinds()[2])));
+    const Medium<3> black_and_deep{{1, 12, infinity}, {0, 0.5, 0.5}};
+    std::vector<ShaderTexture> textures = shader_textures(table);
+    textures.push_back(shader_layer(table, black_and_deep));
+    shader::AsCxx exact(textures);
+    shader::FilteredAsCxx filtered(filtered_layer(table, black_and_deep));
+    const RgbSlice slice(table.view(), black_and_deep);
+    for (const Lookup& at : random_lookups(table, 100))
+        for (const int side : {STRATUS_REFLECTION, STRATUS_TRANSMISSION}) {
+            const Rgb light =
+                slice.scattering(static_cast<Side>(side), at.mu_in, at.mu_out, at.azimuth);
+            const auto expect_light = [&](auto& text) {
+                const auto path = text.stratus_path(side, at.mu_in, at.mu_out, at.azimuth);
+                const auto [single, multiple] = text.stratus_layer_scattered(side, path);
+                EXPECT_NEAR(single.x + multiple.x, light.r, 5e-3 * double{light.r});
+                EXPECT_NEAR(single.y + multiple.y, light.g, 5e-3 * double{light.g});
+                EXPECT_NEAR(single.z + multiple.z, light.b, 5e-3 * double{light.b});
+            };
+            expect_light(exact);
+            expect_light(filtered);
+        }
+}
+
 /// Halves lose none of what peaks of light leave aside.
 TEST(Shader, FiltersThePathLawOfTheNarrowestPeaks) {
     Kind large = droplets;

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import broadcast, broadcast_vectors, in_shape
+from ._arrays import broadcast, broadcast_vectors, in_shape, number, shown
 
 Opposition = str | tuple[str, float] | tuple[str, float, float]
 
@@ -126,10 +126,11 @@ def opposition_parts(opposition: Opposition | None) -> tuple[str, float, float]:
     """Law, width and amplitude."""
     if opposition is None:
         return "", 0.0, 1.0
-    if isinstance(opposition, str):
-        return opposition, 0.0, 1.0
-    law, width, *amplitude = opposition
-    return law, float(width), float(amplitude[0]) if amplitude else 1.0
+    law, *numbers = (opposition, 0.0) if isinstance(opposition, str) else opposition
+    if not (isinstance(law, str) and law and 1 <= len(numbers) <= 2):
+        raise ValueError(f"opposition must be a law, or (law, width[, amplitude]), got {shown(opposition)}")
+    width, amplitude = (*numbers, 1.0)[:2]
+    return law, number("opposition", "width", width), number("opposition", "amplitude", amplitude)
 
 
 def effects_dict(
@@ -142,4 +143,4 @@ def effects_dict(
     opposition: Opposition | None = None,
 ) -> dict[str, Any]:
     return dict(single=single, multiple=multiple, reflection=reflection, transmission=transmission,
-                background=background, density=density, opposition=opposition_parts(opposition))
+                background=background, density=number("bind", "density", density), opposition=opposition_parts(opposition))

@@ -1,7 +1,7 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/transfer/stack.h>
 
@@ -293,6 +293,11 @@ template <class Solve>
 void solve_places(const std::vector<Geometry>& geometries, const std::vector<std::size_t>& places,
                   bool resolved, int patience, SolverOptions options, const Solve& solve,
                   SolvedGeometries& all) {
+    const NumberRange cosines = "[1e-100, 1]";
+    for (const auto& [mu_in, mu_out, azimuth] : geometries) {
+        for (const double mu : {mu_in, mu_out}) require_in(cosines, "solve", "mu", mu);
+        require(std::isfinite(azimuth), "solve", "azimuth", "finite", azimuth);
+    }
     int first_nodes = resolved ? fewest_nodes_of_peaks : fewest_nodes;
     for (std::size_t first = 0; first < places.size();) {
         Group group(geometries, places, first, resolved);

@@ -182,9 +182,7 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     for (SimdLayer<Number>* layer : {&steep, &grazing})
         for (Number** vector : {&layer->gap_diagonal, &layer->absorbed, &layer->uniform})
             *vector = memory.vector(layer->directions);
-    for (Number** of : {&groups_.U_columns, &groups_.V_columns}) *of = memory.rows(1, columns);
     for (Number*& of : groups_.columns) of = memory.rows(1, columns);
-    for (Number** of : {&groups_.U, &groups_.V}) *of = memory.rows(1, rows);
     for (Number*& of : groups_.rows) of = memory.rows(1, rows);
     for (Number*& of : groups_.squares) of = memory.rows(1, square);
 }

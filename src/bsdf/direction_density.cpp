@@ -142,24 +142,31 @@ double integral(const float* value) {
     return sum;
 }
 
+/// Calls cell(places of its four corners among the samples, value) for all values half-way between the
+/// samples.
+template <class Grid, class Cell>
+void for_each_cell(const std::vector<float>& half_way, const Cell& cell) {
+    constexpr std::size_t azimuths = size(Grid::azimuths),
+                          quarter_lines = size(Grid::quarter_lines);
+    auto met = half_way.begin();
+    for (std::size_t line = 0; met != half_way.end(); ++line) {
+        if (line % quarter_lines == quarter_lines - 1) continue;
+        for (std::size_t k = line * azimuths; k < (line + 1) * azimuths - 1; ++k)
+            cell({k, k + 1, k + azimuths, k + azimuths + 1}, *met++);
+    }
+}
+
 /// The samples of all channels, raised until straight lines between them do not cut off what lies
 /// half-way.
 template <class Grid>
 std::vector<float> raised(const std::vector<float>& value, const std::vector<float>& half_way) {
-    constexpr std::size_t azimuths = size(Grid::azimuths),
-                          quarter_lines = size(Grid::quarter_lines);
     std::vector<float> high = value;
-    auto met = half_way.begin();
-    for (std::size_t line = 0; line < value.size() / azimuths; ++line) {
-        if (line % quarter_lines == quarter_lines - 1) continue;
-        for (std::size_t k = line * azimuths; k < (line + 1) * azimuths - 1; ++k) {
-            const std::size_t corners[] = {k, k + 1, k + azimuths, k + azimuths + 1};
-            float mean = 0;
-            for (const std::size_t at : corners) mean += value[at] / 4;
-            const float factor = *met++ / std::max(mean, 1e-30f);
-            for (const std::size_t at : corners) high[at] = std::max(high[at], factor * value[at]);
-        }
-    }
+    for_each_cell<Grid>(half_way, [&](const std::array<std::size_t, 4>& corners, float here) {
+        float mean = 0;
+        for (const std::size_t at : corners) mean += value[at] / 4;
+        const float factor = here / std::max(mean, 1e-30f);
+        for (const std::size_t at : corners) high[at] = std::max(high[at], factor * value[at]);
+    });
     return high;
 }
 
@@ -212,22 +219,15 @@ Envelope envelope(int channels, const std::vector<float>& value, const std::vect
 /// Relative standard deviation of light over density, half-way between the samples `value`.
 template <class Grid>
 double deviation(const std::vector<float>& value, const std::vector<float>& half_way) {
-    constexpr int azimuths = Grid::azimuths;
     double sum = 0, density_sum = 0, squares = 0;
-    auto met = half_way.begin();
-    for (int line = 0; line < Grid::lines; ++line) {
-        if (line % Grid::quarter_lines == Grid::quarter_lines - 1) continue;
-        for (int k = 0; k < azimuths - 1; ++k) {
-            const float* const corner = &value[size(line * azimuths + k)];
-            const double density = (double{corner[0]} + double{corner[1]} +
-                                    double{corner[azimuths]} + double{corner[azimuths + 1]}) /
-                                   4;
-            const double here = double{*met++};
-            sum += here;
-            density_sum += density;
-            if (here > 0) squares += here * here / std::max(density, here * 1e-3);
-        }
-    }
+    for_each_cell<Grid>(half_way, [&](const std::array<std::size_t, 4>& corners, float light) {
+        const double here{light};
+        double density = 0;
+        for (const std::size_t at : corners) density += double{value[at]} / 4;
+        sum += here;
+        density_sum += density;
+        if (here > 0) squares += here * here / std::max(density, here * 1e-3);
+    });
     return sum > 0 ? std::sqrt(std::max(squares * density_sum / (sum * sum) - 1, 0.0)) : 0;
 }
 

@@ -1,7 +1,7 @@
 #include <stratus/bsdf/slice.h>
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/bsdf/any_slice.h>
 #include <stratus/layer/single_scattering.h>
@@ -78,10 +78,8 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
     : medium_(medium), sides_{std::make_unique<BoundSide>(), std::make_unique<BoundSide>()} {
     check_effects(effects);
     for (int c = 0; c < channels; ++c) {
-        require(medium.optical_depth[c] >= 0, bind_caller, "optical_depth", "in [0, inf]",
-                medium.optical_depth[c]);
-        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, bind_caller, "albedo", "in [0, 1]",
-                medium.albedo[c]);
+        require_in("[0, inf]", bind_caller, "optical_depth", medium.optical_depth[c]);
+        require_in("[0, 1]", bind_caller, "albedo", medium.albedo[c]);
         medium_.optical_depth[c] =
             effective_optical_depth(medium.optical_depth[c], effects.density);
     }
@@ -150,13 +148,15 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
     }
     if (effects.multiple) {
         has_all_directions_ = table.has_all_directions();
-        const auto take = [&](Side which, bool asked, bool held) {
-            if (!asked || !held) return;
+        for (const Side which : both_sides) {
+            const bool asked =
+                which == Side::reflection ? effects.reflection : effects.transmission;
+            const bool held =
+                which == Side::reflection ? table.has_reflection() : table.has_transmission();
+            if (!asked || !held) continue;
             check_coverage(table, which, outside);
             bind_orders(table, which);
-        };
-        take(Side::reflection, effects.reflection, table.has_reflection());
-        take(Side::transmission, effects.transmission, table.has_transmission());
+        }
         set_kernels();
     }
     if (effects.background && effects.multiple && table.diffuse_transmittance != nullptr)
@@ -201,26 +201,21 @@ void SliceOf<channels>::bind_layers(const std::vector<StackLayer>& layers, Side 
 
 template <int channels>
 void SliceOf<channels>::check_coverage(const TableView& table, Side which, OutsideTable outside) {
-    const auto check = [&](bool known, const char* argument, const auto& allowed, double value) {
-        if (known) return;
-        if (outside == OutsideTable::refuse)
-            require(false, bind_caller, argument, allowed(), value);
-        clamped_ = true;
+    const auto check = [&](bool known, const char* argument, const std::string& allowed,
+                           double value) {
+        require(known || outside == OutsideTable::clamp, bind_caller, argument, allowed, value);
+        if (!known) clamped_ = true;
     };
     for (std::size_t k = 0; k < table.chosen.size(); ++k) {
         const FamilyAxis& axis = (*table.family)[k];
-        check(
-            holds(axis, table.chosen[k]), axis.name(), [&] { return allowed_text(axis); },
-            table.chosen[k]);
+        check(holds(axis, table.chosen[k]), axis.name(), allowed_text(axis), table.chosen[k]);
     }
     for (int c = 0; c < channels; ++c) {
         const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
         if (is_scattered_once(table, albedo, depth)) continue;
-        check(
-            holds(table.albedo, albedo), "albedo", [&] { return allowed_albedo(table); }, albedo);
-        check(
-            is_depth_known(table, which, albedo, depth), "optical_depth",
-            [&] { return allowed_depth(table); }, depth);
+        check(holds(table.albedo, albedo), "albedo", allowed_albedo(table), albedo);
+        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth(table),
+              depth);
     }
 }
 
@@ -292,11 +287,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which) {
         for (float& sample : refined.sample) sample = std::max(sample, 0.0f);
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
-    side.view.symmetric = refined.symmetric;
-    side.view.cubic = refined.cubic;
-    side.view.columns = refined.columns;
-    side.view.azimuths = refined.azimuths;
-    side.view.places = refined.places;
+    static_cast<SampleShape&>(side.view) = refined;
 }
 
 template <int channels>
@@ -450,8 +441,15 @@ auto SliceOf<channels>::direct(float mu) const noexcept -> Value {
 template <int channels>
 auto SliceOf<channels>::background(float mu) const noexcept -> Value {
     return seen_through(mu, [&](int c, double cosine) {
-        return background_share(background_mu_, background_[size(c)], medium_.optical_depth[c],
-                                cosine);
+        const double depth = medium_.optical_depth[c], beam = direct_transmittance(depth, cosine);
+        const std::vector<float>& curve = background_[size(c)];
+        if (curve.empty()) return beam;
+        const Stencil stencil = background_mu_.stencil(cosine);
+        float ratio = 0;
+        for (int i = 0; i < std::min(stencil_size, background_mu_.count); ++i)
+            ratio += stencil.weight[i] * curve[size(stencil.first + i)];
+        return std::min(beam + intercepted_share(depth, cosine) * double{std::max(ratio, 0.0f)},
+                        1.0);
     });
 }
 

@@ -111,17 +111,4 @@ std::vector<float> SliceBackground::curve(double albedo, double optical_depth) c
     return shares;
 }
 
-float background_share(const AxisView& cosines, const std::vector<float>& curve,
-                       double optical_depth, double mu) noexcept {
-    double share = direct_transmittance(optical_depth, mu);
-    if (!curve.empty()) {
-        const Stencil stencil = cosines.stencil(mu);
-        float ratio = 0;
-        for (int i = 0; i < std::min(stencil_size, cosines.count); ++i)
-            ratio += stencil.weight[i] * curve[size(stencil.first + i)];
-        share += intercepted_share(optical_depth, mu) * double{std::max(ratio, 0.0f)};
-    }
-    return static_cast<float>(std::min(share, 1.0));
-}
-
 }  // namespace stratus

@@ -32,11 +32,8 @@ ChannelOrders find_orders(const TableView& table, Side which, double albedo, dou
 
 /// Orders n >= 2 over (mu_in, mu_out, azimuth, channel) as a slice reads them (kernels.h); cosines evenly
 /// spaced over sqrt(1 - mu) (1 - mu^(1/4) / 2).
-struct RefinedSamples {
+struct RefinedSamples : SampleShape {
     std::vector<float> sample;
-    bool symmetric, cubic;
-    int columns, azimuths;
-    SlicePlaces places;
 };
 
 /// All channels are refined alike.
@@ -66,9 +63,5 @@ class SliceBackground {
     // Order 1 of the layer, or of each of the stack's: added, or taken out of the table's.
     std::vector<SingleDiffuseTransmittance> order_1_;
 };
-
-/// The beam and the diffuse transmittance of a curve, at most 1.
-float background_share(const AxisView& cosines, const std::vector<float>& curve,
-                       double optical_depth, double mu) noexcept;
 
 }  // namespace stratus

@@ -1,6 +1,5 @@
 #include "slice_parts.h"
 
-#include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 #include <stratus/layer/single_scattering.h>
 
@@ -48,38 +47,46 @@ struct Sheet {
 
     Sheet(int a, int b, int c) : count{a, b, c}, value(size(a) * size(b) * size(c)) {}
 
-    float* row(int i, int j) {
-        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
-    }
-    const float* row(int i, int j) const {
-        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
-    }
+    int rows() const { return count[0] * count[1]; }
+    /// The n-th of all rows.
+    float* row(int n) { return &value[size(n) * size(count[2])]; }
+    const float* row(int n) const { return &value[size(n) * size(count[2])]; }
+    const float* row(int i, int j) const { return row(i * count[1] + j); }
 };
+
+/// Places of a slice along an axis, evenly spaced in the coordinate of its lookups, and the values there.
+struct EvenPlaces {
+    double first, step;
+    int intervals;
+    std::vector<double> value = {};
+};
+
+/// Cosines, from the table's largest to its smallest.
+EvenPlaces cosine_places(const AxisView& axis, int intervals) {
+    const double first = v_at(axis.highest);
+    EvenPlaces places{first, (v_at(axis.lowest) - first) / intervals, intervals};
+    for (int i = 0; i <= intervals; ++i) places.value.push_back(mu_at(first + places.step * i));
+    return places;
+}
+
+/// Azimuths over sin(azimuth / 2), between the ends of the table's.
+EvenPlaces azimuth_places(const AxisView& axis, int intervals) {
+    const double first = std::sin(axis.lowest / 2), length = std::sin(axis.highest / 2) - first;
+    EvenPlaces places{first, length / intervals, intervals};
+    for (int k = 0; k <= intervals; ++k)
+        places.value.push_back(2 * std::asin(std::min(1.0, first + length * k / intervals)));
+    return places;
+}
 
 /// Samples of an axis and their weights, for each place of a finer one.
 using Stencils = std::vector<Stencil>;
 
-/// Cosines of a slice, from the table's largest to its smallest.
-struct MuPlaces {
-    double first, step;
-    int intervals;
-    std::vector<double> cosine;
-
-    MuPlaces(const AxisView& axis, int intervals_)
-        : first(v_at(axis.highest)),
-          step((v_at(axis.lowest) - first) / intervals_),
-          intervals(intervals_) {
-        for (int i = 0; i <= intervals; ++i) cosine.push_back(mu_at(first + step * i));
-    }
-
-    double mu(int i) const { return cosine[size(i)]; }
-
-    Stencils stencils(const AxisView& axis) const {
-        Stencils all;
-        for (int i = 0; i <= intervals; ++i) all.push_back(axis.stencil(mu(i)));
-        return all;
-    }
-};
+Stencils stencils_at(const EvenPlaces& places, const AxisView& axis,
+                     Stencil (AxisView::*stencil)(double) const noexcept = &AxisView::stencil) {
+    Stencils all;
+    for (const double value : places.value) all.push_back((axis.*stencil)(value));
+    return all;
+}
 
 /// Fills the cells before and after `count` of a row, each of `numbers` and `step` apart, where `row` is the
 /// first: cubics of the outer intervals are those of their neighbours.
@@ -92,44 +99,18 @@ void extend(float* row, int count, std::size_t step, std::size_t numbers) {
     beyond(at(count + 1), at(count), at(count - 1), at(count - 2), at(count - 3));
 }
 
-/// Azimuths of a slice, evenly spaced over sin(azimuth / 2) between the ends of the table's.
-struct AzimuthPlaces {
-    double first, last;
-    int intervals;
-    std::vector<double> angle;
+/// Samples at azimuths, and one beyond either end, which is missing.
+void extend_azimuth(float* row, const EvenPlaces& around) {
+    extend(row, around.intervals + 1, 1, 1);
+    if (around.first == 0) row[0] = row[2];  // light is the same on both sides of azimuth 0
+}
 
-    /// With one beyond each end.
-    int count() const { return intervals + 3; }
-
-    AzimuthPlaces(const AxisView& axis, int intervals_)
-        : first(std::sin(axis.lowest / 2)),
-          last(std::sin(axis.highest / 2)),
-          intervals(intervals_) {
-        for (int k = 0; k <= intervals; ++k)
-            angle.push_back(2 * std::asin(std::min(1.0, first + (last - first) * k / intervals)));
-    }
-
-    double azimuth(int k) const { return angle[size(k)]; }
-
-    Stencils stencils(const AxisView& axis) const {
-        Stencils all;
-        for (int k = 0; k <= intervals; ++k) all.push_back(axis.mirrored_stencil(azimuth(k)));
-        return all;
-    }
-
-    /// Samples at `count` azimuths, of which those beyond the ends are missing.
-    void extend(float* row) const {
-        stratus::extend(row, intervals + 1, 1, 1);
-        if (first == 0) row[0] = row[2];  // light is the same on both sides of azimuth 0
-    }
-};
-
-/// How lookups find places along an axis whose samples lie `step` apart.
-void set_axis(SlicePlaces& places, int axis, double first, double step, int intervals) {
-    const double scale = step > 0 ? 1 / step : 0;
-    places.scale[axis] = static_cast<float>(scale);
-    places.offset[axis] = static_cast<float>(-first * scale);
-    places.last[axis] = static_cast<float>(intervals) * (1 - 1e-6f);
+/// How lookups find places along an axis.
+void set_axis(SlicePlaces& slice, int axis, const EvenPlaces& places) {
+    const double scale = places.step > 0 ? 1 / places.step : 0;
+    slice.scale[axis] = static_cast<float>(scale);
+    slice.offset[axis] = static_cast<float>(-places.first * scale);
+    slice.last[axis] = static_cast<float>(places.intervals) * (1 - 1e-6f);
 }
 
 /// The sum over a blend, as samples are stored: over (mu_in, mu_out, azimuth), to be multiplied by
@@ -160,16 +141,6 @@ Sheet summed(const TableView& table, const ChannelOrders& orders) {
 
 // Weights beyond a short axis are 0 and count as those of its last sample.
 
-/// Cubic along one axis: a row of `samples`.
-void refine_row(const float* from, int samples, const Stencils& stencils, float* to) {
-    const int last = std::min(stencil_size, samples) - 1;
-    for (const Stencil& stencil : stencils) {
-        const float *const at = from + stencil.first, *const weight = stencil.weight;
-        *to++ = weight[0] * at[0] + weight[1] * at[std::min(1, last)] +
-                weight[2] * at[std::min(2, last)] + weight[3] * at[last];
-    }
-}
-
 /// A row of values, the sum of four others: row(i) is that of sample i, out of `samples`.
 template <class Row>
 void sum_rows(const Stencil& stencil, int samples, int columns, const Row& row, float* to) {
@@ -181,34 +152,38 @@ void sum_rows(const Stencil& stencil, int samples, int columns, const Row& row, 
     for (int k = 0; k < columns; ++k) to[k] = a * p[k] + b * q[k] + c * r[k] + d * s[k];
 }
 
+/// Cubic along one axis: a row of `samples`.
+void refine_row(const float* from, int samples, const Stencils& stencils, float* to) {
+    for (const Stencil& stencil : stencils)
+        sum_rows(
+            stencil, samples, 1, [&](int i) { return from + i; }, to++);
+}
+
 /// Cubic along the azimuths of a sheet.
-Sheet refined_azimuth(const Sheet& sheet, const AzimuthPlaces& around, const AxisView& azimuths) {
-    const Stencils stencils = around.stencils(azimuths);
-    Sheet finer(sheet.count[0], sheet.count[1], around.count());
-    for (int i = 0; i < sheet.count[0]; ++i)
-        for (int j = 0; j < sheet.count[1]; ++j) {
-            refine_row(sheet.row(i, j), sheet.count[2], stencils, finer.row(i, j) + 1);
-            around.extend(finer.row(i, j));
-        }
+Sheet refined_azimuth(const Sheet& sheet, const EvenPlaces& around, const AxisView& azimuths) {
+    const Stencils stencils = stencils_at(around, azimuths, &AxisView::mirrored_stencil);
+    Sheet finer(sheet.count[0], sheet.count[1], around.intervals + 3);
+    for (int n = 0; n < sheet.rows(); ++n) {
+        refine_row(sheet.row(n), sheet.count[2], stencils, finer.row(n) + 1);
+        extend_azimuth(finer.row(n), around);
+    }
     return finer;
 }
 
 /// A sheet of every `step`-th azimuth.
 Sheet thinned_azimuth(const Sheet& sheet, int step) {
     Sheet thinner(sheet.count[0], sheet.count[1], (sheet.count[2] - 1) / step + 1);
-    for (int i = 0; i < sheet.count[0]; ++i)
-        for (int j = 0; j < sheet.count[1]; ++j)
-            for (int k = 0; k < thinner.count[2]; ++k)
-                thinner.row(i, j)[k] = sheet.row(i, j)[k * step];
+    for (int n = 0; n < sheet.rows(); ++n)
+        for (int k = 0; k < thinner.count[2]; ++k) thinner.row(n)[k] = sheet.row(n)[k * step];
     return thinner;
 }
 
 /// With the two cosines exchanged.
 Sheet transposed(const Sheet& sheet) {
     Sheet other(sheet.count[1], sheet.count[0], sheet.count[2]);
-    for (int i = 0; i < sheet.count[0]; ++i)
-        for (int j = 0; j < sheet.count[1]; ++j)
-            std::copy_n(sheet.row(i, j), sheet.count[2], other.row(j, i));
+    for (int n = 0; n < sheet.rows(); ++n)
+        std::copy_n(sheet.row(n), sheet.count[2],
+                    other.row(n % sheet.count[1] * sheet.count[0] + n / sheet.count[1]));
     return other;
 }
 
@@ -217,14 +192,13 @@ Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
     for (int i = 0; i < finer.count[0]; ++i)
         sum_rows(
             stencils[size(i)], sheet.count[0], sheet.count[1] * sheet.count[2],
-            [&](int k) { return sheet.row(k, 0); }, finer.row(i, 0));
+            [&](int k) { return sheet.row(k, 0); }, finer.row(i * sheet.count[1]));
     return finer;
 }
 
 /// Errors relative to the totals at the same places, which are spread evenly over the axes.
 class RelativeErrors {
   public:
-    void reserve(int count) { errors_.reserve(size(count)); }
     void add(double error, double total) { errors_.push_back({std::abs(error), total}); }
 
     /// Returns what 99.9 % of the errors stay below, relative to totals of at least `floor`.
@@ -281,11 +255,12 @@ class Refinement {
           single_(single),
           sheet_(summed(table, orders)) {
         if (!blend_.fades) return;
-        for (int i = 0; i < sheet_.count[0]; ++i)
-            for (int j = 0; j < sheet_.count[1]; ++j)
-                for (int k = 0; k < sheet_.count[2]; ++k)
-                    sheet_.row(i, j)[k] *= static_cast<float>(directional_factor(
-                        table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
+        for (int n = 0; n < sheet_.rows(); ++n) {
+            const auto factor = static_cast<float>(
+                directional_factor(table_, blend_, table_.mu_in.value(n / sheet_.count[1]),
+                                   table_.mu_out.value(n % sheet_.count[1])));
+            for (int k = 0; k < sheet_.count[2]; ++k) sheet_.row(n)[k] *= factor;
+        }
     }
 
     /// Errors between the probed samples along mu_in and mu_out, relative to R or T.
@@ -304,8 +279,8 @@ class Refinement {
     double azimuth_error(int probed) const {
         if (sheet_.count[2] < 2) return 0;
         RelativeErrors errors;
-        const AzimuthPlaces places(table_.azimuth, probed);
-        const Stencils stencils = places.stencils(table_.azimuth);
+        const EvenPlaces places = azimuth_places(table_.azimuth, probed);
+        const Stencils stencils = stencils_at(places, table_.azimuth, &AxisView::mirrored_stencil);
         constexpr int cosine_step = 3;
         std::vector<float> samples(size(probed + 1));
         float* const row = samples.data();
@@ -318,7 +293,7 @@ class Refinement {
                 refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row);
                 for (int k = 2; k + 1 < probed; ++k) {
                     const double total =
-                        double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
+                        double{row[k]} * factor + single_(channel_, in, out, places.value[size(k)]);
                     errors.add(cubic_error(row + k, 1) * factor, total);
                 }
             }
@@ -328,11 +303,12 @@ class Refinement {
 
     /// All samples, `stride` apart: row i over mu_in holds all mu_out by azimuth; for straight lines
     /// those up to i + 1 where the table is symmetric, for cubics with room for those beyond the ends.
-    void write(const MuPlaces& in, const MuPlaces& out, const AzimuthPlaces& around, bool cubic,
+    void write(const EvenPlaces& in, const EvenPlaces& out, const EvenPlaces& around, bool cubic,
                int stride, float* to) const {
-        const Stencils rows = in.stencils(table_.mu_in), columns = out.stencils(table_.mu_out);
+        const Stencils rows = stencils_at(in, table_.mu_in),
+                       columns = stencils_at(out, table_.mu_out);
         const bool azimuthal = sheet_.count[2] > 1;
-        const int azimuths = azimuthal ? around.count() : 1;
+        const int azimuths = azimuthal ? around.intervals + 3 : 1;
         const Sheet finer = azimuthal ? refined_azimuth(sheet_, around, table_.azimuth) : sheet_;
         Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
         const std::size_t cell_size = size(azimuths) * size(stride),
@@ -342,14 +318,14 @@ class Refinement {
             if (cubic) to = first + size(i + 1) * row_size + cell_size;
             sum_rows(
                 rows[size(i)], finer.count[0], finer.count[1] * azimuths,
-                [&](int k) { return finer.row(k, 0); }, row.row(0, 0));
+                [&](int k) { return finer.row(k, 0); }, row.row(0));
             // One column beyond the last of a symmetric row is never read.
             const int last = table_.is_symmetric() && !cubic ? i + 1 : out.intervals;
             for (int j = 0; j <= last; ++j) {
-                float* const sums = stride == 1 ? to : cell.row(0, 0);
+                float* const sums = stride == 1 ? to : cell.row(0);
                 sum_rows(
                     columns[size(std::min(j, out.intervals))], finer.count[1], azimuths,
-                    [&](int k) { return row.row(0, k); }, sums);
+                    [&](int k) { return row.row(k); }, sums);
                 if (stride > 1)
                     for (int k = 0; k < azimuths; ++k) to[k * stride] = sums[k];
                 to += cell_size;
@@ -370,13 +346,11 @@ class Refinement {
     /// horizon.
     double add_errors_along_mu(const Sheet& sheet, const AxisView& along, const AxisView& across,
                                MeasuredErrors& errors) const {
-        const MuPlaces places(along, probed_along_mu);
+        const EvenPlaces places = cosine_places(along, probed_along_mu);
         const int azimuth_step = std::max(1, (sheet.count[2] - 1) / 4);  // a few are enough
         const Sheet finer =
-            refined_in(thinned_azimuth(sheet, azimuth_step), places.stencils(along));
+            refined_in(thinned_azimuth(sheet, azimuth_step), stencils_at(places, along));
         const int columns = finer.count[2];
-        errors.lines.reserve(probed_along_mu * sheet.count[1] * columns);
-        errors.cubics.reserve(probed_along_mu * sheet.count[1] * columns);
         std::vector<double> others, shares, azimuths;
         for (int j = 0; j < sheet.count[1]; ++j) {
             others.push_back(across.value(j));
@@ -386,7 +360,7 @@ class Refinement {
             azimuths.push_back(table_.azimuth.value(k * azimuth_step));
         double largest = 0;
         for (int i = 1; i < probed_along_mu; ++i) {
-            const double mu = places.mu(i), share = divided_by(mu);
+            const double mu = places.value[size(i)], share = divided_by(mu);
             for (int j = 0; j < sheet.count[1]; ++j) {
                 const double other = others[size(j)], factor = share * shares[size(j)];
                 if (std::min(mu, other) < least_cosine()) continue;
@@ -448,12 +422,12 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
     refined.cubic = std::max(lines(error[0]), lines(error[1])) > most_lines;
     const auto along_mu = [&](const AxisView& axis, const CosineErrors& along) {
         if (axis.count < 2) return refined.cubic ? 3 : 1;
-        return refined.cubic ? intervals(cubics(probed_along_mu, along.cubics), fewest_along_mu,
-                                         most_cubics)
-                             : intervals(lines(along), fewest_along_mu, most_lines);
+        return refined.cubic
+                   ? intervals(cubics(probed_along_mu, along.cubics), fewest_along_mu, most_cubics)
+                   : intervals(lines(along), fewest_along_mu, most_lines);
     };
-    const MuPlaces in(table.mu_in, along_mu(table.mu_in, error[0]));
-    const MuPlaces out(table.mu_out, along_mu(table.mu_out, error[1]));
+    const EvenPlaces in = cosine_places(table.mu_in, along_mu(table.mu_in, error[0]));
+    const EvenPlaces out = cosine_places(table.mu_out, along_mu(table.mu_out, error[1]));
     // Intervals too coarse to tell are halved: a rainbow may lie between two samples.
     double along_azimuth = 0;
     for (int probed = 32; probed <= max_along_azimuth; probed *= 2) {
@@ -463,15 +437,15 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
         along_azimuth = cubics(probed, off);
         if (along_azimuth <= probed) break;
     }
-    const AzimuthPlaces around(
+    const EvenPlaces around = azimuth_places(
         table.azimuth, intervals(along_azimuth, fewest_along_azimuth, max_along_azimuth));
     refined.symmetric = table.is_symmetric();
     refined.columns = out.intervals + (refined.cubic ? 3 : 1);
-    refined.azimuths = table.azimuth.count < 2 ? 1 : around.count();
+    refined.azimuths = table.azimuth.count < 2 ? 1 : around.intervals + 3;
     // Rows 0 to `intervals`, the last one column short where they are symmetric, or one more at either end.
     const std::size_t rows = size(in.intervals + (refined.cubic ? 3 : 1));
-    const std::size_t cells = refined.symmetric && !refined.cubic ? rows * (rows + 3) / 2
-                                                                  : rows * size(refined.columns);
+    const std::size_t cells =
+        refined.symmetric && !refined.cubic ? rows * (rows + 3) / 2 : rows * size(refined.columns);
     refined.sample.resize(cells * size(refined.azimuths) * size(stride) + 1);
     float* const first = refined.sample.data();
     for (std::size_t c = 0; c < refinements.size(); ++c)
@@ -483,10 +457,9 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
             extend(first + size(i) * row_size, out.intervals + 1, cell_size, cell_size);
         extend(first, in.intervals + 1, row_size, row_size);
     }
-    set_axis(refined.places, 0, in.first, in.step, in.intervals);
-    set_axis(refined.places, 1, out.first, out.step, out.intervals);
-    set_axis(refined.places, 2, around.first, (around.last - around.first) / around.intervals,
-             around.intervals);
+    set_axis(refined.places, 0, in);
+    set_axis(refined.places, 1, out);
+    set_axis(refined.places, 2, around);
     return refined;
 }
 

@@ -216,7 +216,7 @@ class ProductSums {
 /// The Legendre moments, divided by the first, of values at Gauss nodes.
 std::vector<double> moments_at(const AtNodes& nodes, std::size_t count) {
     const std::size_t nodes_count = nodes.value.size();
-    std::vector<double> chi(count), before(nodes_count, 0.0), here(nodes_count);
+    std::vector<double> chi(count), before(nodes_count), here(nodes_count);
     for (std::size_t j = 0; j < nodes_count; ++j) here[j] = nodes.nodes.weight[j] * nodes.value[j];
     for (std::size_t l = 0; l < count; ++l) {
         const double order = static_cast<double>(l), share = order / (order + 1);
@@ -264,7 +264,7 @@ SphereScattering sphere_scattering(const std::vector<SphereSize>& spheres, Compl
         most_terms = std::max(most_terms, term_count(sphere.x));
     // The intensity is a polynomial of degree 2 most_terms in the cosine: so many nodes are exact.
     const std::size_t count = 2 * most_terms + 1;
-    AtNodes nodes{GaussLegendre(count), std::vector<double>(count, 0.0)};
+    AtNodes nodes{GaussLegendre(count), std::vector<double>(count)};
     constexpr std::size_t batch = 4 * mie_lanes;  // spheres whose rows are kept
     SphereRows rows(most_terms, batch);
     const bool many = spheres.size() > most_terms / 3;  // which way is faster

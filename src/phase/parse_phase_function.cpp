@@ -138,8 +138,7 @@ void turn_to_phase_angles(PhaseColumns& columns) {
         const std::string here = "scattering_angle_deg" + columns.row_name(i);
         require(i == 0 || angle[i] > angle[i - 1], Tabulated::kind.name, here,
                 "above the one before it", angle[i]);
-        require(angle[i] >= 0 && angle[i] <= 180, Tabulated::kind.name, here, "in [0, 180]",
-                angle[i]);
+        require_in("[0, 180]", Tabulated::kind.name, here, angle[i]);
     }
     for (double& degrees : angle) degrees = 180 - degrees;
     for (std::vector<double>& column : columns.values) std::reverse(column.begin(), column.end());
@@ -148,7 +147,7 @@ void turn_to_phase_angles(PhaseColumns& columns) {
     };
 }
 
-PhaseFunction read_tabulated(PhaseText& text, const std::string& file, Notes* notes) {
+PhaseFunction read_tabulated(PhaseText& text, const std::string& file, Notes& notes) {
     const Tabulated::Options options = Tabulated::read_options(text);
     PhaseColumns columns =
         text.read_file(file, {"phase_angle_deg or scattering_angle_deg", "value"});
@@ -156,27 +155,27 @@ PhaseFunction read_tabulated(PhaseText& text, const std::string& file, Notes* no
         turn_to_phase_angles(columns);
     Tabulated table(std::move(columns.values[0]), std::move(columns.values[1]), options,
                     columns.row_name);
-    if (notes != nullptr && std::abs(table.normalisation - 1) > 1e-9)
-        notes->push_back(columns.name + ": values were divided by their spherical mean " +
-                         shortest_text(1 / table.normalisation));
+    if (std::abs(table.normalisation - 1) > 1e-9)
+        notes.push_back(columns.name + ": values were divided by their spherical mean " +
+                        shortest_text(1 / table.normalisation));
     return PhaseFunction(std::move(table));
 }
 
-PhaseFunction read_moments(const PhaseText& text, const std::string& file, Notes* notes) {
+PhaseFunction read_moments(const PhaseText& text, const std::string& file, Notes& notes) {
     const PhaseColumns columns = text.read_file(file, {"l", "chi"});
     const std::vector<double>&order = columns.values[0], &chi = columns.values[1];
     for (std::size_t l = 0; l < order.size(); ++l)
         require(order[l] == static_cast<double>(l), Moments::kind.name, "l" + columns.row_name(l),
                 std::to_string(l) + " (0, 1, 2, ... in order)", order[l]);
     Moments moments(chi, columns.row_name);
-    if (notes != nullptr && chi[0] != 1)
-        notes->push_back(columns.name +
-                         ": moments were divided by chi_0 = " + shortest_text(chi[0]));
+    if (chi[0] != 1)
+        notes.push_back(columns.name +
+                        ": moments were divided by chi_0 = " + shortest_text(chi[0]));
     return PhaseFunction(std::move(moments));
 }
 
 /// One term with its weight, 1 where none is given.
-std::pair<double, PhaseFunction> read_part(PhaseText& text, Notes* notes) {
+std::pair<double, PhaseFunction> read_part(PhaseText& text, Notes& notes) {
     double weight = 1;
     if (text.accept_number(weight) && !text.accept('*'))
         text.refuse("'*' must follow the weight " + shortest_text(weight) + ", got '" +
@@ -196,8 +195,10 @@ std::pair<double, PhaseFunction> read_part(PhaseText& text, Notes* notes) {
 
 }  // namespace
 
-PhaseFunction parse_phase_function(const std::string& text, std::vector<std::string>* notes,
+PhaseFunction parse_phase_function(const std::string& text, std::vector<std::string>* told,
                                    const PhaseFileReader& read_file) {
+    Notes unread;
+    Notes& notes = told != nullptr ? *told : unread;
     PhaseText left{text, 0, read_file};
     std::vector<std::pair<double, PhaseFunction>> parts;
     double weights = 0;
@@ -209,11 +210,11 @@ PhaseFunction parse_phase_function(const std::string& text, std::vector<std::str
         left.refuse("'" + left.rest() + "' must be '+' and another phase function, or nothing");
     for (const auto& [weight, part] : parts)
         if (const auto* const table = std::get_if<Tabulated>(&part.terms()[0].second);
-            notes != nullptr && table != nullptr && !table->continuation().empty())
-            notes->push_back("tabulated: " + table->continuation());
-    if (notes != nullptr && std::abs(weights - 1) > 1e-9)
-        notes->push_back("'" + text + "': weights summed to " + shortest_text(weights) +
-                         " and were divided by it");
+            table != nullptr && !table->continuation().empty())
+            notes.push_back("tabulated: " + table->continuation());
+    if (std::abs(weights - 1) > 1e-9)
+        notes.push_back("'" + text + "': weights summed to " + shortest_text(weights) +
+                        " and were divided by it");
     return PhaseFunction::sum(parts);
 }
 

@@ -211,7 +211,7 @@ PathOrders::PathOrders(const PathLaw& law)
     const auto orders = size(order_count_ - 2), stride = size(angles_);
     std::vector<double> sums[2];  // of even and of odd moments, the latter odd in x, too
     for (std::vector<double>& sum : sums) sum.resize(orders * stride);
-    std::vector<double> x(stride), before(stride, 0.0), here(stride, 1.0);  // P_l-1 and P_l
+    std::vector<double> x(stride), before(stride), here(stride, 1.0);  // P_l-1 and P_l
     for (std::size_t k = 0; k < stride; ++k)
         x[k] = 1 - (octave_sample(offset_, angle_bits, static_cast<int>(k)) - double{offset_});
     for (std::size_t l = 0; l < chi.size(); ++l) {
@@ -270,7 +270,7 @@ double PathLaw::smooth_moment(std::size_t l) const noexcept {
 
 std::vector<double> PathLaw::legendre(const PathWeights& weights) const {
     const int orders = std::min(weights.count, order_count_);
-    std::vector<double> sum(orders > 2 ? legendre(2).size() : 0, 0.0);  // the most of any order
+    std::vector<double> sum(orders > 2 ? legendre(2).size() : 0);  // the most of any order
     for (int n = 2; n < orders; ++n) {
         const double weight = weights.of_order[n];
         const std::vector<double>& coefficients = legendre(n);
@@ -324,8 +324,8 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
     const auto depth = [](int d) {
         return octave_sample(depth_offset, depth_bits, d) - double{depth_offset};
     };
-    std::vector<float> weight(rows * orders * 2, 0.0f);
-    std::vector<int> used(rows, 0);
+    std::vector<float> weight(rows * orders * 2);
+    std::vector<int> used(rows);
     for (int d = 0; d <= depths_; ++d) {
         const bool is_limit = d == depths_, is_deep = !is_limit && depth(d) >= deep;
         const Meetings at(count, is_limit ? infinity : depth(d));

@@ -70,10 +70,6 @@ Stencil stencil_along(const FamilyAxis& axis, double value) noexcept {
     return {static_cast<int>(found - values.begin()), {1, 0, 0, 0}};
 }
 
-int samples_of_stencil(const FamilyAxis& axis) noexcept {
-    return axis.is_discrete ? 1 : std::min(axis.axis.view().count, stencil_size);
-}
-
 }  // namespace
 
 const char* parameter_name(PhaseParameter parameter) noexcept { return about(parameter).name; }
@@ -146,8 +142,8 @@ FamilyStencil family_stencil(const FamilyAxes& axes, const FamilyPoint& at) noex
     for (std::size_t k = 0; k < axes.size(); ++k) {
         const FamilyStencil before = all;
         const Stencil along = stencil_along(axes[k], at[k]);
-        const int count = samples_of_stencil(axes[k]);
         const auto samples = static_cast<int>(axes[k].axis.values.size());
+        const int count = axes[k].is_discrete ? 1 : std::min(samples, stencil_size);
         all.count = before.count * count;
         for (int n = 0; n < before.count; ++n)
             for (int s = 0; s < count; ++s) {

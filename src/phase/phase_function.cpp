@@ -27,9 +27,7 @@ struct TermText {
 
 // ---- kinds of a closed form
 
-Anisotropic::Anisotropic(double x_) : x(x_) {
-    require(std::abs(x) <= 1, kind.name, "x", "in [-1, 1]", x);
-}
+Anisotropic::Anisotropic(double x_) : x(x_) { require_in("[-1, 1]", kind.name, "x", x); }
 
 Anisotropic Anisotropic::read(PhaseText& text, const std::string&) {
     return Anisotropic(text.number("anisotropic: x"));
@@ -39,9 +37,7 @@ std::string Anisotropic::parameter_text() const { return "x=" + shortest_text(x)
 
 std::string Anisotropic::caption() const { return "anisotropic x = " + short_number(x, 3); }
 
-HenyeyGreenstein::HenyeyGreenstein(double g_) : g(g_) {
-    require(std::abs(g) < 1, kind.name, "g", "in (-1, 1)", g);
-}
+HenyeyGreenstein::HenyeyGreenstein(double g_) : g(g_) { require_in("(-1, 1)", kind.name, "g", g); }
 
 HenyeyGreenstein HenyeyGreenstein::read(PhaseText& text, const std::string&) {
     return HenyeyGreenstein(text.number("henyey_greenstein: g"));
@@ -104,7 +100,7 @@ double PhaseFunction::operator()(double cos_scattering_angle) const noexcept {
 
 std::vector<double> PhaseFunction::moments(int count) const {
     require(count >= 1, "moments", "count", "at least 1", count);
-    std::vector<double> chi(static_cast<std::size_t>(count), 0.0);
+    std::vector<double> chi(static_cast<std::size_t>(count));
     for (const auto& [weight, term] : terms_) {
         const std::vector<double> part =
             std::visit([&](const auto& kind) { return kind.moments(chi.size()); }, term);

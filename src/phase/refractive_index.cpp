@@ -115,8 +115,8 @@ std::complex<double> index_of_file(const PhaseColumns& columns, double wavelengt
                 "above 0 and finite", row.wavelength);
         require(i == 0 || row.wavelength > rows[i - 1].wavelength, "mie", "wavelength_um" + here,
                 "above the one before it", row.wavelength);
-        require(row.n > 0 && row.n <= 10, "mie", "n" + here, "in (0, 10]", row.n);
-        require(row.k >= 0 && row.k <= 10, "mie", "k" + here, "in [0, 10]", row.k);
+        require_in("(0, 10]", "mie", "n" + here, row.n);
+        require_in("[0, 10]", "mie", "k" + here, row.k);
     }
     require(rows.size() >= 2, "mie", "index file " + columns.name, "of at least 2 rows",
             rows.size());

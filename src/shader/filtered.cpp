@@ -130,9 +130,9 @@ std::vector<Light> random_light(Text& text, const TableView& table, bool bound) 
                             depths.count > 0
                                 ? std::exp(between(std::log(depths.lowest / 2), std::log(deepest)))
                                 : 1e30f;
-            const auto r = text.stratus_reflection(albedo, depth, mu_in, mu_out, turn),
-                       t = text.stratus_transmission(albedo, depth, mu_in, mu_out, turn);
-            all.insert(all.end(), {{r.single, r.multiple}, {t.single, t.multiple}});
+            for (const auto& of : {text.stratus_reflection(albedo, depth, mu_in, mu_out, turn),
+                                   text.stratus_transmission(albedo, depth, mu_in, mu_out, turn)})
+                all.push_back({of.single, of.multiple});
             continue;
         }
         for (const auto& of : {text.stratus_layer_reflection(mu_in, mu_out, turn),

@@ -5,11 +5,10 @@
 #include "shader_parts.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstring>
-#include <iomanip>
 #include <regex>
-#include <sstream>
 
 namespace stratus {
 namespace {
@@ -176,10 +175,11 @@ int stratus_exponent(float x) { return int(floor(log2(x))); }
 
 )";
 
-std::string number(float x) {
-    std::ostringstream text;
-    text << std::scientific << std::setprecision(8) << std::clamp(x, -3.4e38f, 3.4e38f);
-    return text.str();
+std::string number(float x) {  // in any locale
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, std::clamp(x, -3.4e38f, 3.4e38f),
+                                std::chars_format::scientific, 8)
+                      .ptr};
 }
 
 /// An array of texels, `name`.
@@ -292,8 +292,9 @@ const std::vector<std::string>& shader_language_names() {
 }
 
 std::string shader_text(ShaderLanguage language, const FilteredLight* filtered) {
+    const auto place = static_cast<std::size_t>(language);
     require(filtered == nullptr || language < ShaderLanguage::osl, "shader", "--filtered",
-            "with glsl or hlsl", shader_language_names()[static_cast<std::size_t>(language)]);
+            "with glsl or hlsl", shader_language_names()[place]);
     const char* const own[] = {glsl, hlsl, osl};
     std::string text;
     for (const char* const part : {single_shader, multiple_shader, layer_shader}) text += part;
@@ -302,9 +303,8 @@ std::string shader_text(ShaderLanguage language, const FilteredLight* filtered) 
         text = std::regex_replace(text, std::regex("([0-9])f\\b"), "$1");
     const std::size_t first_blank = text.find("\n\n") + 2;
     std::string before = text.substr(0, first_blank),
-                own_text =
-                    std::regex_replace(own[static_cast<std::size_t>(language)], std::regex("WIDTH"),
-                                       std::to_string(shader_texture_width));
+                own_text = std::regex_replace(own[place], std::regex("WIDTH"),
+                                              std::to_string(shader_texture_width));
     if (filtered != nullptr) {
         if (filtered->bound) before += "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n";
         if (filtered->textures.size() > 3) before += "#define STRATUS_FILTERED_PATH\n";

@@ -75,15 +75,13 @@ struct Texels {
 /// A cell's texel: first texels of its functions and coefficients, depths of a row of these and the
 /// first of them. Coefficients are counted from sample (0, 0) of the table.
 void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
-    const auto albedos = size(static_cast<int>(side.albedo.last) + 1),
-               depths = size(static_cast<int>(side.optical_depth.last) + 1),
-               first_cell = to.numbers.size();
-    const int words = side.functions / 4;
-    std::size_t blocks = 0;
-    for (std::size_t cell = 0; cell < albedos * depths; ++cell)
-        blocks = std::max(blocks, size(static_cast<int>(side.block_of_cell[cell])) + 1);
-    to.numbers.resize(first_cell + albedos * depths);
-    for (std::size_t b = 0; b < blocks; ++b) {
+    const int words = side.functions / 4, cells = (static_cast<int>(side.albedo.last) + 1) *
+                                                  (static_cast<int>(side.optical_depth.last) + 1);
+    const std::size_t first_cell = to.numbers.size();
+    to.numbers.resize(first_cell + size(cells));
+    const auto last =
+        static_cast<int>(*std::max_element(side.block_of_cell, side.block_of_cell + cells));
+    for (int b = 0; b <= last; ++b) {
         const LayerBlock& block = side.block[b];
         const auto function = exactly(to.function_texels());
         append_functions(side, rows, block, to.halves, to.functions);
@@ -94,10 +92,10 @@ void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
             const float* const four = block.coefficient + 4 * word;
             to.numbers.push_back({four[0], four[1], four[2], four[3]});
         }
-        for (std::size_t cell = 0; cell < albedos * depths; ++cell)
+        for (int cell = 0; cell < cells; ++cell)
             if (side.block_of_cell[cell] == exactly(b))
-                to.numbers[first_cell + cell] = {function, coefficient, exactly(block.depths),
-                                                 exactly(block.first_depth)};
+                to.numbers[first_cell + size(cell)] = {function, coefficient, exactly(block.depths),
+                                                       exactly(block.first_depth)};
     }
 }
 
@@ -124,8 +122,7 @@ vec4 append_layers(const TableView& view, std::vector<vec4>& numbers) {
         const StackLayer& layer = layers[k];
         const PhaseCurve curve(layer.phase_function);
         const std::array<vec4, 3> phase = of_phase(curve.view());
-        std::copy(phase.begin(), phase.end(),
-                  numbers.begin() + static_cast<std::ptrdiff_t>(first + 4 * k));
+        std::copy_n(phase.data(), phase.size(), &numbers[first + 4 * k]);
         numbers[first + 4 * k + 3] = {static_cast<float>(layer.albedo), finite(layer.optical_depth),
                                       exactly(numbers.size()), 0};
         append_phase(curve.view(), 1, numbers);
@@ -342,10 +339,11 @@ ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
     for (int c = 0; c < colours; ++c)
         layer[size(c)] = {finite(medium.optical_depth[c]), static_cast<float>(medium.albedo[c]), 0,
                           0};
-    if (view.has_reflection())
-        layer[3].x = append_orders(lookup, view, Side::reflection, medium, layer);
-    if (view.has_transmission())
-        layer[3].y = append_orders(lookup, view, Side::transmission, medium, layer);
+    for (const Side side : both_sides)
+        if (side == Side::reflection ? view.has_reflection() : view.has_transmission()) {
+            const float first = append_orders(lookup, view, side, medium, layer);
+            component(layer[3], static_cast<int>(side)) = first;
+        }
     append_density(DirectionDensity(colours, [&](auto... arguments) { slice.eval(arguments...); }),
                    slice.is_one_sided(), layer);
     return texture("stratus_layer", layer);

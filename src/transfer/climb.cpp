@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace stratus {
@@ -25,6 +27,21 @@ std::vector<int> modes_between(int first, int end) {
 
 namespace {
 
+/// Doubles a layer, of `depth` at least, until nothing changes any more. These doublings suffice: those up to
+/// depth 1, 56 more until the change is below rounding, and a reserve for g near 1.
+template <class Doubling>
+void double_to_infinity(Doubling& layer, double depth) {
+    const int most = 120 + std::max(0, -std::ilogb(depth));
+    for (int k = 0; !layer.is_converged(); ++k) {
+        if (k == most)
+            throw std::runtime_error("solve: infinite depth not reached after " +
+                                     std::to_string(most) + " doublings");
+        layer.double_depth();
+    }
+}
+
+void double_to_infinity(ClassicLayer& layer, double) { layer.double_to_infinity(); }
+
 /// Doubles a layer `doublings` times and calls record(depth, is_limit) at each depth of the ladder
 /// that is asked for. Once it returns true, no layer is doubled any more: is_limit.
 template <class Doubling, class Record>
@@ -36,7 +53,7 @@ void climb(Doubling& layer, int doublings, const DepthLadder& ladder, Record rec
         if (ladder.asks_for(depth)) is_limit = record(depth, is_limit);
     }
     if (!ladder.to_infinity || !ladder.asks_for(ladder.octaves)) return;
-    if (!is_limit) layer.double_to_infinity();
+    if (!is_limit) double_to_infinity(layer, ladder.first);
     record(ladder.octaves, is_limit);
 }
 
@@ -223,7 +240,7 @@ void climb_grazing(const ClimbTask& task, std::span<const int> modes, const Reco
                        return record(
                            mode, albedo, depth,
                            {all(layer.reflection, unscale), all(layer.transmission, unscale)},
-                           {all(kernels.same, 1), all(kernels.other, 1)});
+                           {all(kernels.reflection, 1), all(kernels.transmission, 1)});
                    });
 }
 

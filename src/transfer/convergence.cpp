@@ -21,7 +21,7 @@ void Convergence::add(std::vector<double> values) {
 
 std::vector<double> Convergence::changes(std::size_t level) const {
     const std::vector<double>&now = values_[level], &before = values_[level - 1];
-    std::vector<double> all(now.size(), 0.0);
+    std::vector<double> all(now.size());
     for (std::size_t i = 0; i < now.size(); ++i)
         if (now[i] != 0) all[i] = std::abs(now[i] - before[i]) / std::abs(now[i]);
     return all;

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+#include <tuple>
 #include <utility>
 
 namespace stratus {
@@ -182,9 +182,7 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     for (SimdLayer<Number>* layer : {&steep, &grazing})
         for (Number** vector : {&layer->gap_diagonal, &layer->absorbed, &layer->uniform})
             *vector = memory.vector(layer->directions);
-    for (Number** of : {&groups_.U_columns, &groups_.V_columns}) *of = memory.rows(1, columns);
     for (Number*& of : groups_.columns) of = memory.rows(1, columns);
-    for (Number** of : {&groups_.U, &groups_.V}) *of = memory.rows(1, rows);
     for (Number*& of : groups_.rows) of = memory.rows(1, rows);
     for (Number*& of : groups_.squares) of = memory.rows(1, square);
 }
@@ -273,17 +271,6 @@ bool DoublingLadder<Number>::is_converged() const {
 }
 
 template <class Number>
-void DoublingLadder<Number>::double_to_infinity() {
-    const int most = max_doublings_to_infinity(2 * extract_lane(doubled_[0]->half_depth, 0));
-    for (int k = 0; !is_converged(); ++k) {
-        if (k == most)
-            throw std::runtime_error("solve: infinite depth not reached after " +
-                                     std::to_string(most) + " doublings");
-        double_depth();
-    }
-}
-
-template <class Number>
 void DoublingLadder<Number>::extract() {
     if (doubled_.size() > 1) steps_.couple(groups_, layer_);
     steps_.extract(layer_);
@@ -291,53 +278,46 @@ void DoublingLadder<Number>::extract() {
 
 namespace {
 
-/// A matrix for each lane, of the elements value(i, j, lane) for i and j from `first` to before
-/// `end`: rows in turn, so that the cache holds one for all its lanes.
-template <class Value>
-std::vector<Eigen::MatrixXd> lane_matrices(int first, int end, int lanes, Value value) {
-    std::vector<Eigen::MatrixXd> matrices(size(lanes));
-    for (Eigen::MatrixXd& matrix : matrices) matrix.resize(end - first, end - first);
+/// Two matrices for each lane, of the pairs of elements values(i, j, lane) for i and j from `first` to
+/// before `end`: rows in turn, so that the cache holds one for all its lanes.
+template <class Values>
+std::vector<ModeMatrices> lane_matrices(int first, int end, int lanes, Values values) {
+    std::vector<ModeMatrices> all(size(lanes));
+    for (auto& [one, other] : all) {
+        one.resize(end - first, end - first);
+        other.resize(end - first, end - first);
+    }
     for (int i = first; i < end; ++i)
         for (int lane = 0; lane < lanes; ++lane) {
-            double* row = matrices[size(lane)].col(i - first).data();
-            for (int j = first; j < end; ++j) row[j - first] = value(i, j, lane);
+            auto& [one, other] = all[size(lane)];
+            for (int j = first; j < end; ++j)
+                std::tie(one(j - first, i - first), other(j - first, i - first)) =
+                    values(i, j, lane);
         }
-    return matrices;
+    return all;
 }
 
 }  // namespace
 
 template <class Number>
 std::vector<ModeMatrices> DoublingLadder<Number>::matrices() const {
-    const auto of = [this](const Number* K) {
-        return lane_matrices(first_, layer_.directions, tasks_, [=, this](int i, int j, int lane) {
-            return extract_lane(K[i * layer_.stride + j], lane);
-        });
-    };
-    auto reflection = of(layer_.reflection.K), transmission = of(layer_.transmission.K);
-    std::vector<ModeMatrices> all;
-    for (std::size_t lane = 0; lane < reflection.size(); ++lane)
-        all.push_back({std::move(reflection[lane]), std::move(transmission[lane])});
-    return all;
+    return lane_matrices(first_, layer_.directions, tasks_, [this](int i, int j, int lane) {
+        const long at = i * layer_.stride + j;
+        return std::pair(extract_lane(layer_.reflection.K[at], lane),
+                         extract_lane(layer_.transmission.K[at], lane));
+    });
 }
 
 template <class Number>
 std::vector<PhaseKernels> DoublingLadder<Number>::kernels() const {
     const Eigen::VectorXd unscale =
         (2 * directions_.mu.array() / directions_.s.array() / std::sqrt(2.0)).matrix();
-    const auto of = [&](double sign) {
-        return lane_matrices(first_, layer_.directions, tasks_, [&](int i, int j, int lane) {
-            const long at = i * layer_.stride + j;
-            const double even = extract_lane(layer_.scatter_even.K[at], lane);
-            const double odd = extract_lane(layer_.scatter_odd.K[at], lane);
-            return unscale(j) * even * unscale(i) + sign * (unscale(j) * odd * unscale(i));
-        });
-    };
-    auto same = of(1), other = of(-1);
-    std::vector<PhaseKernels> all;
-    for (std::size_t lane = 0; lane < same.size(); ++lane)
-        all.push_back({std::move(same[lane]), std::move(other[lane])});
-    return all;
+    return lane_matrices(first_, layer_.directions, tasks_, [&](int i, int j, int lane) {
+        const long at = i * layer_.stride + j;
+        const double even = unscale(j) * extract_lane(layer_.scatter_even.K[at], lane) * unscale(i);
+        const double odd = unscale(j) * extract_lane(layer_.scatter_odd.K[at], lane) * unscale(i);
+        return std::pair(even - odd, even + odd);
+    });
 }
 
 template class DoublingLadder<Pack>;

@@ -66,9 +66,6 @@ class DoublingLadder {
     /// as infinite.
     bool is_converged() const;
 
-    /// Doubles until `is_converged`.
-    void double_to_infinity();
-
     /// Computes R and T of all lanes at the current depth, which `matrices` then reads.
     void extract();
     std::vector<ModeMatrices> matrices() const;  // of each task

@@ -44,23 +44,6 @@ MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<cons
     return cosines.leftCols(terms.rows()) * terms;
 }
 
-/// Multiple scattering between two cosines at all azimuths of the table, in two parts; `rest` holds
-/// the Fourier series.
-struct MultipleParts {
-    std::span<double> path, rest;  // path: empty where it is not asked for
-};
-
-void split_multiple(const PathWeights& weights, std::span<const double> rest_of_path,
-                    const PairTable& table, const PathOrders& path_law,
-                    const MultipleParts& parts) {
-    const std::vector<double> along_path = sum_legendre(rest_of_path, table.cos_scattering_angle);
-    for (std::size_t k = 0; k < parts.rest.size(); ++k) parts.rest[k] += along_path[k];
-    for (std::size_t k = 0; k < parts.path.size(); ++k) {
-        const double cosine = table.cos_scattering_angle[k];
-        parts.path[k] = path_law(weights, 1 - cosine, 1 + cosine);
-    }
-}
-
 /// Makes the Fourier series all multiple scattering between mu(in) and mu(out), at all azimuths of
 /// the table.
 void add_corrections(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
@@ -187,18 +170,25 @@ GridValues evaluate_parts(const LayerSolution& solution, Side side, const Direct
         for (int j = first_out; j < grid.out_count(); ++j) {
             const int out = grid.pairs().out[size(j)];
             const std::size_t first = grid.at(i, j, 0);
-            const auto part = [&](auto& all) {
-                return all.empty() ? std::span(all) : std::span(all).subspan(first, azimuths);
-            };
-            std::ranges::copy(series.col(j - first_out), part(values.tabulated).begin());
+            const auto part = [&](auto& all) { return std::span(all).subspan(first, azimuths); };
+            const std::span<double> tabulated = part(values.tabulated);
             const PairTable table{part(grid.cos_scattering_angle(side)), part(grid.phase(side)),
                                   part(grid.boundary_phase())};
-            if (path_law != nullptr)
-                split_multiple(along_path[size(j - first_out)],
-                               {rest.col(j - first_out).data(), size(rest.rows())}, table,
-                               *path_law, {part(values.closed_form), part(values.tabulated)});
-            else
-                add_corrections(solution, side, in, out, table, part(values.tabulated));
+            std::ranges::copy(series.col(j - first_out), tabulated.begin());
+            if (path_law == nullptr) {
+                add_corrections(solution, side, in, out, table, tabulated);
+            } else {
+                const std::vector<double> along =
+                    sum_legendre({rest.col(j - first_out).data(), size(rest.rows())},
+                                 table.cos_scattering_angle);
+                for (std::size_t k = 0; k < azimuths; ++k) {
+                    tabulated[k] += along[k];
+                    const double cosine = table.cos_scattering_angle[k];
+                    if (asks_closed_form)
+                        values.closed_form[first + k] =
+                            (*path_law)(along_path[size(j - first_out)], 1 - cosine, 1 + cosine);
+                }
+            }
             const double ground = tabulated_boundary(solution, in, out);
             for (std::size_t at = first; at < first + azimuths && ground != 0; ++at)
                 values.tabulated[at] += ground * grid.boundary_phase()[at];

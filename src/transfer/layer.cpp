@@ -14,27 +14,21 @@
 
 namespace stratus {
 
-Eigen::VectorXd beam_along(const Directions& directions, double optical_depth) {
-    return directions.mu.unaryExpr(  // Eigen's exp underflows at 2e-308
-        [optical_depth](double mu) { return direct_transmittance(optical_depth, mu); });
+Eigen::VectorXd beam_along(const Eigen::VectorXd& mu, double optical_depth) {
+    return mu.unaryExpr(  // Eigen's exp underflows at 2e-308
+        [optical_depth](double cosine) { return direct_transmittance(optical_depth, cosine); });
 }
 
-double sum_modes(const std::vector<double>& modes, double azimuth) {
+double sum_modes(const std::vector<AzimuthalMode>& modes, int i, int j, double azimuth) {
     const double c = std::cos(azimuth);
     double previous = c, now = 1, sum = 0;  // cos((m - 1) phi), cos(m phi)
     for (std::size_t m = 0; m < modes.size(); ++m) {
-        sum += (m ? 2 : 1) * now * modes[m];
+        sum += (m ? 2 : 1) * now * modes[m](i, j);
         const double next = 2 * c * now - previous;
         previous = now;
         now = next;
     }
     return sum;
-}
-
-double sum_modes(const std::vector<AzimuthalMode>& modes, int i, int j, double azimuth) {
-    std::vector<double> here;
-    for (const AzimuthalMode& mode : modes) here.push_back(mode(i, j));
-    return sum_modes(here, azimuth);
 }
 
 using Eigen::MatrixXd;
@@ -173,7 +167,7 @@ DepthTarget choose_target(double optical_depth, bool conservative, double asymme
 
 DepthLadder ladder_to(const DepthTarget& target) {
     switch (target.regime) {
-        case DepthRegime::infinite: return {1, 0, true};
+        case DepthRegime::infinite: return {first_depth_to_infinity, 0, true};
         case DepthRegime::conservative: return {target.doubled_depth / 2, 2, false};
         default: return {target.doubled_depth, 1, false};
     }
@@ -216,10 +210,6 @@ int count_doublings(double smallest_cosine, double optical_depth) {
     return optical_depth <= smallest_cosine
                ? 0
                : static_cast<int>(std::ceil(std::log2(optical_depth) - std::log2(smallest_cosine)));
-}
-
-int max_doublings_to_infinity(double optical_depth) {
-    return 120 + std::max(0, -std::ilogb(optical_depth));
 }
 
 }  // namespace stratus

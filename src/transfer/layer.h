@@ -23,19 +23,14 @@ struct AzimuthalMode;  // solve.h
 /// One azimuthal mode of a homogeneous layer: n x n, n = directions.size(); T is diffuse.
 using ModeMatrices = PerSide<Eigen::MatrixXd>;
 
-/// The mode's phase kernels between all directions: P+ into the same hemisphere, P- into the other;
-/// unscaled.
-struct PhaseKernels {
-    Eigen::MatrixXd same;
-    Eigen::MatrixXd other;
-};
+/// The mode's phase kernels between all directions, unscaled: P+ into the same hemisphere, which is
+/// `transmission`, and P- into the other.
+using PhaseKernels = PerSide<Eigen::MatrixXd>;
 
-/// exp(-tau / mu) along all directions.
-Eigen::VectorXd beam_along(const Directions& directions, double optical_depth);
+/// exp(-tau / mu) along directions of these cosines.
+Eigen::VectorXd beam_along(const Eigen::VectorXd& mu, double optical_depth);
 
-/// Fourier series at an azimuth in radians: f_0 + 2 sum f_m cos(m azimuth), of all f_m, or of
-/// f_m = modes[m](i, j).
-double sum_modes(const std::vector<double>& modes, double azimuth);
+/// Fourier series at an azimuth in radians: f_0 + 2 sum f_m cos(m azimuth), f_m = modes[m](i, j).
 double sum_modes(const std::vector<AzimuthalMode>& modes, int i, int j, double azimuth);
 
 // Adding. An inhomogeneous layer differs between its two sides. Four quantities describe it: R lit
@@ -57,10 +52,10 @@ BeamMatrix inverse(const BeamMatrix& F, int nodes);
 
 /// One azimuthal mode of a layer, homogeneous or not.
 struct LayerMode {
-    Eigen::MatrixXd reflection;        // lit from above; symmetric
-    Eigen::MatrixXd reflection_below;  // R*, lit from below; symmetric
-    Eigen::MatrixXd transmission;      // diffuse, downward: out of row, into column
-    Eigen::VectorXd beam;              // exp(-tau / mu)
+    Eigen::MatrixXd reflection;          // lit from above; symmetric
+    Eigen::MatrixXd reflection_below{};  // R*, lit from below; symmetric
+    Eigen::MatrixXd transmission{};      // diffuse, downward: out of row, into column
+    Eigen::VectorXd beam{};              // exp(-tau / mu)
 
     /// Whether nothing is transmitted: a surface or a semi-infinite layer. It has reflection alone.
     bool is_opaque() const { return transmission.size() == 0; }
@@ -139,9 +134,5 @@ int count_doublings(double smallest_cosine, double optical_depth);
 
 /// Where doubling to infinity alone begins, a depth like any other.
 constexpr double first_depth_to_infinity = 1;
-
-/// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
-/// more until the change is below rounding, and a reserve for g near 1.
-int max_doublings_to_infinity(double optical_depth);
 
 }  // namespace stratus

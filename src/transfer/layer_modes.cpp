@@ -37,11 +37,10 @@ void LayerModes::solve_pack(int first) {
     layers_.clear();
     kernels_.clear();
     const DepthLadder ladder = ladder_to(target_);
-    const double first_depth = ladder.octaves ? ladder.first : first_depth_to_infinity;
-    const VectorXd beam = beam_along(directions_, task_.optical_depth);
+    const VectorXd beam = beam_along(directions_.mu, task_.optical_depth);
     double half_transmittance = 0;
     climb_harmonic(
-        {directions_, task_.moments, ladder, {{task_.albedo, task_.co_albedo, first_depth}}},
+        {directions_, task_.moments, ladder, {{task_.albedo, task_.co_albedo, ladder.first}}},
         modes_between(first, std::min(first + lane_count, count_)),
         [&](int mode, std::size_t, int depth, ModeMatrices layer, const PhaseKernels& kernels) {
             require_finite(layer, mode, directions_);
@@ -52,7 +51,7 @@ void LayerModes::solve_pack(int first) {
             layer = reach(target_, mode, half_transmittance, directions_, std::move(layer));
             kernels_.push_back(kernels);
             if (target_.regime == DepthRegime::infinite)
-                layers_.push_back({std::move(layer.reflection), {}, {}, {}});
+                layers_.push_back({std::move(layer.reflection)});
             else
                 layers_.push_back(
                     {layer.reflection, layer.reflection, std::move(layer.transmission), beam});
@@ -78,9 +77,9 @@ int BoundaryModes::count() const {
 
 LayerMode BoundaryModes::layer(int mode) {
     const auto n = directions_.size();
-    if (mode >= count()) return {MatrixXd::Zero(n, n), {}, {}, {}};
+    if (mode >= count()) return {MatrixXd::Zero(n, n)};
     if (modes_) return modes_->layer(mode);
-    return {directions_.s.asDiagonal() * once(mode) * directions_.s.asDiagonal(), {}, {}, {}};
+    return {directions_.s.asDiagonal() * once(mode) * directions_.s.asDiagonal()};
 }
 
 MatrixXd BoundaryModes::once(int mode) {
@@ -93,7 +92,7 @@ MatrixXd BoundaryModes::once(int mode) {
         return MatrixXd::Constant(
             n, n, boundary_.albedo / directions_.s.head(directions_.nodes).squaredNorm());
     const double w = truncation_.albedo(boundary_.albedo);
-    MatrixXd once = modes_->kernels(mode).other;
+    MatrixXd once = modes_->kernels(mode).reflection;
     for (Eigen::Index j = 0; j < n; ++j)
         for (Eigen::Index i = 0; i < n; ++i)
             once(i, j) *= single_reflection(1, w, infinity, directions_.mu(i), directions_.mu(j));
@@ -144,16 +143,14 @@ StackModes::StackModes(const std::vector<StackLayer>& layers,
 }
 
 int StackModes::count() const {
-    int count = 0;
-    for (const LayerModes& layer : layers_) count = std::max(count, layer.count());
-    return count;
+    return std::ranges::max_element(layers_, {}, &LayerModes::count)->count();
 }
 
 LayerMode StackModes::layer(std::size_t k, int mode) {
     if (mode < layers_[k].count()) return layers_[k].layer(mode);
     const MatrixXd none = MatrixXd::Zero(directions_.size(), directions_.size());
-    if (std::isinf(depths_[k])) return {none, {}, {}, {}};
-    return {none, none, none, beam_along(directions_, depths_[k])};
+    if (std::isinf(depths_[k])) return {none};
+    return {none, none, none, beam_along(directions_.mu, depths_[k])};
 }
 
 std::vector<const PhaseKernels*> StackModes::kernels(int mode) {
@@ -169,7 +166,7 @@ Beam StackModes::beam(std::size_t end) const {
         depth += depths_[k];
         left_out += left_out_[k];
     }
-    const VectorXd unscattered = beam_along(directions_, depth);
+    const VectorXd unscattered = beam_along(directions_.mu, depth);
     const VectorXd scattered =
         directions_.mu.unaryExpr([left_out](double mu) { return -std::expm1(-left_out / mu); });
     return {unscattered, unscattered.cwiseProduct(scattered)};

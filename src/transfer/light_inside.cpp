@@ -91,10 +91,15 @@ class InsideRun : StackSolver {
               const std::vector<double>& levels, const std::vector<double>& mu,
               const SolverOptions& options)
         : StackSolver(divided.pieces, boundary, mu, options, false),
-          solution_(blank<InsideSolution>(divided.pieces, boundary)),
-          single_(solution_.layers, solution_.truncations, &Truncation::albedo) {
-        for (std::size_t l = 0; l < levels.size(); ++l)
-            solution_.levels.push_back(blank_level(levels[l], divided.above[l]));
+          solution_(blank<InsideSolution>()),
+          single_(layers_, truncation_.layers, &Truncation::albedo) {
+        for (std::size_t l = 0; l < levels.size(); ++l) {
+            LightAtLevel& level = solution_.levels.emplace_back();
+            level.mu = solved_cosines(directions_);
+            level.optical_depth = levels[l];
+            level.pieces_above = divided.above[l];
+            level.direct_flux = beam_along(level.mu, levels[l]);
+        }
         for (LightAtLevel& level : solution_.levels)
             recorders_.emplace_back(directions_, level, single_factors(level),
                                     layer_modes_.beam(level.pieces_above));
@@ -108,19 +113,9 @@ class InsideRun : StackSolver {
     }
 
   private:
-    LightAtLevel blank_level(double optical_depth, std::size_t above) const {
-        LightAtLevel level;
-        level.mu = solved_cosines(directions_);
-        level.optical_depth = optical_depth;
-        level.pieces_above = above;
-        level.direct_flux =
-            level.mu.unaryExpr([&](double mu) { return direct_transmittance(optical_depth, mu); });
-        return level;
-    }
-
     /// Each piece has factors of its own; the lower boundary counts as one more piece.
     std::vector<SingleFactors> single_factors(const LightAtLevel& level) const {
-        const std::size_t pieces = solution_.layers.size(), above = level.pieces_above;
+        const std::size_t pieces = layers_.size(), above = level.pieces_above;
         const auto count = level.mu.size();
         const MatrixXd none = MatrixXd::Zero(count, count);
         std::vector<SingleFactors> all;
@@ -130,23 +125,16 @@ class InsideRun : StackSolver {
                 single_.factors(k, above, level.mu);
         }
         const auto beam = [&](std::size_t first) {
-            return level.mu.unaryExpr([depth = single_.depth(first, pieces)](double mu) {
-                return direct_transmittance(depth, mu);
-            });
+            return beam_along(level.mu, single_.depth(first, pieces));
         };
         all.push_back({beam(above) * beam(0).transpose(), none});
         return all;
     }
 
-    LayerMode nothing() const {
-        const auto n = directions_.size();
-        const MatrixXd none = MatrixXd::Zero(n, n);
-        return {none, none, none, VectorXd::Ones(n)};
-    }
-
     void solve_mode(int mode) {
         const std::size_t pieces = layer_modes_.size();
-        const int N = directions_.nodes;
+        const int N = directions_.nodes, n = directions_.size();
+        const MatrixXd none = MatrixXd::Zero(n, n);
         std::vector<LayerMode> below(pieces + 1);     // the first k pieces
         below[pieces] = boundary_modes_.layer(mode);  // reflects nothing where there is none
         for (std::size_t k = pieces; k-- > 0;) {
@@ -154,23 +142,21 @@ class InsideRun : StackSolver {
             below[k] = piece.is_opaque() ? piece : add(piece, below[k + 1], N);
         }
         std::vector<const PhaseKernels*> kernels = layer_modes_.kernels(mode);
-        const PhaseKernels of_boundary{MatrixXd::Zero(directions_.size(), directions_.size()),
-                                       boundary_modes_.once(mode)};
+        const PhaseKernels of_boundary{boundary_modes_.once(mode), none};
         kernels.push_back(&of_boundary);
-        LayerMode above = nothing();
+        LayerMode above{none, none, none, VectorXd::Ones(n)};
         for (std::size_t k = 0; k <= pieces; ++k) {
             for (std::size_t l = 0; l < solution_.levels.size(); ++l)
                 if (solution_.levels[l].pieces_above == k)
                     record(mode, l, light_between(above, below[k], N), kernels);
             if (k == pieces || std::isinf(layer_modes_.depths()[k])) break;
-            above =
-                k == 0 ? layer_modes_.layer(0, mode) : add(above, layer_modes_.layer(k, mode), N);
+            above = add(above, layer_modes_.layer(k, mode), N);
         }
     }
 
     void record(int mode, std::size_t l, const LightBetween& light,
                 const std::vector<const PhaseKernels*>& kernels) {
-        recorders_[l].record({light.upward, {}, light.downward, {}}, kernels, nullptr);
+        recorders_[l].record({light.upward, {}, light.downward}, kernels, nullptr);
         if (mode == 0) record_fluxes(light, recorders_[l].beam(), solution_.levels[l]);
     }
 
@@ -187,8 +173,8 @@ class InsideRun : StackSolver {
         level.actinic_flux =
             (both.transpose() * s.cwiseQuotient(directions_.mu.head(N))).cwiseProduct(unscale) +
             beam.tail(count).cwiseQuotient(level.mu);
-        const std::size_t here = std::min(level.pieces_above, solution_.layers.size() - 1);
-        level.heating_rate = (1 - solution_.layers[here].albedo) * level.actinic_flux;
+        const std::size_t here = std::min(level.pieces_above, layers_.size() - 1);
+        level.heating_rate = (1 - layers_[here].albedo) * level.actinic_flux;
     }
 
     InsideSolution solution_;
@@ -240,8 +226,7 @@ std::vector<SolvedValue> light_at_level(const Solved& solved, const ModeSolution
         corrected(layers, solved.truncations, &Truncation::single_scattering_albedo);
     const LowerBoundary boundary_corrected =
         truncated(solved.lower_boundary, solved.boundary_truncation);
-    std::vector<double> modes, cosines;
-    for (const AzimuthalMode& mode : light.modes[side]) modes.push_back(mode(out, in));
+    std::vector<double> cosines;
     for (const double azimuth : azimuths)
         cosines.push_back(cos_scattering_angle(side, {mu_in, mu_out, azimuth}));
     const std::vector<double> again = sum_legendre(scattered_again, cosines);
@@ -264,7 +249,7 @@ std::vector<SolvedValue> light_at_level(const Solved& solved, const ModeSolution
             single += by_boundary(plain, solved.lower_boundary);
             truncated += by_boundary(corrected, boundary_corrected);
         }
-        const double orders = sum_modes(modes, azimuths[a]) + again[a];
+        const double orders = sum_modes(light.modes[side], out, in, azimuths[a]) + again[a];
         all.push_back({truncated + orders, single, orders + (truncated - single)});
     }
     return all;

@@ -16,15 +16,15 @@ ModeRecorder::ModeRecorder(const Directions& directions, ModeSolution& solution,
                            const TakeMode* take)
     : directions_(directions),
       solution_(solution),
+      unscale_(directions.s.tail(solution.mu.size()).cwiseInverse()),
       layers_(std::move(layers)),
       beam_(std::move(beam)),
       is_symmetric_(is_symmetric),
       take_(take) {}
 
 MatrixXd ModeRecorder::unscaled(const MatrixXd& matrix) const {
-    const auto count = solution_.mu.size();
-    const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
-    return unscale.asDiagonal() * matrix.bottomRightCorner(count, count) * unscale.asDiagonal();
+    const auto count = unscale_.size();
+    return unscale_.asDiagonal() * matrix.bottomRightCorner(count, count) * unscale_.asDiagonal();
 }
 
 void ModeRecorder::record(const LayerMode& all, const std::vector<const PhaseKernels*>& kernels,
@@ -35,11 +35,11 @@ void ModeRecorder::record(const LayerMode& all, const std::vector<const PhaseKer
                        all.is_opaque() ? MatrixXd::Zero(count, count) : unscaled(all.transmission)};
     for (std::size_t k = 0; k < layers_.size(); ++k) {
         if (!kernels[k]) continue;
-        again.reflection -=
-            layers_[k].reflection.cwiseProduct(kernels[k]->other.bottomRightCorner(count, count));
+        again.reflection -= layers_[k].reflection.cwiseProduct(
+            kernels[k]->reflection.bottomRightCorner(count, count));
         if (!all.is_opaque())
             again.transmission -= layers_[k].transmission.cwiseProduct(
-                kernels[k]->same.bottomRightCorner(count, count));
+                kernels[k]->transmission.bottomRightCorner(count, count));
     }
     if (boundary && mode < boundary->count()) {
         const VectorXd beam = beam_.unscattered.tail(count);
@@ -60,11 +60,11 @@ void ModeRecorder::record_fluxes(const LayerMode& all) {
     const int N = directions_.nodes;
     const auto count = solution_.mu.size();
     const VectorXd s = directions_.s.head(N);
-    const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
     // The weights of uniform illumination sum to 1 only from three nodes on.
     const double uniform = s.squaredNorm();
     solution_.spherical_albedo = uniform_mean(directions_, all.reflection);
-    solution_.plane_albedo = unscale.asDiagonal() * (all.reflection.bottomLeftCorner(count, N) * s);
+    solution_.plane_albedo =
+        unscale_.asDiagonal() * (all.reflection.bottomLeftCorner(count, N) * s);
     if (solution_.lower_boundary.is_present()) return;
     solution_.total_transmittance = 0;
     solution_.diffuse_transmittance = VectorXd::Zero(count);
@@ -72,7 +72,7 @@ void ModeRecorder::record_fluxes(const LayerMode& all) {
     solution_.total_transmittance = uniform_mean(directions_, all.transmission) +
                                     s.cwiseProduct(s).dot(beam_.unscattered.head(N)) / uniform;
     solution_.diffuse_transmittance =
-        unscale.asDiagonal() * (all.transmission.topRightCorner(N, count).transpose() * s);
+        unscale_.asDiagonal() * (all.transmission.topRightCorner(N, count).transpose() * s);
     solution_.diffuse_transmittance += beam_.truncated.tail(count);
 }
 
@@ -112,10 +112,9 @@ VectorXd ModeRecorder::flux_over_surface(const LayerMode& above, bool is_conserv
 void ModeRecorder::record_fluxes_below(const MatrixXd& diffuse, const MatrixXd& weights) {
     const auto count = solution_.mu.size();
     const MatrixXd flux = diffuse + beam_.unscattered.asDiagonal() * weights;
-    const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
-    solution_.ground_absorptance = flux.col(0).tail(count).cwiseProduct(unscale);
+    solution_.ground_absorptance = flux.col(0).tail(count).cwiseProduct(unscale_);
     solution_.diffuse_transmittance =
-        diffuse.col(1).tail(count).cwiseProduct(unscale) + beam_.truncated.tail(count);
+        diffuse.col(1).tail(count).cwiseProduct(unscale_) + beam_.truncated.tail(count);
     const VectorXd s = directions_.s.head(directions_.nodes);
     const Eigen::Vector2d uniform =
         flux.topRows(directions_.nodes).transpose() * s / s.squaredNorm();

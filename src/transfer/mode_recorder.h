@@ -55,6 +55,7 @@ class ModeRecorder {
 
     const Directions& directions_;
     ModeSolution& solution_;
+    Eigen::VectorXd unscale_;  // 1 / s at its cosines
     std::vector<SingleFactors> layers_;
     Beam beam_;
     bool is_symmetric_;

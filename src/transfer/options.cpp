@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <variant>
 
@@ -100,9 +99,8 @@ void require_finite(const ModeMatrices& layer, int mode, const Directions& direc
     // 0 times infinity is not a number; the sum fills registers, Eigen's allFinite does not.
     if ((0.0 * layer.reflection).sum() == 0 && (0.0 * layer.transmission).sum() == 0) return;
     throw TooFewNodes("solve: nodes must be more for this phase function: its series of " +
-                      std::to_string(2 * directions.nodes) +
-                      " moments is too negative in mode " + std::to_string(mode) + ", got " +
-                      std::to_string(directions.nodes));
+                      std::to_string(2 * directions.nodes) + " moments is too negative in mode " +
+                      std::to_string(mode) + ", got " + std::to_string(directions.nodes));
 }
 
 int count_modes(const std::vector<double>& moments) {

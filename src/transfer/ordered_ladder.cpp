@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 namespace stratus {
 
@@ -161,16 +159,6 @@ void OrderedLadder::double_depth() {
     set_beam();
 }
 
-void OrderedLadder::double_to_infinity() {
-    const int limit = max_doublings_to_infinity(optical_depth_);
-    for (int k = 0; !is_opaque(); ++k) {
-        if (k == limit)
-            throw std::runtime_error("solve: infinite depth not reached after " +
-                                     std::to_string(limit) + " doublings");
-        double_depth();
-    }
-}
-
 /// exp(-(1 - w f) tau / mu), order by order.
 void OrderedLadder::set_beam() {
     const VectorXd slant = optical_depth_ * directions_.mu.cwiseInverse();
@@ -181,7 +169,7 @@ void OrderedLadder::set_beam() {
     }
 }
 
-bool OrderedLadder::is_opaque() const {
+bool OrderedLadder::is_converged() const {
     const SimdLayer<Pack>& layer = start_.layer();
     for (std::size_t k = 1; k <= highest_order_; ++k)
         for (int i = 0; i < layer.directions; ++i)

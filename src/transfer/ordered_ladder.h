@@ -27,8 +27,8 @@ class OrderedLadder {
 
     void double_depth();
 
-    /// Doubles until nothing is transmitted.
-    void double_to_infinity();
+    /// True once nothing is transmitted.
+    bool is_converged() const;
 
     /// sum_n weights(n) R_n, and the same for T.
     ModeMatrices matrices(int lane, const Eigen::VectorXd& weights) const;
@@ -52,7 +52,6 @@ class OrderedLadder {
     Series scattered(double depth, const Pack* kernel) const;
     Pack* kernel(Series& of, std::size_t order) const;
     void set_beam();
-    bool is_opaque() const;
 
     const Directions& directions_;
     const DoublingSteps<Pack>& steps_;

@@ -59,8 +59,8 @@ using Eigen::MatrixXd;
 
 /// diag(d) + z K_1 + z^2 K_2 + ..., over all directions; an empty part is zero.
 struct Series {
-    VectorXd d;
     std::vector<MatrixXd> K;  // [0] is empty
+    VectorXd d{};
 };
 
 void add_to(MatrixXd& sum, const MatrixXd& more) {
@@ -79,7 +79,7 @@ void add_product(Series& sum, const Series& F, std::size_t a, const Series& G, s
 }
 
 Series product(const Series& F, const Series& G, int nodes) {
-    Series sum{{}, std::vector<MatrixXd>(F.K.size())};
+    Series sum{std::vector<MatrixXd>(F.K.size())};
     if (F.d.size() > 0 && G.d.size() > 0) sum.d = F.d.cwiseProduct(G.d);
     for (std::size_t n = 1; n < sum.K.size(); ++n) {
         if (F.d.size() > 0 && G.K[n].size() > 0) add_to(sum.K[n], F.d.asDiagonal() * G.K[n]);
@@ -125,7 +125,7 @@ Series between(const OrderedMode& above, const OrderedMode& below, int nodes) {
 /// The adding equations [HT74], as add() of layer.h.
 OrderedMode add(const OrderedMode& above, const OrderedMode& below, int nodes) {
     const Series D = between(above, below, nodes), U = product(below.reflection, D, nodes),
-                 none{{}, std::vector<MatrixXd>(D.K.size())};
+                 none{std::vector<MatrixXd>(D.K.size())};
     OrderedMode sum{add_series(above.reflection, product(transposed(above.transmission), U, nodes)),
                     none, none};
     if (below.is_opaque()) return sum;
@@ -143,9 +143,9 @@ class OrderedStackRun : StackSolver {
     OrderedStackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                     const std::vector<double>& mu, const SolverOptions& options)
         : StackSolver(layers, boundary, mu, options, false) {
-        const VectorXd beam = beam_along(directions_, total_depth(layers)),
+        const VectorXd beam = beam_along(directions_.mu, total_depth(layers)),
                        none = VectorXd::Zero(beam.size());
-        orders_.resize(size(options.orders) + 1, blank<StackSolution>(layers, boundary));
+        orders_.resize(size(options.orders) + 1, blank<StackSolution>());
         const Eigen::Index count = solved_cosines(directions_).size();
         const SingleFactors nothing{MatrixXd::Zero(count, count), MatrixXd::Zero(count, count)};
         for (std::size_t n = 0; n < orders_.size(); ++n) {
@@ -162,7 +162,7 @@ class OrderedStackRun : StackSolver {
     }
 
   private:
-    Series nothing() const { return {{}, std::vector<MatrixXd>(size(options_.orders) + 1)}; }
+    Series nothing() const { return {std::vector<MatrixXd>(size(options_.orders) + 1)}; }
 
     /// Modes `first` to before `end` of a layer of one of any depth.
     std::vector<OrderedMode> layer_modes(const StackLayer& layer,
@@ -171,16 +171,13 @@ class OrderedStackRun : StackSolver {
         std::vector<OrderedMode> all(size(end - first), {nothing(), nothing(), nothing()});
         if (std::isfinite(layer.optical_depth))
             for (OrderedMode& mode : all)
-                mode.transmission.d = beam_along(directions_, layer.optical_depth);
+                mode.transmission.d = beam_along(directions_.mu, layer.optical_depth);
         const int count = std::min(end, count_modes(moments));
         if (first >= count) return all;
         const DepthTarget target = choose_target(layer.optical_depth, false, moments[1]);
         const DepthLadder ladder = ladder_to(target);
-        const ClimbTask task{directions_,
-                             moments,
-                             ladder,
-                             {{layer.albedo, 1 - layer.albedo,
-                               ladder.octaves > 0 ? ladder.first : first_depth_to_infinity}}};
+        const ClimbTask task{
+            directions_, moments, ladder, {{layer.albedo, 1 - layer.albedo, ladder.first}}};
         climb_orders(
             task, 0, weights_of_each_order(layer.albedo, options_.orders),
             modes_between(first, count),
@@ -198,9 +195,8 @@ class OrderedStackRun : StackSolver {
 
     /// The lower boundary; its first order alone unless it is a layer.
     std::vector<OrderedMode> boundary_modes(int first, int end) {
-        const LowerBoundary& boundary = orders_[0].lower_boundary;
-        if (boundary.kind == LowerBoundary::Kind::layer)
-            return layer_modes({boundary.phase_function, boundary.albedo, infinity},
+        if (boundary_.kind == LowerBoundary::Kind::layer)
+            return layer_modes({boundary_.phase_function, boundary_.albedo, infinity},
                                boundary_truncation_.moments, first, end);
         std::vector<OrderedMode> all(size(end - first), {nothing(), nothing(), nothing()});
         for (int m = first; m < std::min(end, boundary_modes_.count()); ++m)
@@ -209,16 +205,15 @@ class OrderedStackRun : StackSolver {
     }
 
     void solve_group(int first, int end) {
-        const std::vector<StackLayer>& layers = orders_[0].layers;
         std::vector<OrderedMode> sums =
-            layer_modes(layers[0], truncation_.layers[0].moments, first, end);
+            layer_modes(layers_[0], truncation_.layers[0].moments, first, end);
         const auto add_below = [&](const std::vector<OrderedMode>& below) {
             for (std::size_t m = 0; m < sums.size(); ++m)
                 sums[m] = add(sums[m], below[m], directions_.nodes);
         };
-        for (std::size_t k = 1; k < layers.size(); ++k)
-            add_below(layer_modes(layers[k], truncation_.layers[k].moments, first, end));
-        if (orders_[0].lower_boundary.is_present()) {
+        for (std::size_t k = 1; k < layers_.size(); ++k)
+            add_below(layer_modes(layers_[k], truncation_.layers[k].moments, first, end));
+        if (boundary_.is_present()) {
             const std::vector<OrderedMode> below = boundary_modes(first, end);
             if (first == 0) record_boundary(between(sums[0], below[0], directions_.nodes));
             add_below(below);
@@ -232,7 +227,7 @@ class OrderedStackRun : StackSolver {
             return of.K[n].size() > 0 ? of.K[n] : none;
         };
         for (std::size_t n = 0; n < orders_.size(); ++n) {
-            LayerMode mode{part(sum.reflection, n), {}, {}, {}};
+            LayerMode mode{part(sum.reflection, n)};
             if (!sum.is_opaque()) mode.transmission = part(sum.transmission, n);
             if (orders_[n].modes.reflection.empty() && !sum.is_opaque())
                 orders_[n].spherical_albedo_below =

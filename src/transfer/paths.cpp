@@ -61,12 +61,12 @@ class LinesIntegral {
             const double angle = end_ * std::cos((i + 0.5) * pi / count);
             values.push_back(lines(std::sin(angle)) * std::cos(angle));
         }
-        std::vector<double> series(size(count) + 2, 0.0);
+        std::vector<double> series(size(count) + 2);
         for (int n = 0; n < count; ++n)
             for (int i = 0; i < count; ++i)
                 series[size(n)] +=
                     2.0 / count * values[size(i)] * std::cos(n * (i + 0.5) * pi / count);
-        coefficients_.resize(series.size() - 1, 0.0);
+        coefficients_.resize(series.size() - 1);
         for (std::size_t n = 1; n < coefficients_.size(); ++n)
             coefficients_[n] =
                 end_ * (series[n - 1] - series[n + 1]) / (2 * static_cast<double>(n));
@@ -95,8 +95,8 @@ BackwardPath::BackwardPath(std::vector<double> moments, std::vector<double> kept
         return back_.back() * back_.back() * 2 * static_cast<double>(back_.size()) > 1e-12;
     };
     while (back_.size() > kept_.size() && !adds()) back_.pop_back();
-    kept_.resize(std::max(kept_.size(), back_.size()), 0.0);
-    back_.resize(kept_.size(), 0.0);
+    kept_.resize(std::max(kept_.size(), back_.size()));
+    back_.resize(kept_.size());
     while (first_ < back_.size() && back_[first_] == kept_[first_]) ++first_;
     for (std::size_t l = first_; l < back_.size(); ++l) {
         if (l % 2 == 1) {
@@ -109,7 +109,7 @@ BackwardPath::BackwardPath(std::vector<double> moments, std::vector<double> kept
 
 std::vector<double> BackwardPath::legendre(Side side, double albedo, double optical_depth,
                                            double mu_in, double mu_out) const {
-    std::vector<double> sum(back_.size(), 0.0);
+    std::vector<double> sum(back_.size());
     const double largest = std::min(albedo * largest_, 1 - 1e-9);
     if (largest == 0 || (side == Side::transmission && std::isinf(optical_depth))) return sum;
     // Deeper layers reflect alike, and transmit none of it.

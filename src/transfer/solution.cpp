@@ -27,7 +27,7 @@ PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, in
     const PathWeights weights = layer.path_weights(side, in, out);
     std::vector<double> sum = layer.path->law().legendre(weights);
     const Eigen::VectorXd rest = layer.path->rest({&weights, 1});
-    sum.resize(std::max(sum.size(), size(rest.size())), 0.0);
+    sum.resize(std::max(sum.size(), size(rest.size())));
     for (Eigen::Index l = 0; l < rest.size(); ++l) sum[size(l)] += rest(l);
     return {0, std::move(sum)};
 }

@@ -146,12 +146,12 @@ class LadderRun {
         const VectorXd truncated =
             directions_.mu.unaryExpr([&](double mu) { return truncated_beam(solution, mu); });
         if (!by_order())
-            return {beam_along(directions_,
+            return {beam_along(directions_.mu,
                                truncation_.optical_depth(solution.optical_depth, solution.albedo)),
                     truncated};
-        return {
-            solution.order_weights(0) * beam_along(directions_, solution.optical_depth) + truncated,
-            truncated};
+        return {solution.order_weights(0) * beam_along(directions_.mu, solution.optical_depth) +
+                    truncated,
+                truncated};
     }
 
     std::vector<int> modes_to_solve() const {
@@ -196,7 +196,7 @@ class LadderRun {
         const bool is_limit = reaches_limit(mode, a, at, layer.transmission);
         layer = reach(target, mode, half_transmittance_, directions_, std::move(layer));
         ModeRecorder& recorder = recorders_[a][at];
-        LayerMode all{std::move(layer.reflection), {}, std::move(layer.transmission), {}};
+        LayerMode all{std::move(layer.reflection), {}, std::move(layer.transmission)};
         if (problem_.boundary.is_present()) {
             if (!all.is_opaque()) {
                 all.reflection_below = all.reflection;
@@ -205,7 +205,7 @@ class LadderRun {
             if (mode == 0) recorder.record_boundary(all, problem_.albedos[a] == 1, boundary_modes_);
             // The layer and its lower boundary as one opaque layer.
             if (all.is_opaque() || mode >= boundary_modes_.count())
-                all = {std::move(all.reflection), {}, {}, {}};
+                all = {std::move(all.reflection)};
             else
                 all = add(all, boundary_modes_.layer(mode), directions_.nodes);
         }
@@ -402,8 +402,8 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
         DoublingLadder<double>(directions, moments, {{0, 1, 0, directions.mu.minCoeff()}})
             .kernels()[0];
     const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
-    const MatrixXd same = scale.asDiagonal() * kernels.same * scale.asDiagonal();
-    const MatrixXd other = scale.asDiagonal() * kernels.other * scale.asDiagonal();
+    const MatrixXd same = scale.asDiagonal() * kernels.transmission * scale.asDiagonal();
+    const MatrixXd other = scale.asDiagonal() * kernels.reflection * scale.asDiagonal();
     const MatrixXd slant = directions.mu.cwiseInverse().asDiagonal();
     std::vector<double> exponents;
     for (const double albedo : albedos) {

@@ -1,7 +1,7 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/transfer/stack.h>
 
@@ -57,41 +57,32 @@ int patience_for(const std::vector<StackLayer>& layers) {
     return patience;
 }
 
-/// Resolved peaks, too, may begin to converge with as many nodes as hold their series.
-int patience_for_resolved(const PhaseFunction& phase_function) {
-    return nodes_that_hold(phase_function, moments_completed, 1e-2);
-}
-
 int fewer_nodes(int nodes) { return (2 * nodes + 1) / 3; }
-
-struct EstimatedValues {
-    std::vector<double> values, errors;  // absolute errors
-    int nodes = 0;
-};
 
 /// Values whose errors are alike, and converge alike.
 struct Class {
     std::vector<bool> counts;  // which of them have to meet the tolerance
     double least_error = 0;    // that is stated, relative to the value
     Convergence convergence;
-    EstimatedValues found;
+    std::vector<double> values, errors;  // last found; absolute errors, once these can be told
+    int nodes = 0;
     bool is_done = false;
 
-    void add(std::vector<double> values, int nodes) {
-        convergence.add(values);
-        found = {std::move(values), {}, nodes};
+    void add(std::vector<double> found, int with_nodes) {
+        convergence.add(found);
+        values = std::move(found);
+        nodes = with_nodes;
         if (!convergence.can_tell()) return;
-        found.errors = convergence.errors();
-        for (std::size_t i = 0; i < found.errors.size(); ++i)
-            found.errors[i] += least_error * std::abs(found.values[i]);
+        errors = convergence.errors();
+        for (std::size_t i = 0; i < errors.size(); ++i)
+            errors[i] += least_error * std::abs(values[i]);
     }
 
     /// The largest error of the values that count, relative to the value.
     double error() const {
         double largest = 0;
         for (std::size_t i = 0; i < counts.size(); ++i)
-            if (counts[i])
-                largest = std::max(largest, relative_error(found.values[i], found.errors[i]));
+            if (counts[i]) largest = std::max(largest, relative_error(values[i], errors[i]));
         return largest;
     }
 };
@@ -105,15 +96,12 @@ struct Aim {
 /// Values of each class.
 using ClassValues = std::vector<std::vector<double>>;
 
-bool all_done(const std::vector<Class>& classes) {
-    return std::ranges::all_of(classes, &Class::is_done);
-}
-
 /// Solves with more and more nodes, until what counts of every class is within the tolerance or will
 /// not be with the most nodes. `solve` gives the values of each class that is not done.
 template <class Solve>
 void solve_until(const Aim& aim, std::vector<Class>& classes, const Solve& solve) {
-    for (int nodes = aim.first_nodes; !all_done(classes); nodes = more_nodes(nodes)) {
+    for (int nodes = aim.first_nodes; !std::ranges::all_of(classes, &Class::is_done);
+         nodes = more_nodes(nodes)) {
         ClassValues values;
         try {
             values = solve(nodes);
@@ -157,11 +145,11 @@ void solve_with(int nodes, int patience, std::vector<Class>& classes, const Solv
     for (Class& of : classes) of.is_done = false;
     ClassValues values = solve(nodes);
     for (std::size_t k = 0; k < classes.size(); ++k) {
-        EstimatedValues& found = classes[k].found;
-        for (std::size_t i = 0; i < found.values.size(); ++i)
-            found.errors[i] += std::abs(values[k][i] - found.values[i]);
-        found.values = std::move(values[k]);
-        found.nodes = nodes;
+        Class& of = classes[k];
+        for (std::size_t i = 0; i < of.values.size(); ++i)
+            of.errors[i] += std::abs(values[k][i] - of.values[i]);
+        of.values = std::move(values[k]);
+        of.nodes = nodes;
     }
 }
 
@@ -265,7 +253,7 @@ class Group {
     /// The i-th geometry as last solved.
     SolvedGeometry at(std::size_t i) const {
         const auto& [pair, k] = asked_[i];
-        const std::vector<double>& errors = classes_[pair->kind].found.errors;
+        const std::vector<double>& errors = classes_[pair->kind].errors;
         const std::size_t reflection = pair->first + k,
                           transmission = reflection + pair->azimuths.size();
         return {pair->R[k], pair->T[k], errors[reflection], errors[transmission]};
@@ -293,6 +281,11 @@ template <class Solve>
 void solve_places(const std::vector<Geometry>& geometries, const std::vector<std::size_t>& places,
                   bool resolved, int patience, SolverOptions options, const Solve& solve,
                   SolvedGeometries& all) {
+    const NumberRange cosines = "[1e-100, 1]";
+    for (const auto& [mu_in, mu_out, azimuth] : geometries) {
+        for (const double mu : {mu_in, mu_out}) require_in(cosines, "solve", "mu", mu);
+        require(std::isfinite(azimuth), "solve", "azimuth", "finite", azimuth);
+    }
     int first_nodes = resolved ? fewest_nodes_of_peaks : fewest_nodes;
     for (std::size_t first = 0; first < places.size();) {
         Group group(geometries, places, first, resolved);
@@ -307,8 +300,8 @@ void solve_places(const std::vector<Geometry>& geometries, const std::vector<std
         int fewest = most_nodes;
         for (const Class& of : group.classes())
             if (!of.counts.empty()) {
-                fewest = std::min(fewest, of.found.nodes);
-                all.nodes = std::max(all.nodes, of.found.nodes);
+                fewest = std::min(fewest, of.nodes);
+                all.nodes = std::max(all.nodes, of.nodes);
             }
         first_nodes = std::max(first_nodes, first_nodes_after(fewest));
     }
@@ -329,9 +322,9 @@ void fill_fluxes(const std::vector<StackLayer>& layers, const SolverOptions& opt
                  with.nodes = nodes;
                  return ClassValues{solve(with)};
              });
-    solved.error = std::ranges::max(classes[0].found.errors);
+    solved.error = std::ranges::max(classes[0].errors);
     solved.relative_error = classes[0].error();
-    solved.nodes = classes[0].found.nodes;
+    solved.nodes = classes[0].nodes;
 }
 
 }  // namespace
@@ -356,9 +349,11 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
         solve_places(geometries, plain, false, patience_for(layers), with, solve, all);
     with.grazing = true;
     with.mode_tolerance = std::max(options.mode_tolerance, grazing_mode_tolerance);
+    // Resolved peaks, too, may begin to converge with as many nodes as hold their series.
     if (!resolved.empty())
         solve_places(geometries, resolved, true,
-                     patience_for_resolved(layers.front().phase_function), with, solve, all);
+                     nodes_that_hold(layers.front().phase_function, moments_completed, 1e-2), with,
+                     solve, all);
     return all;
 }
 

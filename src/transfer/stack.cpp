@@ -51,17 +51,16 @@ class StackRun : StackSolver {
     StackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
              const std::vector<double>& mu, const SolverOptions& options)
         : StackSolver(layers, boundary, mu, options, layers.size() == 1),
-          solution_(blank<StackSolution>(layers, boundary)) {
+          solution_(blank<StackSolution>()) {
         solution_.mu = solved_cosines(directions_);
+        recorders_.emplace_back(directions_, solution_, single_factors(),
+                                layer_modes_.beam(layer_modes_.size()));
         if (truncation_.layers[0].backward)
             solution_.backward_path = std::make_shared<const BackwardPath>(
                 path_moments(layers[0].phase_function), truncation_.layers[0].moments);
     }
 
     StackSolution run() {
-        const FlushSubnormals flush(std::ranges::min(layer_modes_.depths()));
-        recorders_.emplace_back(directions_, solution_, single_factors(),
-                                layer_modes_.beam(layer_modes_.size()));
         solve_modes([&](int first, int end) {
             for (int mode = first; mode < end; ++mode) solve_mode(mode);
         });
@@ -70,8 +69,8 @@ class StackRun : StackSolver {
 
   private:
     std::vector<SingleFactors> single_factors() const {
-        const SingleLayers single(solution_.layers, solution_.truncations, &Truncation::albedo);
-        const std::size_t count = solution_.layers.size();
+        const SingleLayers single(layers_, truncation_.layers, &Truncation::albedo);
+        const std::size_t count = layers_.size();
         std::vector<SingleFactors> all;
         for (std::size_t k = 0; k < count; ++k)
             all.push_back(
@@ -84,9 +83,8 @@ class StackRun : StackSolver {
         for (std::size_t k = 1; k < layer_modes_.size(); ++k)
             sum = add(sum, layer_modes_.layer(k, mode), directions_.nodes);
         ModeRecorder& recorder = recorders_[0];
-        if (solution_.lower_boundary.is_present()) {
-            if (mode == 0)
-                recorder.record_boundary(sum, is_conservative(solution_.layers), boundary_modes_);
+        if (boundary_.is_present()) {
+            if (mode == 0) recorder.record_boundary(sum, is_conservative(layers_), boundary_modes_);
             sum = add(sum, boundary_modes_.layer(mode), directions_.nodes);
         } else if (mode == 0 && !sum.is_opaque()) {
             solution_.spherical_albedo_below =  // rounding is taken off

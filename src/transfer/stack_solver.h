@@ -17,7 +17,9 @@ class StackSolver {
     /// Layers, boundary and options outlive this. `has_line_law`: as of StackTruncation.
     StackSolver(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                 const std::vector<double>& mu, const SolverOptions& options, bool has_line_law)
-        : options_(options),
+        : layers_(layers),
+          boundary_(boundary),
+          options_(options),
           truncation_(layers, options, has_line_law),
           boundary_truncation_(choose_truncation(boundary, options)),
           directions_(stack_directions(truncation_.layers, boundary_truncation_, mu, options)),
@@ -26,14 +28,14 @@ class StackSolver {
 
     /// A StackSolution or an InsideSolution that says what was solved.
     template <class Solution>
-    Solution blank(const std::vector<StackLayer>& layers, const LowerBoundary& boundary) const {
+    Solution blank() const {
         Solution solution;
-        solution.layers = layers;
-        solution.lower_boundary = boundary;
+        solution.layers = layers_;
+        solution.lower_boundary = boundary_;
         solution.truncations = truncation_.layers;
         solution.boundary_truncation = boundary_truncation_;
         if (truncation_.follows_paths)
-            solution.path = std::make_shared<const StackPath>(layers, truncation_.layers);
+            solution.path = std::make_shared<const StackPath>(layers_, truncation_.layers);
         return solution;
     }
 
@@ -51,6 +53,8 @@ class StackSolver {
                      });
     }
 
+    const std::vector<StackLayer>& layers_;
+    const LowerBoundary& boundary_;
     const SolverOptions& options_;
     const StackTruncation truncation_;
     const Truncation boundary_truncation_;

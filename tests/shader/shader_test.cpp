@@ -17,6 +17,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <locale>
 #include <string>
 #include <vector>
 
@@ -358,6 +360,26 @@ TEST(Shader, HasFilteredLayersOfFewAzimuths) {
         const FilteredLight layer = filtered_layer(table, make_medium(table));
         EXPECT_LE(layer.usual_error, 2e-3) << azimuths << " azimuths";
     }
+}
+
+struct DecimalComma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+};
+
+TEST(Shader, WritesTheSameNumbersInEveryLocale) {
+    const float texel[] = {0.5f, -1e-30f, 3.4e38f, 2};
+    ShaderTexture numbers{"stratus_numbers", 1, false, std::vector<char>(sizeof texel)};
+    std::memcpy(numbers.bytes.data(), texel, sizeof texel);
+    FilteredLight light{};
+    light.textures = {numbers, numbers, numbers};
+    light.constant_numbers = 1;
+    const std::string text = shader_text(ShaderLanguage::glsl, &light);
+    EXPECT_NE(text.find("vec4(5.00000000e-01, -1.00000000e-30, "), text.npos);
+    const std::locale before =
+        std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
+    const std::string elsewhere = shader_text(ShaderLanguage::glsl, &light);
+    std::locale::global(before);
+    EXPECT_EQ(elsewhere, text);
 }
 
 TEST(Shader, RefusesWhatItDoesNotRead) {

@@ -191,6 +191,15 @@ TEST(SolveToTolerance, RefusesInWords) {
     refused(to(1e-13), "tolerance must be 0 or in [1e-12, 1], got 1e-13");
     refused(to(NAN), "tolerance must be 0 or in [1e-12, 1], got nan");
     refused(with_nodes(513), "nodes must be in [1, 512], got 513");
+    const auto refused_at = [&](const Geometry& at, Fragments fragments) {
+        const std::vector<Geometry> geometries{{0.5, 0.5, 0}, at};
+        expect_refusal([&] { solve_geometries(two, {}, geometries, with_nodes(8)); }, fragments);
+        expect_refusal([&] { solve_geometries_inside(two, {}, 1, geometries, with_nodes(8)); },
+                       fragments);
+    };
+    refused_at({NAN, 0.5, 0}, "mu must be in [1e-100, 1], got nan");
+    refused_at({0.5, NAN, 0}, "mu must be in [1e-100, 1], got nan");
+    refused_at({0.5, 0.5, NAN}, "azimuth must be finite, got nan");
 }
 
 }  // namespace

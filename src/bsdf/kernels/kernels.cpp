@@ -315,7 +315,7 @@ constexpr SideKernel<channels> kernel() {
         side == Side::transmission &&
         (form == PhaseForm::with_boundary || form == PhaseForm::with_opposition_and_boundary);
     if constexpr (impossible || !has_kernel(form, orders))
-        return {nullptr, nullptr, nullptr};
+        return {};
     else
         return {at_angles<side, form, orders, channels>, at_vectors<side, form, orders, channels>,
                 evaluate_many<side, form, orders, channels>};
@@ -325,11 +325,6 @@ template <Side side, int channels, int... place>
 constexpr SideKernels<channels> all_kernels(std::integer_sequence<int, place...>) {
     return {{kernel<side, static_cast<PhaseForm>(place / order_forms),
                     static_cast<Orders>(place % order_forms), channels>()...}};
-}
-template <Side side, int channels>
-constexpr SideKernels<channels> all_kernels() {
-    return all_kernels<side, channels>(
-        std::make_integer_sequence<int, phase_forms * order_forms>());
 }
 
 template <Side side>
@@ -402,9 +397,10 @@ namespace stratus {
 template <>
 const Kernels& functions_for<Kernels, InstructionSet::STRATUS_ISA>() noexcept {
     using namespace STRATUS_ISA;
+    constexpr std::make_integer_sequence<int, phase_forms * order_forms> places;
     static constexpr Kernels kernels{
-        {all_kernels<Side::reflection, 1>(), all_kernels<Side::transmission, 1>()},
-        {all_kernels<Side::reflection, 3>(), all_kernels<Side::transmission, 3>()},
+        {all_kernels<Side::reflection, 1>(places), all_kernels<Side::transmission, 1>(places)},
+        {all_kernels<Side::reflection, 3>(places), all_kernels<Side::transmission, 3>(places)},
         {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
         paths_of_vectors,
         joined};

@@ -43,6 +43,13 @@ struct SlicePlaces {
     float last[4];  // a little below the last sample, so that there is a next one
 };
 
+/// How samples lie: see SliceSide::sample.
+struct SampleShape {
+    int columns, azimuths;
+    bool symmetric, cubic;
+    SlicePlaces places;  // of mu_in and mu_out the same where it is symmetric; of sin(azimuth / 2)
+};
+
 /// A layer of a stack, or a semi-infinite one that it lies on.
 struct SliceLayer {
     PhaseCurveView phase;  // sampled
@@ -52,7 +59,7 @@ struct SliceLayer {
 
 /// One side of a slice for `channels` colours.
 template <int channels>
-struct SliceSide {
+struct SliceSide : SampleShape {
     PhaseCurveView phase;
     OppositionTableView opposition;  // with_opposition_and_boundary
     static constexpr int padded = channels == 1 ? 1 : 4;
@@ -61,6 +68,7 @@ struct SliceSide {
     float surface_albedo[padded];           // lower boundary: R of a Lambert surface; 0: none
     float boundary_quarter_albedo[padded];  // lower boundary: w / 4 of a layer; 0: none
     const SliceLayer* layer;                // of_stack: as many as `layers`, alike in all channels
+    int layers;
 
     // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
     // end. Where R and T are known for the same cosines on both ways they are symmetric in them:
@@ -69,9 +77,6 @@ struct SliceSide {
     // and the last lie one step beyond the ends, for cubics; of rows and columns, too, where those along
     // cosines are `cubic`. Every row is whole then.
     const float* sample;
-    int layers, columns, azimuths;
-    bool symmetric, cubic;
-    SlicePlaces places;  // of mu_in and mu_out the same where it is symmetric; of sin(azimuth / 2)
     // The divisor of the samples: level + slope * (shares intercepted along both directions).
     float level, slope;
     // The least value of a lookup: 0, or -infinity while samples are made from differences to closed

@@ -46,10 +46,8 @@ void check_sizes(const Droplets& droplets) {
     if (droplets.distribution == Droplets::Distribution::modified_gamma) {
         require(droplets.mode_radius > 0 && std::isfinite(droplets.mode_radius), mie_caller,
                 "mode_radius (um)", "above 0 and finite", droplets.mode_radius);
-        require(droplets.alpha >= 0.1 && droplets.alpha <= 100, mie_caller, "alpha",
-                "in [0.1, 100]", droplets.alpha);
-        require(droplets.gamma >= 0.25 && droplets.gamma <= 10, mie_caller, "gamma",
-                "in [0.25, 10]", droplets.gamma);
+        require_in("[0.1, 100]", mie_caller, "alpha", droplets.alpha);
+        require_in("[0.25, 10]", mie_caller, "gamma", droplets.gamma);
         return;
     }
     const double radius = droplets.effective_radius, v = droplets.effective_variance;
@@ -69,17 +67,15 @@ void check(const Droplets& droplets) {
                 "an index of their own or a phase function each)",
             droplets.wavelength);
     const std::complex<double> index = index_of_refraction(droplets);
-    require(index.real() >= 0.01 && index.real() <= 10, mie_caller, "real part of index",
-            "in [0.01, 10]", index.real());
-    require(index.imag() >= 0 && index.imag() <= 10, mie_caller,
-            "imaginary part of index, which absorbs,", "in [0, 10]", index.imag());
+    require_in("[0.01, 10]", mie_caller, "real part of index", index.real());
+    require_in("[0, 10]", mie_caller, "imaginary part of index, which absorbs,", index.imag());
     require(std::abs(index - 1.0) >= 1e-3, mie_caller, "index", "at least 1e-3 from 1",
             index.real());
     const double x = 2 * pi * effective_size(droplets).radius / droplets.wavelength;
     require(x >= 1e-4, mie_caller, "2 pi radius / wavelength", "at least 1e-4", x);
-    require(radius_range(droplets).max * x <= max_size_parameter, mie_caller,
-            "2 pi radius / wavelength of the largest droplet", "at most 10000",
-            radius_range(droplets).max * x);
+    const double largest = radius_range(droplets).max * x;
+    require(largest <= max_size_parameter, mie_caller,
+            "2 pi radius / wavelength of the largest droplet", "at most 10000", largest);
 }
 
 // ---- Values between angles
@@ -89,7 +85,7 @@ constexpr std::size_t beyond_end = 4;  // samples that it needs beyond either en
 
 /// Values of a Legendre series at Theta = pi i / intervals, i = 0 .. intervals.
 std::vector<double> series_at_angles(const std::vector<double>& chi, std::size_t intervals) {
-    std::vector<double> value(intervals + 1, 0.0);
+    std::vector<double> value(intervals + 1);
     constexpr std::size_t width = 16;  // angles summed side by side
     for (std::size_t first = 0; first <= intervals; first += width) {
         double c[width], before[width] = {}, here[width], sum[width] = {};
@@ -183,12 +179,12 @@ double read_length(PhaseText& text, const std::string& parameter) {
 bool value_ends(PhaseText& text) { return text.at_end() || text.next_is(',') || text.next_is('+'); }
 
 /// A word out of a few; returns its place among them, or nothing, and reads nothing.
-std::optional<std::size_t> read_word(PhaseText& text, const std::vector<std::string>& allowed) {
+std::optional<std::ptrdiff_t> read_word(PhaseText& text, const std::vector<std::string>& allowed) {
     PhaseText ahead = text;
     const auto found = std::find(allowed.begin(), allowed.end(), ahead.name());
     if (found == allowed.end() || !value_ends(ahead)) return {};
     text.at = ahead.at;
-    return static_cast<std::size_t>(found - allowed.begin());
+    return found - allowed.begin();
 }
 
 /// The name of a file, refused where none are read; empty where there is none.

@@ -30,8 +30,7 @@ void check_rows(const std::vector<double>& angle_deg, const std::vector<double>&
                 "finite and at least 0", value[i]);
         require(i == 0 || angle_deg[i] > angle_deg[i - 1], caller, angle_here,
                 "above the one before it", angle_deg[i]);
-        require(angle_deg[i] >= 0 && angle_deg[i] <= 180, caller, angle_here, "in [0, 180]",
-                angle_deg[i]);
+        require_in("[0, 180]", caller, angle_here, angle_deg[i]);
         dark = dark && value[i] == 0;
     }
     require(!dark, caller, "value", "above 0 somewhere", 0);
@@ -42,7 +41,7 @@ void check_rows(const std::vector<double>& angle_deg, const std::vector<double>&
 std::vector<double> monotone_slopes(const std::vector<double>& angle_deg,
                                     const std::vector<double>& value) {
     const std::size_t count = value.size();
-    std::vector<double> width(count - 1), secant(count - 1), slope(count, 0.0);
+    std::vector<double> width(count - 1), secant(count - 1), slope(count);
     for (std::size_t i = 0; i + 1 < count; ++i) {
         width[i] = radians(angle_deg[i + 1] - angle_deg[i]);
         secant[i] = (value[i + 1] - value[i]) / width[i];
@@ -96,7 +95,7 @@ void add_legendre(const PanelNodes& weight, const PanelNodes& c, std::vector<dou
 
 /// Moments before normalisation: half the integral of value P_l(-cos a) sin a da.
 std::vector<double> raw_moments(const Tabulated& table, std::size_t count) {
-    std::vector<double> sums(count, 0.0);
+    std::vector<double> sums(count);
     for (std::size_t i = 0; i + 1 < table.knot_value.size(); ++i) {
         const double begin = table.knot_angle_deg[i];
         const double width = table.knot_angle_deg[i + 1] - begin;
@@ -352,7 +351,7 @@ constexpr std::size_t max_moments = std::size_t{1} << 16;  // of drops of some m
 /// Cost     n^2 / 4 steps.
 std::vector<double> cosine_coefficients(const std::vector<double>& chi) {
     const std::size_t n = chi.size();
-    std::vector<double> h(n, 1.0), scaled(n), cosines(n, 0.0);
+    std::vector<double> h(n, 1.0), scaled(n), cosines(n);
     for (std::size_t m = 1; m < n; ++m) h[m] = h[m - 1] * (1 - 0.5 / static_cast<double>(m));
     for (std::size_t l = 0; l < n; ++l) scaled[l] = (2 * static_cast<double>(l) + 1) * chi[l];
     for (std::size_t m = 0; 2 * m < n; ++m) {

@@ -1,11 +1,12 @@
 #include "classic.h"
 
+#include <stratus/base/number_text.h>
 #include <stratus/layer/single_scattering.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
+#include <string>
 
 namespace stratus {
 
@@ -49,7 +50,7 @@ PhaseKernels reference_phase_kernels(const Directions& directions,
         even = MatrixXd(d.asDiagonal() * even * d.asDiagonal());
         odd = MatrixXd(d.asDiagonal() * odd * d.asDiagonal());
     }
-    return {even + odd, even - odd};
+    return {even - odd, even + odd};
 }
 
 namespace {
@@ -84,46 +85,42 @@ void ClassicLayer::start_diamond(const PhaseKernels& kernels, double albedo) {
     const double h = optical_depth_ / 2;
     const VectorXd scale = directions_.s.cwiseQuotient(directions_.mu) / std::sqrt(2.0);
     const VectorXd slant = h * directions_.mu.cwiseInverse();
-    const MatrixXd t = h * albedo / 2 * (scale.asDiagonal() * kernels.same * scale.asDiagonal());
-    const MatrixXd r = h * albedo / 2 * (scale.asDiagonal() * kernels.other * scale.asDiagonal());
+    const MatrixXd t =
+        h * albedo / 2 * (scale.asDiagonal() * kernels.transmission * scale.asDiagonal());
+    const MatrixXd r =
+        h * albedo / 2 * (scale.asDiagonal() * kernels.reflection * scale.asDiagonal());
     const BeamMatrix sum = cayley({slant, -t - r}, N);
     const BeamMatrix difference = cayley(inverse({slant, r - t}, N), N);
-    reflection_ = (sum.K + difference.K) / 2;
-    transmission_ = (sum.K - difference.K) / 2;
+    layer_ = {(sum.K + difference.K) / 2, (sum.K - difference.K) / 2};
 }
 
 void ClassicLayer::start_single(const PhaseKernels& kernels, double albedo) {
     const auto n = directions_.size();
     const VectorXd &mu = directions_.mu, &s = directions_.s;
-    reflection_.resize(n, n);
-    transmission_.resize(n, n);
-    for (int j = 0; j < n; ++j)
-        for (int i = 0; i < n; ++i) {
-            reflection_(i, j) =
-                s(i) * s(j) *
-                single_reflection(kernels.other(i, j), albedo, optical_depth_, mu(i), mu(j));
-            transmission_(i, j) =
-                s(i) * s(j) *
-                single_transmission(kernels.same(i, j), albedo, optical_depth_, mu(i), mu(j));
-        }
+    for (const Side side : both_sides) {
+        layer_[side].resize(n, n);
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i)
+                layer_[side](i, j) = s(i) * s(j) *
+                                     single_scattering(side, kernels[side](i, j), albedo,
+                                                       optical_depth_, mu(i), mu(j));
+    }
 }
 
 void ClassicLayer::double_depth() {
     const int N = directions_.nodes;
     const VectorXd none = VectorXd::Zero(directions_.size());
-    const BeamMatrix R{none, reflection_};
-    const BeamMatrix T{beam_along(directions_, optical_depth_), transmission_};
+    const BeamMatrix R{none, layer_.reflection};
+    const BeamMatrix T{beam_along(directions_.mu, optical_depth_), layer_.transmission};
     BeamMatrix bounce = product(R, R, N);
     const BeamMatrix between =
         product(T, inverse({VectorXd::Ones(none.size()), -bounce.K}, N), N);  // T (I - R R)^-1
-    reflection_ += product(between, product(R, T, N), N).K;
-    transmission_ = product(between, T, N).K;
+    layer_.reflection += product(between, product(R, T, N), N).K;
+    layer_.transmission = product(between, T, N).K;
     optical_depth_ *= 2;
-    if (reflection_.allFinite() && transmission_.allFinite()) return;
-    std::ostringstream line;
-    line << "solve: classic doubling broke down in mode " << mode_ << " at optical depth "
-         << optical_depth_;
-    throw std::runtime_error(line.str());
+    if (layer_.reflection.allFinite() && layer_.transmission.allFinite()) return;
+    throw std::runtime_error("solve: classic doubling broke down in mode " + std::to_string(mode_) +
+                             " at optical depth " + short_number(optical_depth_, 6));
 }
 
 void ClassicLayer::double_to_infinity() {

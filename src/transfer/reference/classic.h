@@ -31,7 +31,7 @@ class ClassicLayer {
     /// Conservative layers approach their limit as 1/tau and are doubled as far as rounding allows.
     void double_to_infinity();
 
-    ModeMatrices matrices() const { return {reflection_, transmission_}; }
+    const ModeMatrices& matrices() const { return layer_; }
 
   private:
     void start_diamond(const PhaseKernels& kernels, double albedo);
@@ -40,7 +40,7 @@ class ClassicLayer {
     const Directions& directions_;
     int mode_;
     double optical_depth_;
-    Eigen::MatrixXd reflection_, transmission_;
+    ModeMatrices layer_;
 };
 
 /// Doublings from a layer no thicker than `start_depth`; 0: than 1e-3 of the smallest node's

@@ -4,6 +4,8 @@
 #include <stratus/base/number_text.h>
 #include <stratus/transfer/quadrature.h>
 
+#include "../layer.h"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <boost/math/special_functions/expint.hpp>
@@ -145,11 +147,9 @@ class Descent {
         IsotropicSolution solution;
         solution.mu = directions_.mu.tail(asked_);
         solution.X = 1 + x_.tail(asked_).array();
-        solution.Y = y_.tail(asked_);
+        solution.Y = y_.tail(asked_) + beam_along(solution.mu, depth_);
         solution.reflection.resize(asked_, asked_);
         solution.transmission = multiple_transmission_;
-        for (Index i = 0; i < asked_; ++i)
-            solution.Y(i) += direct_transmittance(depth_, solution.mu(i));
         for (Index i = 0; i < asked_; ++i)
             for (Index j = 0; j < asked_; ++j) {
                 const double mu = solution.mu(i), mu0 = solution.mu(j);
@@ -198,15 +198,12 @@ class Descent {
         constexpr double relative = 1e-14, smallest = 1e-290;
         const Index n = directions_.size();
         const double h = end - start, half = albedo_ / 2;
-        Panel panel{h, start + h * radau_.point.array(), {}, {}, {}, {}, {}};
-        panel.x.resize(stages, n);
-        panel.y.resize(stages, n);
-        panel.beam.resize(stages, n);
+        const MatrixXd blank(stages, n);
+        Panel panel{h, start + h * radau_.point.array(), {}, {}, blank, blank, blank};
         Stages beam_b;  // b of the beam alone
         for (int k = 0; k < stages; ++k) {
             const double tau = panel.depth(k);
-            for (Index i = 0; i < n; ++i)
-                panel.beam(k, i) = direct_transmittance(tau, directions_.mu(i));
+            panel.beam.row(k) = beam_along(directions_.mu, tau);
             beam_b(k) = half * boost::math::expint(1, tau);
         }
         const VectorXd share = directions_.weight.cwiseQuotient(directions_.mu);
@@ -286,7 +283,7 @@ IsotropicSolution solve_semi_infinite(double albedo, const VectorXd& mu) {
     const Index count = mu.size();
     IsotropicSolution solution;
     solution.mu = mu;
-    solution.X = mu.unaryExpr([&H](double cosine) { return H(cosine); });
+    solution.X = mu.unaryExpr(H);
     solution.Y = VectorXd::Zero(count);
     solution.reflection.resize(count, count);
     for (Index i = 0; i < count; ++i)

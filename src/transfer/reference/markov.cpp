@@ -3,6 +3,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 
+#include "../options.h"
 #include "classic.h"
 
 #include <Eigen/LU>
@@ -87,7 +88,8 @@ std::vector<MatrixXd> run_chain(const Discretisation& discretisation, const Dire
     const Index N = directions.nodes, n = directions.size();
     const int K = discretisation.K;
     const VectorXd weight = albedo / 2 * directions.weight.head(N);
-    const MatrixXd same = kernels.same.leftCols(N), other = sign * kernels.other.leftCols(N);
+    const MatrixXd same = kernels.transmission.leftCols(N),
+                   other = sign * kernels.reflection.leftCols(N);
     MatrixXd Q(N * K, N * K), B(N * K, n), E(n, N * K);
     for (int k = 0; k < K; ++k) {
         // [EH78]: P into the same hemisphere stays at l, P into the other one is mirrored.
@@ -105,8 +107,9 @@ std::vector<MatrixXd> run_chain(const Discretisation& discretisation, const Dire
                                  (same.cwiseProduct(ahead) + other.cwiseProduct(back));
         B.middleRows(k * N, N) =
             weight.asDiagonal() *
-            (kernels.same.topRows(N) * discretisation.start.col(k).asDiagonal() +
-             sign * kernels.other.topRows(N) * discretisation.start.col(K - 1 - k).asDiagonal());
+            (kernels.transmission.topRows(N) * discretisation.start.col(k).asDiagonal() +
+             sign * kernels.reflection.topRows(N) *
+                 discretisation.start.col(K - 1 - k).asDiagonal());
     }
     std::vector<MatrixXd> result;
     if (orders == 0) {
@@ -165,8 +168,7 @@ class MarkovRun {
         layer.optical_depth = optical_depth;
         layer.phase_function = phase_function;
         layer.truncation = no_truncation(phase_function, 2 * options.nodes);
-        layer.mu =
-            mu.empty() ? directions_.mu : directions_.mu.tail(directions_.size() - options.nodes);
+        layer.mu = solved_cosines(directions_);
         const auto count = layer.mu.size();
         for (const Side side : both_sides) solution_.error[side] = MatrixXd::Zero(count, count);
         solution_.order.resize(size(std::max(0, options.orders - 1)));
@@ -184,8 +186,7 @@ class MarkovRun {
         const Discretisation discretisations[] = {{directions_, layer.optical_depth, K / 2},
                                                   {directions_, layer.optical_depth, K},
                                                   {directions_, layer.optical_depth, 2 * K}};
-        int most = 2 * options_.nodes;
-        while (most > 1 && moments_[size(most - 1)] == 0) --most;
+        int most = count_modes(moments_);
         if (options_.modes) most = std::min(options_.modes, most);
         for (int mode = 0; mode < most; ++mode) {
             const PhaseKernels kernels = reference_phase_kernels(directions_, moments_, mode);
@@ -236,12 +237,13 @@ class MarkovRun {
         for (Index j = 0; j < n; ++j)
             for (Index i = 0; i < N; ++i) {
                 const double out = directions_.mu(i), in = directions_.mu(j);
-                fluxes(0, j) += share(i) * single_reflection(kernels.other(i, j), w, tau, in, out);
-                fluxes(1, j) += share(i) * single_transmission(kernels.same(i, j), w, tau, in, out);
+                for (const Side side : both_sides)
+                    fluxes(static_cast<int>(side), j) +=
+                        share(i) * single_scattering(side, kernels[side](i, j), w, tau, in, out);
             }
         layer.plane_albedo = fluxes.row(0).tail(count);
         layer.diffuse_transmittance = fluxes.row(1).tail(count);
-        for (Index j = 0; j < N; ++j) fluxes(1, j) += direct_transmittance(tau, directions_.mu(j));
+        fluxes.row(1).head(N) += beam_along(directions_.mu.head(N), tau).transpose();
         const MatrixXd uniform = fluxes.leftCols(N) * share / share.sum();
         layer.spherical_albedo = uniform(0);
         layer.total_transmittance = uniform(1);

@@ -74,14 +74,13 @@ class PhotonRun {
         Tallies<double> photon;
         std::vector<Exit> exits(beam.geometries.size());
         for (std::uint64_t i = 0; i < photons; ++i) {
-            photon = {std::move(photon.exits), {}, {}};
+            photon = {std::move(photon.exits)};
             photon.exits.assign(exits.size(), {});
             for (std::size_t e = 0; e < exits.size(); ++e) {
                 const Geometry& of = beam.geometries[e];
-                follow_back(beam_direction(of.mu_out, of.azimuth + pi, -1), 0, random,
-                            exits[e][lit]);
-                follow_back(beam_direction(of.mu_out, of.azimuth + pi, 1), optical_depth_, random,
-                            exits[e][far]);
+                for (const Face side : {lit, far})
+                    follow_back(beam_direction(of.mu_out, of.azimuth + pi, side == lit ? -1 : 1),
+                                side == lit ? 0 : optical_depth_, random, exits[e][side]);
             }
             // Uniform illumination has the density 2 mu dmu.
             const double mu_in = beam.mu_in > 0 ? beam.mu_in : std::sqrt(1 - random());
@@ -120,7 +119,7 @@ class PhotonRun {
         Flight flight;
         set_out(flight, beam_direction(mu_in, 0, -1));
         // recent[k]: sum of 1/phi over the last k collisions
-        std::vector<double> recent(size(backward_collisions_) + 1, 0.0);
+        std::vector<double> recent(size(backward_collisions_) + 1);
         tally_flight(flight, 0, recent, exits, photon);
         for (int order = 1; order <= max_collisions; ++order) {
             if (!collide(flight, order, random)) return;
@@ -257,18 +256,18 @@ class PhotonRun {
     /// the part of the layer that both cross, attenuated on the way there.
     Joined join(const Flight& flight, const Flight& back) const {
         const double w = flight.weight * back.weight * albedo_;
-        const double below = back.depth - flight.depth;
-        if (flight.ahead == back.ahead) {
-            const double phase = phase_(-dot(flight.direction, back.direction));
+        const double below = back.depth - flight.depth,
+                     apart = flight.ahead == far ? below : -below;
+        const bool leaves_ahead = flight.ahead != back.ahead;
+        if (leaves_ahead && apart <= 0) return {0, 1};
+        const double phase = phase_(-dot(flight.direction, back.direction));
+        if (!leaves_ahead) {
             const double common = std::min(flight.before, back.before);
             const double farther = (below > 0) == (flight.ahead == far) ? flight.mu : back.mu;
             return {single_reflection(phase, w, common, flight.mu, back.mu) *
                         direct_transmittance(std::abs(below), farther),
                     phase};
         }
-        const double apart = flight.ahead == far ? below : -below;
-        if (apart <= 0) return {0, 1};
-        const double phase = phase_(-dot(flight.direction, back.direction));
         return {single_transmission(phase, w, apart, flight.mu, back.mu), phase};
     }
 
@@ -345,11 +344,12 @@ PhotonSolution unscattered(const PhaseFunction& phase_function, double albedo, d
                            const std::vector<IncidentBeam>& beams) {
     PhotonSolution solution;
     for (const Geometry& of : geometries) {
-        const double R = single_reflection(phase_function(cos_scattering_angle_reflected(of)),
-                                           albedo, tau, of.mu_in, of.mu_out);
-        const double T = single_transmission(phase_function(cos_scattering_angle_transmitted(of)),
-                                             albedo, tau, of.mu_in, of.mu_out);
-        solution.geometries.push_back({of, {{R, R, 0}, 0, {}}, {{T, T, 0}, 0, {}}});
+        const auto single = [&](Side side) -> PhotonValue {
+            const double phase = phase_function(cos_scattering_angle(side, of));
+            const double once = single_scattering(side, phase, albedo, tau, of.mu_in, of.mu_out);
+            return {{once, once, 0}, 0, {}};
+        };
+        solution.geometries.push_back({of, single(Side::reflection), single(Side::transmission)});
     }
     for (const IncidentBeam& beam : beams) {
         PhotonFluxes fluxes;

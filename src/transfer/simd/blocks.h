@@ -81,6 +81,18 @@ struct Tile {};
 constexpr auto whole_rows = [](int) { return 0; };
 constexpr auto from_diagonal = [](int i) { return i; };
 
+/// Calls body(j0, tile<1, J>) for strips of J registers, `step` columns each, from column j on: as wide ones
+/// as fit.
+template <class Body>
+[[gnu::always_inline]] inline void for_each_strip(int j, int columns, int step, Body body) {
+    const auto strips = [&]<int J>(Tile<1, J> tile) {
+        for (; j + (J - 1) * step < columns; j += J * step) body(j, tile);
+    };
+    strips(Tile<1, block>{});
+    strips(Tile<1, 2>{});
+    strips(Tile<1, 1>{});
+}
+
 /// Calls body(register, i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
 /// first_column(i0) or, with columns in registers, the first of its register; smaller blocks at the
 /// edges.
@@ -89,29 +101,33 @@ template <class Number, class FirstColumn, class Body>
                                                   Body body) {
     using In = Register<Number>;
     auto row = [&]<int I>(int i, Tile<I, 1>) {
-        int j = first_column(i) / In::columns * In::columns;
-        for (; j + (block - 1) * In::columns < columns; j += block * In::columns)
-            for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, block>{});
-        for (; j + In::columns < columns; j += 2 * In::columns)
-            for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, 2>{});
-        for (; j < columns; j += In::columns)
-            for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, 1>{});
+        for_each_strip(first_column(i) / In::columns * In::columns, columns, In::columns,
+                       [&]<int J>(int j, Tile<1, J>) {
+                           for (int word = 0; word < In::words; ++word)
+                               body(In{word}, i, j, Tile<I, J>{});
+                       });
     };
     int i = 0;
     for (; i + block <= rows; i += block) row(i, Tile<block, 1>{});
     for (; i < rows; ++i) row(i, Tile<1, 1>{});
 }
 
-/// Calls body(register, i, j, value) for the registers of a block that reach the diagonal or lie
-/// above it.
-template <class Number, int I, int J, class Body>
-[[gnu::always_inline]] inline void for_upper(Register<Number> in, int i0, int j0,
-                                             const Word (&values)[I][J], Body body) {
-    for (int i = 0; i < I; ++i)
-        for (int j = 0; j < J; ++j) {
-            const int column = j0 + j * in.columns;
-            if (column + in.columns > i0 + i) body(in, i0 + i, column, values[i][j]);
-        }
+/// Calls body(register, i, j, sum over k < depth of a[k, i] b[k, j]) over a rows x columns matrix, in
+/// each row from the register that holds first_column(i) on.
+template <class Number, class FirstColumn, class Body>
+[[gnu::always_inline]] inline void for_each_product(int rows, int columns, FirstColumn first_column,
+                                                    int depth, const Number* a, long a_stride,
+                                                    const Number* b, long b_stride, Body body) {
+    auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+        Word sum[I][J] = {};
+        accumulate(in, depth, a + i0, a_stride, b + j0, b_stride, 1.0, sum);
+        for (int i = 0; i < I; ++i)
+            for (int j = 0; j < J; ++j) {
+                const int column = j0 + j * in.columns;
+                if (column + in.columns > first_column(i0 + i)) body(in, i0 + i, column, sum[i][j]);
+            }
+    };
+    for_each_block<Number>(rows, columns, first_column, blocks);
 }
 
 /// Stores an element above the diagonal, for both triangles once `mirror` follows.
@@ -133,12 +149,8 @@ template <class Number>
 template <class Number>
 [[gnu::always_inline]] inline void multiply(int depth, const Number* x, const Number* K,
                                             long stride, int columns, Number* out) {
-    auto blocks = [&]<int I, int J>(Register<Number> in, int, int j0, Tile<I, J>) {
-        Word sum[1][J] = {};
-        accumulate(in, depth, x, 1, K + j0, stride, 1.0, sum);
-        for (int j = 0; j < J; ++j) in(out, j0 + j * in.columns) = sum[0][j];
-    };
-    for_each_block<Number>(1, columns, whole_rows, blocks);
+    for_each_product(1, columns, whole_rows, depth, x, 1, K, stride,
+                     [=](Register<Number> in, int, int j, Word sum) { in(out, j) = sum; });
 }
 
 [[gnu::always_inline]] inline double square_root(double x) { return __builtin_sqrt(x); }
@@ -173,26 +185,22 @@ template <class Number, class Combine>
     const long stride = layer.stride, x_stride = layer.elimination_stride;
     const Number* X = layer.elimination + layer.right_side;
     const Number* rho = layer.vector[0];
-    auto blocks = [&]<int I, int J>(Register<Number> in, int row, int column, Tile<I, J>) {
-        const int i0 = first + row, j0 = first + column;
-        Word product[I][J] = {};
-        accumulate(in, N, X + row, x_stride, X + column, x_stride, 1.0, product);
-        for_upper(in, i0, j0, product, [&](Register<Number>, int i, int j, Word value) {
-            const long at = i * stride + j;
-            if (j + in.columns > N) {
-                value -= in.same(rho, i) * in(C.K, at) * in(rho, j);
-                value += P.p * (in.same(rho, i) + in(rho, j)) * in(P.matrix.K, at);
-            }
-            if (j <= i && i < N) {
-                Word d{};
-                const auto extinction = P.p * in.same(P.matrix.d, i);
-                in.set_column(d, i - j, extinction * extinction / in.same(C.d, i));
-                value -= d;
-            }
-            store_upper(in, out, stride, i, j, combine(in, i, j, value));
-        });
+    const auto store = [&](Register<Number> in, int row, int column, Word value) {
+        const int i = first + row, j = first + column;
+        const long at = i * stride + j;
+        if (j + in.columns > N) {
+            value -= in.same(rho, i) * in(C.K, at) * in(rho, j);
+            value += P.p * (in.same(rho, i) + in(rho, j)) * in(P.matrix.K, at);
+        }
+        if (j <= i && i < N) {
+            Word d{};
+            const auto extinction = P.p * in.same(P.matrix.d, i);
+            in.set_column(d, i - j, extinction * extinction / in.same(C.d, i));
+            value -= d;
+        }
+        store_upper(in, out, stride, i, j, combine(in, i, j, value));
     };
-    for_each_block<Number>(n - first, n - first, from_diagonal, blocks);
+    for_each_product(n - first, n - first, from_diagonal, N, X, x_stride, X, x_stride, store);
     mirror(first, n, out, stride);
 }
 

@@ -53,10 +53,8 @@ template <class Number, int I>
     };
     solve(0, first, Tile<1, J>{});
     for (int i = 0; i < I; ++i) in.set_same(m, (i0 + i) * stride + i0 + i, factor[i][i]);
-    int j0 = first + J * step;
-    for (; j0 + (block - 1) * step < columns; j0 += block * step) solve(i0, j0, Tile<1, block>{});
-    for (; j0 + step < columns; j0 += 2 * step) solve(i0, j0, Tile<1, 2>{});
-    for (; j0 < columns; j0 += step) solve(i0, j0, Tile<1, 1>{});
+    for_each_strip(first + J * step, columns, step,
+                   [&]<int W>(int j0, Tile<1, W> tile) { solve(i0, j0, tile); });
 }
 
 }  // namespace
@@ -144,21 +142,15 @@ void invert_gauss_rows(const SimdLayer<Number>& layer, SimdMatrix<Number> out, i
     Number* const X = layer.elimination + layer.right_side;
     for (int i = N - 1; i >= 0; --i) {
         const Number* const factor = layer.elimination + i * stride;
-        auto blocks = [&]<int I, int J>(Register<Number> in, int, int j0, Tile<I, J>) {
-            Word x[1][J];
-            for (int j = 0; j < J; ++j) x[0][j] = in(X, i * stride + j0 + j * in.columns);
-            accumulate(in, N - 1 - i, factor + i + 1, 1, X + (i + 1) * stride + j0, stride, -1.0,
-                       x);
-            for (int j = 0; j < J; ++j) {
-                const int column = j0 + j * in.columns;
-                const Word solved = x[0][j] * in.same(factor, i);
-                in(X, i * stride + column) = solved;
-                if (i < first)
-                    in(out.K, i * static_cast<long>(layer.stride) + first + column) =
-                        -solved * in(out.d, first + column);
-            }
+        const auto solve = [&](Register<Number> in, int, int column, Word sum) {
+            Word& x = in(X, i * stride + column);
+            x = (x - sum) * in.same(factor, i);
+            if (i < first)
+                in(out.K, i * static_cast<long>(layer.stride) + first + column) =
+                    -x * in(out.d, first + column);
         };
-        for_each_block<Number>(1, layer.directions - first, whole_rows, blocks);
+        for_each_product<Number>(1, layer.directions - first, whole_rows, N - 1 - i, factor + i + 1,
+                                 1, X + (i + 1) * stride, stride, solve);
     }
 }
 

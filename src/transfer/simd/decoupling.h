@@ -35,64 +35,53 @@ template <class Number>
 struct View {
     Number* at;
     long stride;
+    int rows, columns;
 
     [[gnu::always_inline]] Number& operator()(int i, int j) const { return at[i * stride + j]; }
 };
 
 /// out += sign F^T G, summed over `depth` rows of F and G.
-template <class Number>
-void add_product(int depth, double sign, View<Number> F, int rows, View<Number> G, int columns,
-                 View<Number> out) {
-    auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
-        Word sum[I][J] = {};
-        accumulate(in, depth, F.at + i0, F.stride, G.at + j0, G.stride, sign, sum);
-        for (int i = 0; i < I; ++i)
-            for (int j = 0; j < J; ++j)
-                in(out.at, (i0 + i) * out.stride + j0 + j * in.columns) += sum[i][j];
-    };
-    for_each_block<Number>(rows, columns, whole_rows, blocks);
+template <class Number, class FirstColumn = decltype(whole_rows)>
+void add_product(int depth, double sign, View<Number> F, View<Number> G, View<Number> out,
+                 FirstColumn first_column = {}) {
+    for_each_product<Number>(out.rows, out.columns, first_column, depth, F.at, F.stride, G.at,
+                             G.stride, [=](Register<Number> in, int i, int j, Word sum) {
+                                 in(out.at, i * out.stride + j) += sign * sum;
+                             });
 }
 
 template <class Number, class Value>
-[[gnu::always_inline]] inline void fill(int rows, int columns, View<Number> out, Value value) {
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) out(i, j) = value(i, j);
+[[gnu::always_inline]] inline void fill(View<Number> out, Value value) {
+    for (int i = 0; i < out.rows; ++i)
+        for (int j = 0; j < out.columns; ++j) out(i, j) = value(i, j);
 }
 
 template <class Number>
-void transpose(int rows, int columns, View<Number> from, View<Number> to) {
-    fill(columns, rows, to, [&](int i, int j) { return from(j, i); });
+void transpose(View<Number> from, View<Number> to) {
+    fill(to, [&](int i, int j) { return from(j, i); });
 }
 
 /// Operands of all steps, named as above. A name ending in t is transposed: steep x grazing.
 template <class Number>
 struct Blocks {
-    int S, L;    // Gauss nodes of each group,
-    int nS, nL;  // and directions
-    View<Number> U, V, Ut, Vt, P_S, Q_S, P_L, Q_L;
-    View<Number> Pt, Qt, at, bt, Q, X, Ft, Ht;
+    const SimdGroups<Number>& of;
+    int S = of.grazing.gauss, L = of.steep.gauss;              // Gauss nodes of each group,
+    int nS = of.grazing.directions, nL = of.steep.directions;  // and directions
+    View<Number> U = rows(of.rows[3]), V = rows(of.rows[4]), Ut = columns(of.columns[6]),
+                 Vt = columns(of.columns[7]), P_S = square(of.grazing, of.grazing.scatter_odd.K),
+                 Q_S = square(of.grazing, of.grazing.scatter_even.K),
+                 P_L = square(of.steep, of.steep.scatter_odd.K),
+                 Q_L = square(of.steep, of.steep.scatter_even.K);
+    View<Number> Pt = columns(of.columns[0]), Qt = columns(of.columns[1]),
+                 at = columns(of.columns[2]), bt = columns(of.columns[3]), Q = rows(of.rows[0]),
+                 X = square(of.grazing, of.squares[0]), Ft = square(of.grazing, of.squares[1]),
+                 Ht = square(of.grazing, of.squares[2]);
 
-    explicit Blocks(const SimdGroups<Number>& of)
-        : S(of.grazing.gauss),
-          L(of.steep.gauss),
-          nS(of.grazing.directions),
-          nL(of.steep.directions),
-          U{of.U, of.row_stride},
-          V{of.V, of.row_stride},
-          Ut{of.U_columns, of.column_stride},
-          Vt{of.V_columns, of.column_stride},
-          P_S{of.grazing.scatter_odd.K, of.grazing.stride},
-          Q_S{of.grazing.scatter_even.K, of.grazing.stride},
-          P_L{of.steep.scatter_odd.K, of.steep.stride},
-          Q_L{of.steep.scatter_even.K, of.steep.stride},
-          Pt{of.columns[0], of.column_stride},
-          Qt{of.columns[1], of.column_stride},
-          at{of.columns[2], of.column_stride},
-          bt{of.columns[3], of.column_stride},
-          Q{of.rows[0], of.row_stride},
-          X{of.squares[0], of.grazing.stride},
-          Ft{of.squares[1], of.grazing.stride},
-          Ht{of.squares[2], of.grazing.stride} {}
+    View<Number> rows(Number* K) const { return {K, of.row_stride, nS, nL}; }
+    View<Number> columns(Number* K) const { return {K, of.column_stride, nL, nS}; }
+    View<Number> square(const SimdLayer<Number>& group, Number* K) const {
+        return {K, group.stride, group.directions, group.directions};
+    }
 };
 
 /// The blocks of w times a kernel of the whole layer; `between` is transposed.
@@ -104,43 +93,42 @@ void take_blocks(const SimdLayer<Number>& whole, const SimdGroups<Number>& group
             return whole.albedo * K[rows[i] * static_cast<long>(whole.stride) + columns[j]];
         };
     };
-    const int nS = groups.grazing.directions, nL = groups.steep.directions;
-    fill(nS, nS, of_grazing, from(groups.grazing_at, groups.grazing_at));
-    fill(nL, nL, of_steep, from(groups.steep_at, groups.steep_at));
-    fill(nL, nS, between, from(groups.steep_at, groups.grazing_at));
+    fill(of_grazing, from(groups.grazing_at, groups.grazing_at));
+    fill(of_steep, from(groups.steep_at, groups.steep_at));
+    fill(between, from(groups.steep_at, groups.grazing_at));
 }
 
 /// a, b, X, F and H from U and V.
 template <class Number>
-void combine(const SimdGroups<Number>& groups, const Blocks<Number>& m) {
-    const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
-    fill(m.nL, m.nS, m.at, [&](int j, int i) { return -m.Pt(j, i) - m.Vt(j, i) * (1 / mu_L[j]); });
-    add_product(m.L, 1, m.P_L, m.nL, m.Vt, m.nS, m.at);
-    fill(m.nL, m.nS, m.bt, [&](int j, int i) { return m.Vt(j, i) * (1 / mu_S[i]) - m.Qt(j, i); });
-    add_product(m.S, -1, m.V, m.nL, m.Q_S, m.nS, m.bt);
-    fill(m.nS, m.nS, m.X, m.P_S);
-    add_product(m.L, -1, m.Vt, m.nS, m.Pt, m.nS, m.X);
-    add_product(m.L, 1, m.at, m.nS, m.Vt, m.nS, m.X);
-    fill(m.nS, m.nS, m.Ft, [](int, int) { return Number{}; });
-    add_product(m.L, 1, m.Vt, m.nS, m.Ut, m.nS, m.Ft);
-    fill(m.nS, m.nS, m.Ht, [](int, int) { return Number{}; });
-    add_product(m.L, 1, m.bt, m.nS, m.Ut, m.nS, m.Ht);
+void combine(const Blocks<Number>& m) {
+    const double *mu_S = m.of.grazing.mu, *mu_L = m.of.steep.mu;
+    fill(m.at, [&](int j, int i) { return -m.Pt(j, i) - m.Vt(j, i) * (1 / mu_L[j]); });
+    add_product(m.L, 1, m.P_L, m.Vt, m.at);
+    fill(m.bt, [&](int j, int i) { return m.Vt(j, i) * (1 / mu_S[i]) - m.Qt(j, i); });
+    add_product(m.S, -1, m.V, m.Q_S, m.bt);
+    fill(m.X, m.P_S);
+    add_product(m.L, -1, m.Vt, m.Pt, m.X);
+    add_product(m.L, 1, m.at, m.Vt, m.X);
+    fill(m.Ft, [](int, int) { return Number{}; });
+    add_product(m.L, 1, m.Vt, m.Ut, m.Ft);
+    fill(m.Ht, [](int, int) { return Number{}; });
+    add_product(m.L, 1, m.bt, m.Ut, m.Ht);
 }
 
 /// The next U and V. Returns the squared change, relative to single scattering.
 template <class Number>
-Number iterate(const SimdLayer<Number>& whole, const SimdGroups<Number>& groups,
-               const Blocks<Number>& m) {
-    const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
-    const View<Number> odd{groups.columns[4], m.Ut.stride}, even{groups.columns[5], m.Ut.stride};
-    combine(groups, m);
-    fill(m.nL, m.nS, odd, [&](int j, int i) { return m.at(j, i) + m.Vt(j, i) * (1 / mu_L[j]); });
-    add_product(m.S, 1, m.U, m.nL, m.X, m.nS, odd);
+Number iterate(const SimdLayer<Number>& whole, const Blocks<Number>& m) {
+    const SimdLayer<Number>&grazing = m.of.grazing, &steep = m.of.steep;
+    const double *mu_S = grazing.mu, *mu_L = steep.mu;
+    const View<Number> odd = m.columns(m.of.columns[4]), even = m.columns(m.of.columns[5]);
+    combine(m);
+    fill(odd, [&](int j, int i) { return m.at(j, i) + m.Vt(j, i) * (1 / mu_L[j]); });
+    add_product(m.S, 1, m.U, m.X, odd);
     // Q + (Q_S - H) V = D V - b - H V
-    fill(m.nL, m.nS, even, [&](int j, int i) { return m.Vt(j, i) * (1 / mu_S[i]) - m.bt(j, i); });
-    add_product(m.S, -1, m.V, m.nL, m.Ht, m.nS, even);
-    add_product(m.L, 1, m.Q_L, m.nL, m.Ut, m.nS, even);
-    add_product(m.S, 1, m.Q, m.nL, m.Ft, m.nS, even);
+    fill(even, [&](int j, int i) { return m.Vt(j, i) * (1 / mu_S[i]) - m.bt(j, i); });
+    add_product(m.S, -1, m.V, m.Ht, even);
+    add_product(m.L, 1, m.Q_L, m.Ut, even);
+    add_product(m.S, 1, m.Q, m.Ft, even);
 
     Number change{};
     for (int j = 0; j < m.nL; ++j)
@@ -149,14 +137,14 @@ Number iterate(const SimdLayer<Number>& whole, const SimdGroups<Number>& groups,
             const double share = 1 / ((d_S - d_L) * (d_S + d_L));
             const Number u = (d_S * odd(j, i) - d_L * even(j, i)) * share;
             const Number v = (d_S * even(j, i) - d_L * odd(j, i)) * share;
-            const double unit = 2 / (groups.grazing.s[i] * groups.steep.s[j] * d_L);
+            const double unit = 2 / (grazing.s[i] * steep.s[j] * d_L);
             const Number du = unit * (u - m.Ut(j, i)), dv = unit * (v - m.Vt(j, i));
             change += du * du + dv * dv;
             m.Ut(j, i) = u;
             m.Vt(j, i) = v;
         }
-    transpose(m.nL, m.nS, m.Ut, m.U);
-    transpose(m.nL, m.nS, m.Vt, m.V);
+    transpose(m.Ut, m.U);
+    transpose(m.Vt, m.V);
     return change / (whole.albedo * whole.albedo + 1e-300);
 }
 
@@ -200,21 +188,21 @@ void change_basis(const SimdLayer<Number>& whole, SimdGroups<Number>& groups,
 
 template <class Number>
 bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups) {
-    const Blocks<Number> m(groups);
+    const Blocks<Number> m{groups};
     take_blocks(whole, groups, whole.scatter_odd.K, m.P_S, m.P_L, m.Pt);
     take_blocks(whole, groups, whole.scatter_even.K, m.Q_S, m.Q_L, m.Qt);
-    transpose(m.nL, m.nS, m.Qt, m.Q);
+    transpose(m.Qt, m.Q);
     const auto zero = [](int, int) { return Number{}; };
-    fill(m.nS, m.nL, m.U, zero);
-    fill(m.nS, m.nL, m.V, zero);
-    fill(m.nL, m.nS, m.Ut, zero);
-    fill(m.nL, m.nS, m.Vt, zero);
+    fill(m.U, zero);
+    fill(m.V, zero);
+    fill(m.Ut, zero);
+    fill(m.Vt, zero);
 
     constexpr int max_rounds = 24;
     constexpr double converged = 1e-28, slow = 0.1;  // squares: 1e-14, and a gain of 3 a round
     double last = 0;
     for (int round = 0;; ++round) {
-        const Number change = iterate(whole, groups, m);
+        const Number change = iterate(whole, m);
         double most = 0;
         for (int lane = 0; lane < lanes_per<Number>; ++lane)
             if (!(extract_lane(change, lane) <= most)) most = extract_lane(change, lane);
@@ -224,14 +212,14 @@ bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups) {
         last = most;
     }
 
-    combine(groups, m);
-    const View<Number> a{groups.rows[1], m.U.stride}, b{groups.rows[2], m.U.stride};
-    transpose(m.nL, m.nS, m.at, a);
-    transpose(m.nL, m.nS, m.bt, b);
-    add_product(m.S, 1, m.U, m.nL, a, m.nL, m.P_L);
-    add_product(m.S, 1, m.V, m.nL, m.Q, m.nL, m.Q_L);
-    add_product(m.S, -1, b, m.nL, m.V, m.nL, m.Q_L);
-    fill(m.nS, m.nS, m.P_S, m.X);
+    combine(m);
+    const View<Number> a = m.rows(groups.rows[1]), b = m.rows(groups.rows[2]);
+    transpose(m.at, a);
+    transpose(m.bt, b);
+    add_product(m.S, 1, m.U, a, m.P_L);
+    add_product(m.S, 1, m.V, m.Q, m.Q_L);
+    add_product(m.S, -1, b, m.V, m.Q_L);
+    fill(m.P_S, m.X);
     for (int i = 0; i < m.nS; ++i)
         for (int k = 0; k < m.nS; ++k) m.Q_S(i, k) -= m.Ht(k, i);
     if (whole.any_conserving) change_basis(whole, groups, m);
@@ -242,23 +230,23 @@ namespace {
 
 /// `to` = M^-T F~ M^-1 in the places of the whole layer.
 template <class Number>
-void couple_matrix(const SimdGroups<Number>& groups, const Blocks<Number>& m,
-                   SimdMatrix<Number> of_grazing, SimdMatrix<Number> of_steep,
-                   const SimdLayer<Number>& whole, SimdMatrix<Number> to) {
-    const View<Number> F_S{of_grazing.K, groups.grazing.stride},
-        F_L{of_steep.K, groups.steep.stride};
-    const View<Number> Et{groups.columns[0], m.Ut.stride}, Gt{groups.columns[1], m.Ut.stride};
-    const View<Number> E{groups.rows[0], m.U.stride}, G{groups.rows[1], m.U.stride};
-    const View<Number> E_S = m.X;
+void couple_matrix(const Blocks<Number>& m, SimdMatrix<Number> of_grazing,
+                   SimdMatrix<Number> of_steep, const SimdLayer<Number>& whole,
+                   SimdMatrix<Number> to) {
+    const SimdGroups<Number>& groups = m.of;
+    const View<Number> F_S = m.square(groups.grazing, of_grazing.K),
+                       F_L = m.square(groups.steep, of_steep.K);
+    const View<Number> Et = m.columns(groups.columns[0]), Gt = m.columns(groups.columns[1]);
+    const View<Number> E = m.rows(groups.rows[0]), G = m.rows(groups.rows[1]), E_S = m.X;
     // E = -U F_L,  E_S = F_S - E U',  G = E - E_S V
-    fill(m.nL, m.nS, Et, [&](int j, int i) { return -of_steep.d[j] * m.Ut(j, i); });
-    add_product(m.L, -1, F_L, m.nL, m.Ut, m.nS, Et);
-    fill(m.nS, m.nS, E_S, F_S);
-    add_product(m.L, -1, Et, m.nS, m.Ut, m.nS, E_S);
-    fill(m.nL, m.nS, Gt, [&](int j, int i) { return Et(j, i) - m.Vt(j, i) * of_grazing.d[i]; });
-    add_product(m.S, -1, m.V, m.nL, E_S, m.nS, Gt);
-    transpose(m.nL, m.nS, Et, E);
-    transpose(m.nL, m.nS, Gt, G);
+    fill(Et, [&](int j, int i) { return -of_steep.d[j] * m.Ut(j, i); });
+    add_product(m.L, -1, F_L, m.Ut, Et);
+    fill(E_S, F_S);
+    add_product(m.L, -1, Et, m.Ut, E_S);
+    fill(Gt, [&](int j, int i) { return Et(j, i) - m.Vt(j, i) * of_grazing.d[i]; });
+    add_product(m.S, -1, m.V, E_S, Gt);
+    transpose(Et, E);
+    transpose(Gt, G);
 
     const auto place = [&](const int* rows, int i, const int* columns, int j) -> Number& {
         return to.K[rows[i] * static_cast<long>(whole.stride) + columns[j]];
@@ -270,16 +258,10 @@ void couple_matrix(const SimdGroups<Number>& groups, const Blocks<Number>& m,
         for (int j = 0; j < m.nL; ++j) place(S, i, L, j) = place(L, j, S, i) = G(i, j);
     }
     for (int j = 0; j < m.nL; ++j) to.d[L[j]] = of_steep.d[j];
-    const View<Number> change{whole.spare[0].K, whole.stride};  // V' E + G' V
-    auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
-        Word sum[I][J] = {};
-        accumulate(in, m.S, m.V.at + i0, m.V.stride, E.at + j0, E.stride, 1.0, sum);
-        accumulate(in, m.S, G.at + i0, G.stride, m.V.at + j0, m.V.stride, 1.0, sum);
-        for_upper(in, i0, j0, sum, [&](Register<Number>, int i, int j, Word value) {
-            in(change.at, i * change.stride + j) = value;
-        });
-    };
-    for_each_block<Number>(m.nL, m.nL, from_diagonal, blocks);
+    const View<Number> change{whole.spare[0].K, whole.stride, m.nL, m.nL};  // V' E + G' V
+    fill(change, [](int, int) { return Number{}; });
+    add_product(m.S, 1, m.V, E, change, from_diagonal);
+    add_product(m.S, 1, G, m.V, change, from_diagonal);
     for (int i = 0; i < m.nL; ++i)
         for (int j = i; j < m.nL; ++j)
             place(L, i, L, j) = place(L, j, L, i) = F_L(i, j) - change(i, j);
@@ -289,10 +271,10 @@ void couple_matrix(const SimdGroups<Number>& groups, const Blocks<Number>& m,
 
 template <class Number>
 void couple(const SimdGroups<Number>& groups, SimdLayer<Number>& whole) {
-    const Blocks<Number> m(groups);
+    const Blocks<Number> m{groups};
     const SimdLayer<Number>&S = groups.grazing, &L = groups.steep;
-    couple_matrix(groups, m, S.Y, L.Y, whole, whole.Y);
-    couple_matrix(groups, m, S.Z, L.Z, whole, whole.Z);
+    couple_matrix(m, S.Y, L.Y, whole, whole.Y);
+    couple_matrix(m, S.Z, L.Z, whole, whole.Z);
     whole.has_gap = L.has_gap;
     whole.half_depth = L.half_depth;
     if (!whole.any_conserving) return;

@@ -24,10 +24,10 @@ namespace stratus::STRATUS_ISA {
 
 namespace {
 
-/// out = x b + y W (+ T).
+/// out = x b + y W (+ T); `out` may be one of them.
 template <class Number>
 void combine(const SimdLayer<Number>& layer, double x, SimdMatrix<Number> b, double y,
-             SimdMatrix<Number> W, const SimdMatrix<Number>* T, SimdMatrix<Number> out) {
+             SimdMatrix<Number> W, SimdMatrix<Number> out, const SimdMatrix<Number>* T = nullptr) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         out.d[i] = x * b.d[i] + y * W.d[i];
@@ -69,20 +69,17 @@ void thin_layer(SimdLayer<Number>& layer) {
     }
     invert(layer, C, W);
 
-    combine<Number>(layer, 1.0 / 7 + 1.0 / 11, b, 9, W, nullptr, C);
+    combine(layer, 1.0 / 7 + 1.0 / 11, b, 9, W, C);
     parallel_sum(layer, 1.0 / 7, b, C, layer.Z);
-    combine(layer, 1.0 / 3, b, 5, W, &layer.Z, C);
+    combine(layer, 1.0 / 3, b, 5, W, C, &layer.Z);
     parallel_sum(layer, 1.0 / 3, b, C, layer.Z);
-    for (int i = 0; i < n; ++i) {
-        layer.Z.d[i] += W.d[i];
-        for (long at = i * layer.stride; at < i * layer.stride + n; ++at) layer.Z.K[at] += W.K[at];
-    }
+    combine(layer, 1.0, layer.Z, 1, W, layer.Z);
 
-    combine<Number>(layer, 1.0 / 9, b, 11, W, nullptr, C);
+    combine(layer, 1.0 / 9, b, 11, W, C);
     parallel_sum(layer, 1.0 / 9, b, C, layer.Y);
-    combine(layer, 1.0 / 5, b, 7, W, &layer.Y, C);
+    combine(layer, 1.0 / 5, b, 7, W, C, &layer.Y);
     parallel_sum(layer, 1.0 / 5, b, C, layer.Y);
-    combine(layer, 1.0, b, 3, W, &layer.Y, C);
+    combine(layer, 1.0, b, 3, W, C, &layer.Y);
     // Light absorbed: b s is known exactly, and Y s = b s - b C^-1 b s.
     Number* u = layer.vector[1];
     for (int i = 0; i < n; ++i) u[i] = layer.absorbed[i] *= h;
@@ -113,29 +110,10 @@ void thin_layer(SimdLayer<Number>& layer) {
 // Mode 0 conserves energy: the light absorbed under uniform illumination, a = Y s, is known exactly
 // at the start and doubles as a' = Z Z'^-1 a; the matrices are corrected to it after every step.
 
-namespace {
-
-/// Z <- own Z + x Y, diagonal and kernel.
-template <class Number>
-void add_to_Z(SimdLayer<Number>& layer, double own, double x) {
-    const int n = layer.directions;
-    for (int i = 0; i < n; ++i) {
-        layer.Z.d[i] = own * layer.Z.d[i] + x * layer.Y.d[i];
-        for (long at = i * layer.stride; at < i * layer.stride + n; ++at)
-            layer.Z.K[at] = own * layer.Z.K[at] + x * layer.Y.K[at];
-    }
-}
-
-}  // namespace
-
 template <class Number>
 void use_gap(SimdLayer<Number>& layer) {
-    const int n = layer.directions;
-    for (int i = 0; i < n; ++i) {
-        layer.Y.d[i] = layer.gap_diagonal[i];
-        for (long at = i * layer.stride; at < i * layer.stride + n; ++at)
-            layer.Y.K[at] = layer.Z.K[at] - layer.Y.K[at];
-    }
+    combine(layer, 1.0, layer.Z, -1, layer.Y, layer.Y);
+    for (int i = 0; i < layer.directions; ++i) layer.Y.d[i] = layer.gap_diagonal[i];
     layer.has_gap = true;
 }
 
@@ -143,11 +121,7 @@ template <class Number>
 void double_depth(SimdLayer<Number>& layer) {
     const int n = layer.directions;
     SimdMatrix<Number>&Y = layer.Y, &Z = layer.Z;
-    if (layer.has_gap)
-        add_to_Z(layer, 1.0, -0.5);
-    else
-        add_to_Z(layer, 0.5, 0.5);
-
+    combine(layer, layer.has_gap ? 1 : 0.5, Z, layer.has_gap ? -0.5 : 0.5, Y, Z);
     Number* Yu = layer.vector[1];  // Y Z'^-1 a
     for (int i = 0; i < n; ++i) Yu[i] = layer.absorbed[i];
     const Scaled<Number> of{1.0, Y};
@@ -212,30 +186,20 @@ void extract(SimdLayer<Number>& layer) {
     if (from > 0) invert_gauss_rows(layer, E, from);
     // T = O F with F = G E, so that both products run over rows.
     const SimdMatrix<Number> F = layer.spare[0], T = layer.spare[1];
-    auto first = [&]<int I, int J>(Register<Number> in, int i0, int column, Tile<I, J>) {
-        const int j0 = from + column;
-        Word sum[I][J] = {};
-        accumulate(in, N, G.K + i0, stride, E.K + j0, stride, 1.0, sum);
-        for (int i = i0; i < i0 + I; ++i)
-            for (int j = 0; j < J; ++j) {
-                const int column = j0 + j * in.columns;
-                const long at = i * stride + column;
-                in(F.K, at) =
-                    sum[i - i0][j] + in.same(G.d, i) * in(E.K, at) + in(G.K, at) * in(E.d, column);
-            }
+    const auto first = [&](Register<Number> in, int i, int column, Word sum) {
+        const int j = from + column;
+        const long at = i * stride + j;
+        in(F.K, at) = sum + in.same(G.d, i) * in(E.K, at) + in(G.K, at) * in(E.d, j);
     };
-    for_each_block<Number>(n, n - from, whole_rows, first);
-    auto second = [&]<int I, int J>(Register<Number> in, int row, int column, Tile<I, J>) {
-        const int i0 = from + row, j0 = from + column;
-        Word sum[I][J] = {};
-        accumulate(in, N, O.K + i0, stride, F.K + j0, stride, 1.0, sum);
-        for_upper(in, i0, j0, sum, [&](Register<Number>, int i, int j, Word value) {
-            const long at = i * stride + j;
-            value += in(E.d, j) * in(G.d, j) * in(O.K, at) + in.same(O.d, i) * in(F.K, at);
-            store_upper(in, T.K, stride, i, j, value);
-        });
+    for_each_product<Number>(n, n - from, whole_rows, N, G.K, stride, E.K + from, stride, first);
+    const auto second = [&](Register<Number> in, int row, int column, Word sum) {
+        const int i = from + row, j = from + column;
+        const long at = i * stride + j;
+        sum += in(E.d, j) * in(G.d, j) * in(O.K, at) + in.same(O.d, i) * in(F.K, at);
+        store_upper(in, T.K, stride, i, j, sum);
     };
-    for_each_block<Number>(n - from, n - from, from_diagonal, second);
+    for_each_product<Number>(n - from, n - from, from_diagonal, N, O.K + from, stride, F.K + from,
+                             stride, second);
     mirror(from, n, T.K, stride);
     for (int i = from; i < n; ++i)
         for (long at = i * stride + from; at < i * stride + n; ++at) E.K[at] += O.K[at];
@@ -249,16 +213,11 @@ void add_product(const SimdLayer<Number>& layer, double factor, const ProductFac
                  Number* out) {
     const int n = layer.directions;
     const long stride = layer.stride;
-    if (of.F && of.G) {
-        auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
-            Word sum[I][J] = {};
-            accumulate(in, layer.gauss, of.F + i0, stride, of.G + j0, stride, 1.0, sum);
-            for (int i = 0; i < I; ++i)
-                for (int j = 0; j < J; ++j)
-                    in(out, (i0 + i) * stride + j0 + j * in.columns) += factor * sum[i][j];
-        };
-        for_each_block<Number>(n, n, whole_rows, blocks);
-    }
+    if (of.F && of.G)
+        for_each_product(n, n, whole_rows, layer.gauss, of.F, stride, of.G, stride,
+                         [=](Register<Number> in, int i, int j, Word sum) {
+                             in(out, i * stride + j) += factor * sum;
+                         });
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) {
             const long at = i * stride + j;

@@ -99,11 +99,9 @@ template <class Number>
 struct SimdGroups {
     SimdLayer<Number> grazing, steep;
     const int *grazing_at, *steep_at;  // places in the whole layer; Gauss nodes first, as always
-    Number *U, *V;                     // grazing x steep
-    Number *U_columns, *V_columns;     // transposed
     int row_stride, column_stride;
-    Number* columns[6];  // for intermediate results: steep x grazing,
-    Number* rows[3];     // grazing x steep,
+    Number* columns[8];  // steep x grazing: intermediate results, the last two U and V transposed,
+    Number* rows[5];     // grazing x steep: likewise, the last two U and V,
     Number* squares[3];  // grazing x grazing
 };
 

@@ -164,15 +164,10 @@ void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
     auto product = [&](int parity, Number* out) {
         const Number* a = weighted + parity * stride;
         const Number* b = phase.legendre + parity * stride;
-        auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
-            Word sum[I][J] = {};
-            accumulate(in, (count + 1 - parity) / 2, a + i0, 2 * stride, b + j0, 2 * stride, 1.0,
-                       sum);
-            for_upper(in, i0, j0, sum, [&](Register<Number>, int i, int j, Word value) {
-                store_upper(in, out, stride, i, j, value);
-            });
-        };
-        for_each_block<Number>(n, n, from_diagonal, blocks);
+        for_each_product(n, n, from_diagonal, (count + 1 - parity) / 2, a, 2 * stride, b,
+                         2 * stride, [=](Register<Number> in, int i, int j, Word sum) {
+                             store_upper(in, out, stride, i, j, sum);
+                         });
         mirror(0, n, out, stride);
     };
     product(0, layer.scatter_even.K);

@@ -275,14 +275,15 @@ class Temporary {
 
   private:
     io::Descriptor create(const fs::path& target) {
-        for (;;) {
-            const fs::path path = temporary_beside(target);
-            io::Descriptor created(path, O_RDWR | O_CREAT | O_EXCL);
+        for (int tries = 0; tries < 100; ++tries) {
+            path_ = temporary_beside(target);
+            io::Descriptor created(path_, O_RDWR | O_CREAT | O_EXCL);
             // Another writer may have removed it as abandoned before it was locked.
-            if (!created.lock() || !created.is_still_at(path)) continue;
-            path_ = path;
-            return created;
+            if (created.lock() && created.is_still_at(path_)) return created;
+            std::error_code ignored;
+            fs::remove(path_, ignored);
         }
+        throw std::system_error(std::make_error_code(std::errc::no_lock_available));
     }
 
     fs::path path_;

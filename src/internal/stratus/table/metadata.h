@@ -134,7 +134,7 @@ struct MetadataEntry {
 };
 
 /// The entries of all formats.
-inline constexpr std::array<MetadataEntry, 16> shared_entries{{
+inline constexpr std::array<MetadataEntry, 17> shared_entries{{
     {"features", MetadataEntry::Type::text},
     {"phase_function", MetadataEntry::Type::text},
     {"second_phase_function", MetadataEntry::Type::text},
@@ -143,6 +143,7 @@ inline constexpr std::array<MetadataEntry, 16> shared_entries{{
     {"below", MetadataEntry::Type::text},
     {"below_albedo", MetadataEntry::Type::number},
     {"below_phase_function", MetadataEntry::Type::text},
+    {"below_ground", MetadataEntry::Type::text},
     {"layer_phase_functions", MetadataEntry::Type::text},
     {"layer_albedos", MetadataEntry::Type::numbers},
     {"layer_optical_depths", MetadataEntry::Type::numbers},

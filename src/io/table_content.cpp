@@ -15,16 +15,14 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "checksums are of little-endian bytes");
 
-using Type = MetadataEntry::Type;
-
 /// Files of samples have these entries beside those of all formats.
 constexpr std::array<MetadataEntry, 6> entries_of_samples{{
-    {"format", Type::text},
-    {"format_version", Type::integer},
-    {"datasets", Type::text},
-    {"moments", Type::numbers},
-    {"asymmetry", Type::number},
-    {"path_law", Type::numbers},
+    {"format"},
+    {"format_version", MetadataEntry::integer},
+    {"datasets"},
+    {"moments", MetadataEntry::numbers},
+    {"asymmetry", MetadataEntry::number},
+    {"path_law", MetadataEntry::numbers},
 }};
 
 constexpr int stored_moments = 64;
@@ -95,7 +93,7 @@ void check_moments(const Metadata& metadata, const Table& table) {
 
 MetadataEntry::Type entry_type(const std::string& name) {
     const MetadataEntry* const found = find_entry(name);
-    return found ? found->type : Type::text;
+    return found ? found->type : MetadataEntry::text;
 }
 
 bool is_of_the_format(const std::string& name) { return find_entry(name) != nullptr; }

@@ -127,31 +127,31 @@ constexpr const char* path_law_feature = "path_law";
 
 /// An entry whose name has a meaning, and its type in formats that have types.
 struct MetadataEntry {
-    enum class Type { text, integer, number, numbers };
+    enum Type { text, integer, number, numbers };
 
     const char* name;
-    Type type;
+    Type type = text;
 };
 
 /// The entries of all formats.
 inline constexpr std::array<MetadataEntry, 17> shared_entries{{
-    {"features", MetadataEntry::Type::text},
-    {"phase_function", MetadataEntry::Type::text},
-    {"second_phase_function", MetadataEntry::Type::text},
-    {"family", MetadataEntry::Type::text},
-    {"extrapolation_lengths", MetadataEntry::Type::numbers},
-    {"below", MetadataEntry::Type::text},
-    {"below_albedo", MetadataEntry::Type::number},
-    {"below_phase_function", MetadataEntry::Type::text},
-    {"below_ground", MetadataEntry::Type::text},
-    {"layer_phase_functions", MetadataEntry::Type::text},
-    {"layer_albedos", MetadataEntry::Type::numbers},
-    {"layer_optical_depths", MetadataEntry::Type::numbers},
-    {"spherical_albedo_below", MetadataEntry::Type::number},
-    {"extrapolation_length", MetadataEntry::Type::number},
-    {"tolerance", MetadataEntry::Type::number},
-    {"measured_error", MetadataEntry::Type::number},
-    {"highest_order", MetadataEntry::Type::integer},
+    {"features"},
+    {"phase_function"},
+    {"second_phase_function"},
+    {"family"},
+    {"extrapolation_lengths", MetadataEntry::numbers},
+    {"below"},
+    {"below_albedo", MetadataEntry::number},
+    {"below_phase_function"},
+    {"below_ground"},
+    {"layer_phase_functions"},
+    {"layer_albedos", MetadataEntry::numbers},
+    {"layer_optical_depths", MetadataEntry::numbers},
+    {"spherical_albedo_below", MetadataEntry::number},
+    {"extrapolation_length", MetadataEntry::number},
+    {"tolerance", MetadataEntry::number},
+    {"measured_error", MetadataEntry::number},
+    {"highest_order", MetadataEntry::integer},
 }};
 
 /// Returns the entry of this name out of a list; null where there is none.

@@ -222,25 +222,19 @@ void check_table(const Table& table, bool with_samples) {
 }
 
 void read_scale(const AxisField& field, Table& table, const std::string& stored) {
-    Axis& axis = table_axis(table, field);
-    if (field.axis == nullptr && stored == discrete_scale_name &&
-        table.extrapolation_lengths.size() > 0) {
+    if (field.axis == nullptr && stored == discrete_scale_name) {
         table.family[field.family].is_discrete = true;
         return;
     }
-    const auto [usual, other] = field.scales;
-    const bool has_other = field.axis != nullptr && usual != other;
-    if (has_other && stored == axis_scale_name(other)) {
-        axis.scale = other;
+    for (const AxisScale scale : field.scales) {
+        if (stored != axis_scale_name(scale) &&
+            (scale != AxisScale::linear || stored != mixture_scale_name))
+            continue;
+        table_axis(table, field).scale = scale;
         return;
     }
-    const bool matches = stored == axis_scale_name(axis.scale) ||
-                         (axis.scale == AxisScale::linear && stored == mixture_scale_name);
-    if (!matches)
-        throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
-                                 stored_scale_name(field, table) +
-                                 (has_other ? std::string(" or ") + axis_scale_name(other) : "") +
-                                 ", got " + shown_text(stored));
+    throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
+                             allowed_scales(field) + ", got " + shown_text(stored));
 }
 
 std::vector<std::size_t> extents(const Table& table, std::size_t rank) {

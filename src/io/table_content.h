@@ -96,9 +96,8 @@ void write_exr(const Table& table, const Metadata& metadata, const fs::path& pat
                const WriteOptions& options);
 Table decode_exr(const Bytes& bytes, const ReadOptions& options);
 
-/// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory;
-/// the azimuth takes over either of its two, the axis of a family whether it is discrete. A linear
-/// scale goes by either of its names.
+/// Takes over the scale of an axis by its name in a file: one that the axis may have, or of a family,
+/// that it is discrete. A linear scale goes by either of its names.
 void read_scale(const AxisField& field, Table& table, const std::string& stored);
 
 /// Sizes of the first `rank` axes, preceded by those of the family.

@@ -164,15 +164,24 @@ std::vector<std::string> words(const std::string& text) {
 std::vector<AxisField> all_axis_fields(const Table& table) {
     std::vector<AxisField> fields;
     for (std::size_t k = 0; k < table.family.size(); ++k) {
-        const PhaseParameter parameter = table.family[k].parameter;
-        fields.push_back({parameter_name(parameter), parameter_unit(parameter),
+        const auto& [parameter, axis, is_discrete] = table.family[k];
+        fields.push_back({parameter_name(parameter),
+                          parameter_unit(parameter),
                           parameter == PhaseParameter::mixture
                               ? "share of phase_function in all that is scattered"
                               : "parameter of phase_function",
-                          nullptr, k});
+                          nullptr,
+                          k,
+                          {axis.scale, axis.scale}});
     }
     fields.insert(fields.end(), axis_fields.begin(), axis_fields.end());
     return fields;
+}
+
+std::string allowed_scales(const AxisField& field) {
+    const auto [usual, other] = field.scales;
+    return axis_scale_name(usual) +
+           (other == usual ? "" : std::string(" or ") + axis_scale_name(other));
 }
 
 const char* stored_scale_name(const AxisField& field, const Table& table) {

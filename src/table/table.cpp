@@ -28,18 +28,12 @@ void check_axis_field(const Table& table, const AxisField& field) {
     const Axis& axis = table.*field.axis;
     const auto [usual, other] = field.scales;
     require(axis.scale == usual || axis.scale == other, caller,
-            std::string("scale of axis ") + field.name,
-            axis_scale_name(usual) +
-                (other == usual ? "" : std::string(" or ") + axis_scale_name(other)),
+            std::string("scale of axis ") + field.name, allowed_scales(field),
             axis_scale_name(axis.scale));
     check_axis(axis, field.name);
-    const std::string range = std::string("within ") + (field.open_below ? "(" : "[") +
-                              short_number(field.lowest, 17) + ", " +
-                              short_number(field.highest, 17) + "]";
+    const NumberRange range = field.range;
     for (const double value : axis.values)
-        require((field.open_below ? value > field.lowest : value >= field.lowest) &&
-                    value <= field.highest,
-                caller, field.name, range, value);
+        require(range.holds(value), caller, field.name, "within " + range.text, value);
 }
 
 void check_azimuths(const Axis& azimuth) {

@@ -21,12 +21,10 @@ struct AxisField {
     const char* name;
     const char* units;
     const char* long_name;
-    Axis Table::*axis;       // null: of the family
-    std::size_t family = 0;  // there its place
-    // Outside families: the scales that it may have, and the range of its samples.
-    AxisScale scales[2] = {};
-    double lowest = 0, highest = 0;
-    bool open_below = false;
+    Axis Table::*axis;         // null: of the family
+    std::size_t family = 0;    // there its place
+    AxisScale scales[2] = {};  // that it may have
+    const char* range = "";    // of its samples (NumberRange); outside families
 };
 
 inline constexpr std::array<AxisField, 5> axis_fields{{
@@ -36,44 +34,39 @@ inline constexpr std::array<AxisField, 5> axis_fields{{
      &Table::albedo,
      0,
      {AxisScale::square_root_of_complement, AxisScale::fourth_root_of_complement},
-     0,
-     1},
+     "[0, 1]"},
     {"optical_depth",
      "1",
      "optical depth of the layer",
      &Table::optical_depth,
      0,
      {AxisScale::logarithmic, AxisScale::logarithmic},
-     0,
-     infinity,
-     true},
+     "(0, inf]"},
     {"mu_in",
      "1",
      "cosine of the incident direction to the normal",
      &Table::mu_in,
      0,
      {AxisScale::arcsine_of_fourth_root, AxisScale::arcsine_of_fourth_root},
-     0,
-     1,
-     true},
+     "(0, 1]"},
     {"mu_out",
      "1",
      "cosine of the outgoing direction to the normal",
      &Table::mu_out,
      0,
      {AxisScale::arcsine_of_fourth_root, AxisScale::arcsine_of_fourth_root},
-     0,
-     1,
-     true},
+     "(0, 1]"},
     {"azimuth",
      "radian",
      "azimuth between the two directions of propagation",
      &Table::azimuth,
      0,
      {AxisScale::linear, AxisScale::square_root},
-     0,
-     pi},
+     "[0, 3.1415926535897931]"},
 }};
+
+/// The scales of an axis, for messages.
+std::string allowed_scales(const AxisField& field);
 
 /// The axes of a table, those of the family first.
 std::vector<AxisField> all_axis_fields(const Table& table);

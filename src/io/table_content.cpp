@@ -237,12 +237,4 @@ void read_scale(const AxisField& field, Table& table, const std::string& stored)
                              allowed_scales(field) + ", got " + shown_text(stored));
 }
 
-std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
-    std::vector<std::size_t> sizes;
-    for (const FamilyAxis& axis : table.family) sizes.push_back(axis.axis.values.size());
-    for (const AxisField& field : std::span(axis_fields).first(rank))
-        sizes.push_back((table.*field.axis).values.size());
-    return sizes;
-}
-
 }  // namespace stratus::io

@@ -100,7 +100,4 @@ Table decode_exr(const Bytes& bytes, const ReadOptions& options);
 /// that it is discrete. A linear scale goes by either of its names.
 void read_scale(const AxisField& field, Table& table, const std::string& stored);
 
-/// Sizes of the first `rank` axes, preceded by those of the family.
-std::vector<std::size_t> extents(const Table& table, std::size_t rank);
-
 }  // namespace stratus::io

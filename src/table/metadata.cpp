@@ -178,6 +178,14 @@ std::vector<AxisField> all_axis_fields(const Table& table) {
     return fields;
 }
 
+std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
+    std::vector<std::size_t> sizes;
+    for (const FamilyAxis& axis : table.family) sizes.push_back(axis.axis.values.size());
+    for (std::size_t k = 0; k < rank; ++k)
+        sizes.push_back((table.*axis_fields[k].axis).values.size());
+    return sizes;
+}
+
 std::string allowed_scales(const AxisField& field) {
     const auto [usual, other] = field.scales;
     return axis_scale_name(usual) +

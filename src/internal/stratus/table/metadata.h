@@ -78,6 +78,9 @@ inline Axis& table_axis(Table& table, const AxisField& field) {
     return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
 }
 
+/// Sizes of the first `rank` axes, preceded by those of the family.
+std::vector<std::size_t> extents(const Table& table, std::size_t rank);
+
 /// In place of a scale, of an axis of which lookups take one value.
 constexpr const char* discrete_scale_name = "discrete";
 

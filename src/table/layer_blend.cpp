@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <sstream>
 
 namespace stratus {
 
@@ -209,11 +208,15 @@ double directional_factor(const TableView& table, const LayerBlend& blend, doubl
         return blend.growth * intercepted_share(blend.optical_depth, in) *
                intercepted_share(blend.optical_depth, out);
     if (!blend.fades) return 1;
-    // A surface alone scatters once; a thin layer adds in proportion to what it extinguishes.
+    return share_of_thinnest(blend.optical_depth, table.optical_depth.lowest, in, out);
+}
+
+double share_of_thinnest(double optical_depth, double thinnest, double mu_in,
+                         double mu_out) noexcept {
     const auto extinguished = [&](double depth) {
-        return intercepted_share(depth, in) + intercepted_share(depth, out);
+        return intercepted_share(depth, mu_in) + intercepted_share(depth, mu_out);
     };
-    return extinguished(blend.optical_depth) / extinguished(table.optical_depth.lowest);
+    return extinguished(optical_depth) / extinguished(thinnest);
 }
 
 std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
@@ -250,9 +253,7 @@ std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
 namespace {
 
 std::string range_text(double min, double max) {
-    std::ostringstream text;
-    text << "in [" << min << ", " << max << "] of the table";
-    return text.str();
+    return "in [" + short_number(min, 6) + ", " + short_number(max, 6) + "] of the table";
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ void write_exr_texels(const char* texels, int width, int height, bool halves,
 Image read_exr_image(const fs::path& path, std::uintmax_t max_memory) {
     return io::naming(path, [&] {
         io::MemoryLimit limit(max_memory);
-        const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR", limit);
+        const io::Bytes bytes = io::read_bytes(path, exr_magic, "an OpenEXR", limit);
         io::for_each_attribute(bytes, [](auto...) {});  // refuses lengths beyond the file's end
         io::MemoryInput stream(bytes, "picture");
         check_headers(stream, io::HeaderReader(bytes).flags(), limit);

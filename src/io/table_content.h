@@ -86,8 +86,6 @@ std::size_t checked_count(const std::string& dataset, Extents extents, std::size
 void check_table(const Table& table, bool with_samples = true);
 
 // The formats themselves. Errors are std::exceptions without the file's name, which `naming` adds.
-inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
-inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 /// The file's bytes are never in memory at once.
 void write_hdf5(const Table& table, const Metadata& metadata, const fs::path& path,
                 const WriteOptions& options);

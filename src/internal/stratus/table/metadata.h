@@ -15,6 +15,10 @@
 
 namespace stratus {
 
+/// How files of samples begin.
+inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
+inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
+
 // ---- Numbers
 
 struct AxisField {

@@ -43,10 +43,6 @@ void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& cu
     file.add(name, {curve.sample_count() / width, width}, curve.view().sample);
 }
 
-std::string side_prefix(const Table& table, int member, Side side) {
-    return member_prefix(table, size(member)) + side_name(side);
-}
-
 /// The blocks of members that share their functions: these under the name of the first member,
 /// coefficients under that of each.
 ///
@@ -105,7 +101,7 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
             append(block.coefficient[m], coefficients[m]);
     }
     const std::int32_t owner = found.members.first;
-    const std::string prefix = side_prefix(table, owner, side);
+    const std::string prefix = side_prefix(table, size(owner), side);
     if (takes_halves)
         file.add(prefix + functions_name, shape, std::move(halves));
     else
@@ -114,10 +110,9 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
     file.add(prefix + block_of_cell_name, {size(albedo_rows), size(depth_rows)}, block_of_cell);
     for (int m = owner; m <= found.members.last(); ++m) {
         const std::vector<float>& own = coefficients[size(m - owner)];
-        file.add(side_prefix(table, m, side) + coefficients_name,
-                 {own.size() / found.functions, found.functions}, own);
-        if (m > owner)
-            file.add(side_prefix(table, m, side) + functions_of_name, {1}, std::vector{owner});
+        const std::string member = side_prefix(table, size(m), side);
+        file.add(member + coefficients_name, {own.size() / found.functions, found.functions}, own);
+        if (m > owner) file.add(member + functions_of_name, {1}, std::vector{owner});
     }
 }
 
@@ -129,7 +124,7 @@ void add_side(TensorWriter& file, LayerSums& sums, const std::vector<FoundBlocks
     const LowerBoundary& below = table.lower_boundary;
     if (side == Side::reflection && below.kind == LowerBoundary::Kind::layer)
         for (std::size_t m = 0; m < table.member_count(); ++m)
-            add_curve(file, side_prefix(table, static_cast<int>(m), side) + phase_name,
+            add_curve(file, side_prefix(table, m, side) + phase_name,
                       reflected_curve(phase_function_of_member(table, m), {}, &below));
 }
 
@@ -181,17 +176,16 @@ void add_header(TensorWriter& file, const Table& table) {
         file.add(field.name, {axis.values.size()}, axis.values);
         file.set(std::string(field.name) + scale_suffix, axis_scale_name(axis.scale));
     }
-    const std::size_t albedos = table.albedo.values.size(),
-                      depths = table.optical_depth.values.size(), mus = table.mu_in.values.size(),
-                      members = table.member_count();
-    for (const SampleField& field : sample_fields) {
-        const std::vector<float>& flux = table.*field.samples;
-        if (!field.is_flux() || flux.empty()) continue;
-        std::vector<std::size_t> shape{members, albedos, depths};
-        if (field.rank > 2) shape.push_back(mus);
-        file.add(field.name, shape, flux);
-    }
-    file.add(diffusion_exponent_name, {members, albedos}, table.diffusion_exponent);
+    const auto shape = [&](std::size_t rank) {
+        std::vector<std::size_t> sizes{table.member_count()};
+        for (std::size_t k = 0; k < rank; ++k)
+            sizes.push_back((table.*axis_fields[k].axis).values.size());
+        return sizes;
+    };
+    for (const SampleField& field : sample_fields)
+        if (const std::vector<float>& flux = table.*field.samples; field.is_flux() && !flux.empty())
+            file.add(field.name, shape(field.rank), flux);
+    file.add(diffusion_exponent_name, shape(1), table.diffusion_exponent);
 }
 
 }  // namespace

@@ -137,14 +137,14 @@ bool is_reserved(const std::string& name) {
 namespace {
 
 /// Single scattering, on the lit side with that of the lower boundary.
-void set_closed_forms(const TensorFile& file, const std::string& prefix, const Table& table,
+void set_closed_forms(const TensorFile& file, const Table& table, std::size_t m,
                       const PhaseFunction& phase_function, Side which, SideMemory& side) {
     const LowerBoundary& below = table.lower_boundary;
     const bool lit = which == Side::reflection && below.is_present();
     const bool over_layer = lit && below.kind == LowerBoundary::Kind::layer;
-    side.phase = over_layer ? read_phase_curve(file, prefix + side_name(which) + phase_name, 2,
-                                               phase_function)
-                            : read_phase_curve(file, prefix + phase_name, 1, phase_function);
+    side.phase = read_phase_curve(
+        file, (over_layer ? side_prefix(table, m, which) : member_prefix(table, m)) + phase_name,
+        over_layer ? 2 : 1, phase_function);
     if (lit) {
         const auto albedo = static_cast<float>(below.albedo);
         side.view.over_surface = below.kind == LowerBoundary::Kind::surface;
@@ -159,10 +159,11 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
 }
 
 /// The axes of the coefficients and the scales along them.
-void set_axes(const TableView& table, const double* exponents, double length, Side which,
-              SideMemory& side) {
+void set_axes(const TableView& table, std::size_t m, Side which, SideMemory& side) {
     PackedSide& view = side.view;
+    const double length = table.extrapolation_lengths[m];
     const AxisView &albedo = table.albedo, &depth = table.optical_depth;
+    const double* const exponents = table.diffusion_exponent + m * size(albedo.count);
     const Resampling albedos(albedo.count);
     view.albedo = albedos.axis(albedo);
     view.optical_depth = Resampling(std::max(1, depth.count)).axis(depth);
@@ -283,18 +284,18 @@ const void* checked_functions(const TensorFile& file, const std::string& name,
     return numbers.data;
 }
 
-/// The member whose functions serve a side of member m: itself, or an earlier one.
-std::size_t owner_of_functions(const TensorFile& file, const Table& table, std::size_t m,
-                               Side which) {
-    const std::string name = member_prefix(table, m) + side_name(which) + functions_of_name;
-    if (!file.has(name)) return m;
+/// The prefix of the functions that serve a side of member m: its own, or those of an earlier one.
+std::string prefix_of_functions(const TensorFile& file, const Table& table, std::size_t m,
+                                Side which) {
+    const std::string own = side_prefix(table, m, which), name = own + functions_of_name;
+    if (!file.has(name)) return own;
     const TensorOf<std::int32_t> given = file.numbers<std::int32_t>(name, 1);
     require_shape(given, name, {1});
     const std::int32_t owner = given.data[0];
-    require(owner >= 0 && size(owner) < m &&
-                file.has(member_prefix(table, size(owner)) + side_name(which) + functions_name),
-            packed_caller, name, "an earlier member that has functions of its own", owner);
-    return size(owner);
+    const std::string prefix = side_prefix(table, size(owner), which);
+    require(owner >= 0 && size(owner) < m && file.has(prefix + functions_name), packed_caller, name,
+            "an earlier member that has functions of its own", owner);
+    return prefix;
 }
 
 /// Functions in a row.
@@ -421,7 +422,6 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
 
 PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, std::size_t m,
                                   const PathSheetView& sheet) {
-    const std::string prefix = member_prefix(table, m);
     PerSide<SideMemory> sides;
     const TableView view = table.view();
     // Members that vary in parameters need no closed form: none lies at the point itself.
@@ -432,10 +432,8 @@ PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, st
     const float growth = has_sheet ? path_growth(*table.path_law, table.highest_order) : 0;
     for (const Side which : both_sides) {
         SideMemory& side = sides[which];
-        const std::string name = prefix + side_name(which);
-        set_closed_forms(file, prefix, table, phase, which, side);
-        set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),
-                 table.extrapolation_lengths[m], which, side);
+        set_closed_forms(file, table, m, phase, which, side);
+        set_axes(view, m, which, side);
         set_directions(view, side);
         side.view.path = sheet;
         if (has_sheet) {
@@ -443,10 +441,9 @@ PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, st
             side.view.path_first = static_cast<float>(first_path_step(*table.path_law, view));
         }
         side.view.path_growth = growth;
-        const std::string owner =
-            member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
+        const std::string owner = prefix_of_functions(file, table, m, which);
         if (file.has(owner + functions_name))
-            set_blocks(file, name, owner, view, side);
+            set_blocks(file, side_prefix(table, m, which), owner, view, side);
         else
             set_nothing(side);
         side.view.block = side.blocks.data();

@@ -41,12 +41,13 @@ constexpr const char* coefficients_name = "coefficients";
 constexpr const char* blocks_name = "blocks";
 constexpr const char* block_of_cell_name = "block_of_cell";
 
-inline std::string side_name(Side side) {
-    return side == Side::reflection ? "reflection/" : "transmission/";
-}
 inline std::string member_prefix(const Table& table, std::size_t member) {
     if (!table.has_family()) return "";
     return "member_" + std::to_string(member) + "/";
+}
+inline std::string side_prefix(const Table& table, std::size_t member, Side side) {
+    return member_prefix(table, member) +
+           (side == Side::reflection ? "reflection/" : "transmission/");
 }
 
 /// Numbers of a block in `blocks`.

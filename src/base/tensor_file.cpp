@@ -175,8 +175,8 @@ class Checksum {
   public:
     void add(const void* data, std::size_t bytes) {
         const auto* const of = static_cast<const unsigned char*>(data);
-        const std::uint32_t* const after = rests_after_a_byte();
-        for (std::size_t i = 0; i < bytes; ++i) rest_ = after[(rest_ ^ of[i]) & 0xff] ^ rest_ >> 8;
+        for (std::size_t i = 0; i < bytes; ++i)
+            rest_ = rest_after_a_byte[(rest_ ^ of[i]) & 0xff] ^ rest_ >> 8;
     }
     /// A text and the zero byte that ends it.
     void add(const std::string& text) { add(text.c_str(), text.size() + 1); }
@@ -189,19 +189,16 @@ class Checksum {
     }
 
   private:
-    static const std::uint32_t* rests_after_a_byte() {
-        static const auto made = [] {
-            std::array<std::uint32_t, 256> all{};
-            for (std::uint32_t byte = 0; byte < 256; ++byte) {
-                std::uint32_t rest = byte;
-                for (int bit = 0; bit < 8; ++bit)
-                    rest = (rest >> 1) ^ ((rest & 1) != 0 ? 0xedb88320u : 0u);
-                all[byte] = rest;
-            }
-            return all;
-        }();
-        return made.data();
-    }
+    static constexpr auto rest_after_a_byte = [] {
+        std::array<std::uint32_t, 256> all{};
+        for (std::uint32_t byte = 0; byte < 256; ++byte) {
+            std::uint32_t rest = byte;
+            for (int bit = 0; bit < 8; ++bit)
+                rest = (rest >> 1) ^ ((rest & 1) != 0 ? 0xedb88320u : 0u);
+            all[byte] = rest;
+        }
+        return all;
+    }();
 
     std::uint32_t rest_ = 0xffffffff;
 };

@@ -143,15 +143,9 @@ void MemoryLimit::take(const std::string& what, std::uintmax_t bytes) {
 
 namespace stratus {
 
-std::ifstream open_text(const fs::path& path) {
-    std::ifstream file(path);
-    if (!file || fs::is_directory(path))
-        throw std::runtime_error(path.string() + ": cannot be read");
-    return file;
-}
-
 std::string read_text(const fs::path& path) {
-    std::ifstream file = open_text(path);
+    std::ifstream file(path);
+    if (!file || fs::is_directory(path)) file.setstate(std::ios::badbit);
     std::string text;
     constexpr int step = 1 << 16;
     while (file && text.size() <= max_text) {

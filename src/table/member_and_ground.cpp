@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -137,16 +138,17 @@ constexpr std::string_view table_form = "table:";
 
 class TableGround final : public GroundLaw {
   public:
-    TableGround(std::string text, const std::string& path, std::optional<double> optical_depth,
-                std::optional<double> albedo)
+    TableGround(std::string text, const std::string& path,
+                const std::map<std::string, double>& given)
         : text_(std::move(text)), packed_(path), view_(packed_.view()) {
         require(!view_.has_family() && view_.has_reflection() && view_.has_all_directions(),
                 ground_caller, "table", "one without a family, of reflection in all directions",
                 text_);
         require(view_.highest_order == 0, ground_caller, "table", "of all orders of scattering",
                 text_);
-        optical_depth_ = chosen(optical_depth, view_.optical_depth, "optical_depth");
-        albedo_ = chosen(albedo, view_.albedo, "albedo");
+        optical_depth_ = chosen(given, "optical_depth", view_.optical_depth);
+        albedo_ = chosen(given, "albedo", view_.albedo);
+        require_in("[0, inf]", ground_caller, "optical_depth", optical_depth_);
         once_ = is_scattered_once(view_, albedo_, optical_depth_);
         if (once_) return;
         require(is_depth_known(view_, Side::reflection, albedo_, optical_depth_), ground_caller,
@@ -168,8 +170,9 @@ class TableGround final : public GroundLaw {
     std::string text() const override { return text_; }
 
   private:
-    static double chosen(std::optional<double> given, const AxisView& axis, const char* name) {
-        if (given) return *given;
+    static double chosen(const std::map<std::string, double>& given, const char* name,
+                         const AxisView& axis) {
+        if (given.count(name) > 0) return given.at(name);
         if (axis.count == 0) return infinity;  // of optical depth alone
         require(axis.count == 1, ground_caller, name, "given, for the table holds several", "none");
         return axis.lowest;
@@ -189,14 +192,10 @@ std::shared_ptr<const GroundLaw> read_table_ground(const std::string& text,
     const std::size_t comma = std::min(text.find(',', rest.at), text.size());
     const std::string file = text.substr(rest.at, comma - rest.at);
     rest.at = comma;
-    std::optional<double> optical_depth, albedo;
-    while (rest.accept(',')) {
-        const std::string name = rest.parameter("table", {"optical_depth", "albedo"});
-        (name == "albedo" ? albedo : optical_depth) = rest.number("table: " + name);
-    }
+    std::map<std::string, double> given;
+    if (rest.accept(',')) given = rest.numbers("table", {"optical_depth", "albedo"});
     const bool is_relative = !directory.empty() && file.rfind('/', 0) != 0;
-    return std::make_shared<TableGround>(text, is_relative ? directory + '/' + file : file,
-                                         optical_depth, albedo);
+    return std::make_shared<TableGround>(text, is_relative ? directory + '/' + file : file, given);
 }
 
 }  // namespace
@@ -204,7 +203,7 @@ std::shared_ptr<const GroundLaw> read_table_ground(const std::string& text,
 LowerBoundary read_ground(const std::string& text, const std::string& directory) {
     double albedo = 0;
     if (!text.empty() && read_number(text, albedo) == text.size()) {
-        require(albedo >= 0 && albedo <= 1, ground_caller, "albedo", "in [0, 1]", albedo);
+        require_in("[0, 1]", ground_caller, "albedo", albedo);
         return LowerBoundary::surface(albedo);
     }
     const bool is_table = text.rfind(table_form, 0) == 0;

@@ -5,6 +5,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/metadata.h>
 #include <stratus/table/packed_table.h>
 
 #include "layer_blend.h"
@@ -27,10 +28,6 @@ struct MemberShares {
     std::size_t layers;
     std::vector<double> share;
 };
-
-MemberShares same_shares(const FamilyStencil& around) {
-    return {1, {around.weight, around.weight + around.count}};
-}
 
 /// The sum over the members around a point.
 template <class Number>
@@ -92,7 +89,7 @@ Table table_at(const Table& table, const FamilyPoint& point) {
         require(holds(table.family[k], point[k]), "table_at", table.family[k].name(),
                 allowed_text(table.family[k]), point[k]);
     const FamilyStencil& around = view.members;
-    const MemberShares same = same_shares(around);
+    const MemberShares same{1, {around.weight, around.weight + around.count}};
     std::vector<double> exponents =
         joined_members(table.diffusion_exponent, table.member_count(), around, same);
     for (double& exponent : exponents) exponent = std::max(0.0, exponent);
@@ -105,15 +102,12 @@ Table table_at(const Table& table, const FamilyPoint& point) {
     one.path_law = view.own_path_law;
     one.extrapolation_length =
         joined_members(table.extrapolation_lengths, table.member_count(), around, same)[0];
-    for_each_of_members(
-        [&](auto& numbers, const auto& of_all) {
-            const void* const which = &of_all;
-            const bool falls =
-                which == &table.transmission_multiple || which == &table.diffuse_transmittance;
-            numbers =
-                joined_members(of_all, table.member_count(), around, falls ? transmitted : same);
-        },
-        one, table);
+    for (const SampleField& field : sample_fields) {
+        const bool falls = field.samples == &Table::transmission_multiple ||
+                           field.samples == &Table::diffuse_transmittance;
+        one.*field.samples = joined_members(table.*field.samples, table.member_count(), around,
+                                            falls ? transmitted : same);
+    }
     one.diffusion_exponent = exponents;
     prepare(one);
     return one;

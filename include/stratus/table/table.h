@@ -205,18 +205,6 @@ struct Table {
     TableView view() const noexcept;
 };
 
-/// Calls use(table.*member, others.*member...) for each field of a table that holds one entry for
-/// each member of its family, one after the other.
-template <class Use, class... Tables>
-void for_each_of_members(const Use& use, Tables&... tables) {
-    use(tables.reflection_multiple...);
-    use(tables.transmission_multiple...);
-    use(tables.plane_albedo...);
-    use(tables.diffuse_transmittance...);
-    use(tables.spherical_albedo...);
-    use(tables.diffusion_exponent...);
-}
-
 /// Checks a table (axes, extents, finite samples) and works out what lookups need. Every reader and
 /// the bake end with it. A side or a flux may be absent (empty), but not both sides; an azimuth
 /// axis that does not span 0 to pi has one sample or four at least.

@@ -248,24 +248,17 @@ Handle text_type(std::size_t length) {
 }
 
 void write_entry(hid_t object, const std::string& name, const std::string& text) {
-    switch (entry_type(name)) {
-        case MetadataEntry::text: return write_text(object, name, text);
-        case MetadataEntry::integer: {
-            const int value = to_integer(name, text);
-            return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, new_scalar(),
-                                   &value);
-        }
-        case MetadataEntry::number:
-        case MetadataEntry::numbers: {
-            const std::vector<double> values = to_numbers(name, text);
-            const std::size_t count = values.size();
-            return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                                   entry_type(name) == MetadataEntry::number
-                                       ? new_scalar()
-                                       : new_dataspace({&count, 1}),
-                                   values.data());
-        }
+    const MetadataEntry::Type type = entry_type(name);
+    if (type == MetadataEntry::text) return write_text(object, name, text);
+    if (type == MetadataEntry::integer) {
+        const int value = to_integer(name, text);
+        return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, new_scalar(), &value);
     }
+    const std::vector<double> values = to_numbers(name, text);
+    const std::size_t count = values.size();
+    write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                    type == MetadataEntry::number ? new_scalar() : new_dataspace({&count, 1}),
+                    values.data());
 }
 
 /// Returns the size of an attribute, which must not exceed its file.

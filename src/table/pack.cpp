@@ -64,7 +64,7 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
     std::vector<float> floats;
     halves.reserve(takes_halves ? numbers : 0);
     floats.reserve(takes_halves ? 0 : numbers);
-    std::vector<std::vector<float>> coefficients(size(found.members.count));
+    Vectors coefficients(size(found.members.count));
     std::vector<std::int32_t> fields, block_of_cell(size(albedo_rows * depth_rows), 0);
     for (std::size_t index = 0; index < found.blocks.size(); ++index) {
         const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] =

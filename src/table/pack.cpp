@@ -57,15 +57,15 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
         });
     const int depth_rows = std::max(stencil_size, view.optical_depth.count),
               albedo_rows = std::max(stencil_size, view.albedo.count);
-    const std::vector<std::size_t> shape{found.blocks.size(), FunctionLayout(view).rows(),
-                                         found.functions};
+    const TensorShape shape{found.blocks.size(), FunctionLayout(view).rows(), found.functions};
     const std::size_t numbers = shape[0] * shape[1] * shape[2];
     std::vector<Half> halves;  // functions over (block, row, function)
     std::vector<float> floats;
     halves.reserve(takes_halves ? numbers : 0);
     floats.reserve(takes_halves ? 0 : numbers);
     Vectors coefficients(size(found.members.count));
-    std::vector<std::int32_t> fields, block_of_cell(size(albedo_rows * depth_rows), 0);
+    std::vector<BlockFields> fields;
+    std::vector<std::int32_t> block_of_cell(size(albedo_rows * depth_rows), 0);
     for (std::size_t index = 0; index < found.blocks.size(); ++index) {
         const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] =
             found.blocks[index];
@@ -85,14 +85,9 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
         const auto row_count = [&](const std::vector<float>& rows) {
             return static_cast<std::int32_t>(rows.size() / found.functions);
         };
-        std::int32_t field[BlockField::count];
-        field[BlockField::first_albedo] = layers.albedos.first;
-        field[BlockField::albedos] = row_count(block.coefficient[0]) / block.depths;
-        field[BlockField::first_depth] = layers.depths.first;
-        field[BlockField::depths] = block.depths;
-        field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
-        field[BlockField::first_row] = row_count(coefficients[0]);
-        fields.insert(fields.end(), field, field + BlockField::count);
+        fields.push_back({layers.albedos.first, row_count(block.coefficient[0]) / block.depths,
+                          layers.depths.first, block.depths, layers.and_infinity ? 1 : 0,
+                          row_count(coefficients[0])});
         if (takes_halves)
             append(to_halves(block.function), halves);
         else
@@ -106,7 +101,8 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
         file.add(prefix + functions_name, shape, std::move(halves));
     else
         file.add(prefix + functions_name, shape, std::move(floats));
-    file.add(prefix + blocks_name, {shape[0], size(BlockField::count)}, fields);
+    file.add(prefix + blocks_name, {shape[0], block_field_count},
+             reinterpret_cast<const std::int32_t*>(fields.data()));
     file.add(prefix + block_of_cell_name, {size(albedo_rows), size(depth_rows)}, block_of_cell);
     for (int m = owner; m <= found.members.last(); ++m) {
         const std::vector<float>& own = coefficients[size(m - owner)];
@@ -177,7 +173,7 @@ void add_header(TensorWriter& file, const Table& table) {
         file.set(std::string(field.name) + scale_suffix, axis_scale_name(axis.scale));
     }
     const auto shape = [&](std::size_t rank) {
-        std::vector<std::size_t> sizes{table.member_count()};
+        TensorShape sizes{table.member_count()};
         for (std::size_t k = 0; k < rank; ++k)
             sizes.push_back((table.*axis_fields[k].axis).values.size());
         return sizes;

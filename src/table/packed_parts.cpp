@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -43,7 +44,7 @@ AxisScale read_scale(const TensorFile& file, const std::string& name) {
 std::shared_ptr<const PathOrders> path_orders(const TensorFile& file) {
     const bool is_rounded = file.tensor(path_orders_name).type == TensorType::f16;
     std::vector<float> samples;
-    std::vector<std::size_t> shape;
+    TensorShape shape;
     const auto take = [&](const auto& orders, const auto& to_number) {
         shape = orders.shape;
         std::transform(orders.begin(), orders.end(), std::back_inserter(samples), to_number);
@@ -234,36 +235,31 @@ struct BlockChecks {
     bool needs_infinity;  // in this cell along depth, and those beyond
     int deepest_cell;
 
-    void check_block(const std::int32_t* block, std::size_t rows) const {
-        const int infinite = block[BlockField::ends_at_infinity];
+    void check_block(const BlockFields& block, std::size_t rows) const {
+        const int infinite = block.ends_at_infinity;
         require_field(infinite, 0, 1, "ends_at_infinity");
-        require_field(block[BlockField::first_albedo], 0, albedos - stencil_size, "first_albedo");
-        require_field(block[BlockField::albedos], stencil_size,
-                      albedos - block[BlockField::first_albedo], "albedos");
-        require_field(block[BlockField::first_depth], 0, depths - stencil_size, "first_depth");
-        require_field(block[BlockField::depths], stencil_size + infinite,
-                      depths - block[BlockField::first_depth] + infinite, "depths");
-        const std::size_t needed =
-            size(block[BlockField::albedos]) * size(block[BlockField::depths]);
+        require_field(block.first_albedo, 0, albedos - stencil_size, "first_albedo");
+        require_field(block.albedos, stencil_size, albedos - block.first_albedo, "albedos");
+        require_field(block.first_depth, 0, depths - stencil_size, "first_depth");
+        require_field(block.depths, stencil_size + infinite, depths - block.first_depth + infinite,
+                      "depths");
+        const std::size_t needed = size(block.albedos) * size(block.depths);
         require(
-            block[BlockField::first_row] >= 0 && needed <= rows &&
-                size(block[BlockField::first_row]) <= rows - needed,
+            block.first_row >= 0 && needed <= rows && size(block.first_row) <= rows - needed,
             packed_caller, "first_row of " + name,
             "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
-            block[BlockField::first_row]);
+            block.first_row);
     }
 
-    void check_cell(const std::int32_t* block, int albedo, int depth) const {
+    void check_cell(const BlockFields& block, int albedo, int depth) const {
         const auto within = [](int cell, int samples, int first, int count) {
             const int window = std::clamp(cell - 1, 0, samples - stencil_size);
             return window >= first && window + stencil_size <= first + count;
         };
-        const int infinite = block[BlockField::ends_at_infinity];
-        const bool inside =
-            within(albedo, albedos, block[BlockField::first_albedo], block[BlockField::albedos]) &&
-            within(depth, depths, block[BlockField::first_depth],
-                   block[BlockField::depths] - infinite) &&
-            (!needs_infinity || depth < deepest_cell || infinite == 1);
+        const int infinite = block.ends_at_infinity;
+        const bool inside = within(albedo, albedos, block.first_albedo, block.albedos) &&
+                            within(depth, depths, block.first_depth, block.depths - infinite) &&
+                            (!needs_infinity || depth < deepest_cell || infinite == 1);
         require(inside, packed_caller,
                 "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
                     ") of " + name,
@@ -278,7 +274,7 @@ struct BlockChecks {
 
 template <class Number>
 const void* checked_functions(const TensorFile& file, const std::string& name,
-                              const std::vector<std::size_t>& shape) {
+                              const TensorShape& shape) {
     const TensorOf<Number> numbers = file.numbers<Number>(name, 3);
     require_shape(numbers, name, shape);
     return numbers.data;
@@ -300,7 +296,7 @@ std::string prefix_of_functions(const TensorFile& file, const Table& table, std:
 
 /// Functions in a row.
 std::size_t function_count(const TensorFile& file, const std::string& name) {
-    const std::vector<std::size_t>& shape = file.tensor(name).shape;
+    const TensorShape& shape = file.tensor(name).shape;
     const std::size_t count = shape.empty() ? 0 : shape.back();
     require(count == fewest_functions || count == most_functions, packed_caller,
             "the last extent of " + name,
@@ -314,10 +310,12 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
                 const TableView& table, SideMemory& side) {
     const std::string of_blocks = owner + blocks_name;
     const TensorOf<std::int32_t> blocks = file.numbers<std::int32_t>(of_blocks, 2);
-    require_shape(blocks, of_blocks, {blocks.shape[0], size(BlockField::count)});
     const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows(),
                       functions = function_count(file, owner + functions_name);
-    const std::vector<std::size_t> shape{count, rows, functions};
+    require_shape(blocks, of_blocks, {count, block_field_count});
+    std::vector<BlockFields> fields(count);
+    std::memcpy(fields.data(), blocks.data, count * sizeof(BlockFields));
+    const TensorShape shape{count, rows, functions};
     side.view.functions = static_cast<int>(functions);
     side.view.halves = file.tensor(owner + functions_name).type == TensorType::f16;
     const void* const function =
@@ -334,12 +332,11 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     const BlockChecks checks{of_blocks, albedos, depths, side.view.ends_at_infinity,
                              table.optical_depth.count > 1 ? depths - 1 : 0};
     for (std::size_t b = 0; b < count; ++b) {
-        const std::int32_t* const block = blocks.data + b * size(BlockField::count);
+        const BlockFields& block = fields[b];
         checks.check_block(block, coefficients.shape[0]);
         side.blocks.push_back({static_cast<const char*>(function) + b * block_bytes,
-                               coefficients.data + size(block[BlockField::first_row]) * functions,
-                               block[BlockField::first_albedo], block[BlockField::first_depth],
-                               block[BlockField::albedos], block[BlockField::depths]});
+                               coefficients.data + size(block.first_row) * functions,
+                               block.first_albedo, block.first_depth, block.albedos, block.depths});
     }
     const std::string of_cells = owner + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
@@ -348,8 +345,8 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
         const std::int32_t block = cells.data[cell];
         require(block >= 0 && size(block) < count, packed_caller, of_cells,
                 "below " + std::to_string(count), block);
-        checks.check_cell(blocks.data + size(block) * size(BlockField::count),
-                          static_cast<int>(cell) / depths, static_cast<int>(cell) % depths);
+        checks.check_cell(fields[size(block)], static_cast<int>(cell) / depths,
+                          static_cast<int>(cell) % depths);
         side.block_of_cell.push_back(static_cast<float>(block));
     }
 }

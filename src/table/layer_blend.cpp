@@ -265,9 +265,15 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
     if (optical_depth < depth.lowest) return !table.keeps_light();
     if (depth.ends_at_infinity) return true;
     if (side == Side::transmission && optical_depth == infinity) return true;
-    const LayerQuery deepest = make_query(table, albedo, depth.highest, table.members.member[0]);
-    return reflection_deficit(depth.highest, deepest.diffusion_exponent,
-                              deepest.extrapolation_length) <= kept_tolerance(table);
+    const FamilyStencil& members = table.members;
+    for (int m = 0; m < members.count; ++m) {
+        const LayerQuery deepest = make_query(table, albedo, depth.highest, members.member[m]);
+        if (members.weight[m] != 0 &&
+            reflection_deficit(depth.highest, deepest.diffusion_exponent,
+                               deepest.extrapolation_length) > kept_tolerance(table))
+            return false;
+    }
+    return true;
 }
 
 std::string allowed_albedo(const TableView& table) {

@@ -87,28 +87,22 @@ Deflated deflated(std::span<const float> values, std::size_t length) {
 }
 
 /// A dataset's chunks, written in their order.
-class OrderedChunks {
-  public:
-    OrderedChunks(hid_t dataset, const std::string& name, Extents extents)
-        : cuts(Chunks(extents).cuts), dataset_(dataset), name_(name), extents_(extents) {}
+struct OrderedChunks {
+    hid_t dataset;
+    std::string name;
+    Extents extents;
+    Cuts cuts = Chunks(extents).cuts;
+    std::size_t next = 0;  // sample
 
     void write_next(const Deflated& chunk) {
-        std::vector<hsize_t> at(extents_.size());
-        std::size_t rest = next_;
-        for (std::size_t d = at.size(); d-- > 0; rest /= extents_[d]) at[d] = rest % extents_[d];
-        checked(H5Dwrite_chunk(dataset_, H5P_DEFAULT, chunk.filters_left_out, at.data(),
+        std::vector<hsize_t> at(extents.size());
+        std::size_t rest = next;
+        for (std::size_t d = at.size(); d-- > 0; rest /= extents[d]) at[d] = rest % extents[d];
+        checked(H5Dwrite_chunk(dataset, H5P_DEFAULT, chunk.filters_left_out, at.data(),
                                chunk.bytes.size(), chunk.bytes.data()),
-                "write dataset " + name_);
-        next_ += cuts.count_from(next_);
+                "write dataset " + name);
+        next += cuts.count_from(next);
     }
-
-    const Cuts cuts;
-
-  private:
-    const hid_t dataset_;
-    const std::string name_;
-    const Extents extents_;
-    std::size_t next_ = 0;  // sample
 };
 
 // ---- parts --------------------------------------------------------------------------------------
@@ -214,7 +208,7 @@ void release_samples(const WriteOptions& options) {
 
 void write_chunks(hid_t dataset, const std::string& name, Extents extents,
                   std::span<const float> values, const WriteOptions& options) {
-    OrderedChunks file(dataset, name, extents);
+    OrderedChunks file{dataset, name, extents};
     if (options.share) {
         Parts parts(file.cuts, values);
         options.share({parts.count(), [&](int part) { return parts.give(part); },

@@ -88,8 +88,6 @@ struct Storage {
 
 /// An open file as HDF5 holds it and gives it to the functions below.
 struct OpenFile : H5FD_t {
-    explicit OpenFile(std::shared_ptr<Storage> storage_) : H5FD_t{}, storage(std::move(storage_)) {}
-
     std::shared_ptr<Storage> storage;
 };
 
@@ -99,7 +97,7 @@ Storage& opened(const H5FD_t* file) { return *static_cast<const OpenFile*>(file)
 H5FD_t* open_storage(const char*, unsigned, hid_t access, haddr_t) {
     const auto* const storage =
         static_cast<const std::shared_ptr<Storage>*>(H5Pget_driver_info(access));
-    return new (std::nothrow) OpenFile(*storage);
+    return new (std::nothrow) OpenFile{{}, *storage};
 }
 
 herr_t close_storage(H5FD_t* file) {

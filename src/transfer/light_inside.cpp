@@ -70,11 +70,11 @@ double SingleLayers::depth(std::size_t first, std::size_t end) const {
 double SingleLayers::scattered(std::size_t k, std::size_t above, double phase, double mu_in,
                                double mu_out) const {
     if (k < above)
-        return single_transmission_through({depth(0, k), depth(k + 1, above)}, phase, albedos[k],
-                                           depths[k], mu_in, mu_out);
+        return single_scattering_through(Side::transmission, {depth(0, k), depth(k + 1, above)},
+                                         phase, albedos[k], depths[k], mu_in, mu_out);
     return direct_transmittance(depth(0, above), mu_in) *
-           single_reflection_through({depth(above, k), 0}, phase, albedos[k], depths[k], mu_in,
-                                     mu_out);
+           single_scattering_through(Side::reflection, {depth(above, k), 0}, phase, albedos[k],
+                                     depths[k], mu_in, mu_out);
 }
 
 MatrixXd SingleLayers::factors(std::size_t k, std::size_t above, const VectorXd& mu) const {

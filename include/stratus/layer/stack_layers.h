@@ -38,10 +38,9 @@ struct Surroundings {
 };
 
 /// Single scattering of a layer, seen from outside the stack.
-double single_reflection_through(const Surroundings& around, double phase_value, double albedo,
-                                 double optical_depth, double mu_in, double mu_out) noexcept;
-double single_transmission_through(const Surroundings& around, double phase_value, double albedo,
-                                   double optical_depth, double mu_in, double mu_out) noexcept;
+double single_scattering_through(Side side, const Surroundings& around, double phase_value,
+                                 double albedo, double optical_depth, double mu_in,
+                                 double mu_out) noexcept;
 
 /// R or diffuse T of order 1 of all layers, without what they lie on. T is 0 at infinite depth, and
 /// not symmetric in the two cosines.

@@ -177,7 +177,7 @@ double extrapolation_length(const PhaseFunction& phase_function, const LowerBoun
     // layer of reduced depth x transmits t = (4/3) / (x + q) [vdH80], of which the ground absorbs
     // (1 - A) t / (1 - A (1 - t)).
     double albedo = boundary.albedo;
-    if (boundary.kind == LowerBoundary::Kind::layer) {
+    if (boundary.is_layer()) {
         SolverOptions flux_only;
         flux_only.modes = 1;
         albedo =

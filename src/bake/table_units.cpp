@@ -33,7 +33,7 @@ std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& l
     std::vector<PhaseFunction> all;
     for (const StackLayer& layer : layers) all.push_back(layer.phase_function);
     if (layers.empty()) all.push_back(phase_function);
-    if (boundary.kind == LowerBoundary::Kind::layer) all.push_back(boundary.phase_function);
+    if (boundary.is_layer()) all.push_back(boundary.phase_function);
     return all;
 }
 
@@ -135,7 +135,8 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
     return make_units(layers, recipe_.orders > 0 ? albedos_at_once(recipe_) : 1);
 }
 
-std::vector<Unit> TableUnits::make_units(const std::vector<int>& layers, std::size_t at_once) const {
+std::vector<Unit> TableUnits::make_units(const std::vector<int>& layers,
+                                         std::size_t at_once) const {
     const AxisView tau = header_.optical_depth.view();
     const int depths = tau.size(), albedos = int_size(header_.albedo.values);
     struct Run {

@@ -31,8 +31,8 @@ const SideKernel<channels>& find_kernel(Side which, PhaseForm form, Orders order
 /// Particles of a stack's layers may differ in all that these effects ask about.
 void check_stack_effects(const Effects& effects) {
     require(effects.density == 0, bind_caller, "density", "0 of a stack", effects.density);
-    require(effects.opposition.law == Opposition::Law::none, bind_caller, "opposition",
-            "none of a stack", "a law");
+    require(!effects.opposition.is_present(), bind_caller, "opposition", "none of a stack",
+            "a law");
 }
 
 template <int channels>
@@ -104,7 +104,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
             const auto kind = one_sided_ ? boundary->kind : LowerBoundary::Kind::none;
             const bool layer_below = kind == LowerBoundary::Kind::layer;
             const Opposition opposition = seen_opposition(effects.opposition, effects.density);
-            if (opposition.law != Opposition::Law::none || layer_below)
+            if (opposition.is_present() || layer_below)
                 side.phase = reflected_curve(phase_function, opposition, boundary);
             side.opposition = OppositionTable(opposition);
             view.opposition = side.opposition.view();
@@ -175,7 +175,7 @@ void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
     if (sides_.transmission->form != PhaseForm::none) bind_layers(layers, Side::transmission);
     if (sides_.reflection->form != PhaseForm::none) {
         std::vector<StackLayer> all = layers;
-        if (over_boundary_ && boundary->kind == LowerBoundary::Kind::layer)
+        if (over_boundary_ && boundary->is_layer())
             all.push_back({boundary->phase_function, boundary->albedo, infinity});
         bind_layers(all, Side::reflection);
     }

@@ -165,7 +165,7 @@ double Opposition::width_of_density(double density) {
 
 Opposition seen_opposition(const Opposition& opposition, double density) {
     Opposition seen = opposition;
-    if (seen.law == Opposition::Law::none) return seen;
+    if (!seen.is_present()) return seen;
     const bool of_blinn = seen.law == Opposition::Law::blinn;
     if (seen.width == 0)
         seen.width = of_blinn ? Opposition::radius_in_free_paths(density)
@@ -175,7 +175,7 @@ Opposition seen_opposition(const Opposition& opposition, double density) {
 }
 
 void check_opposition(const Opposition& opposition, double density, const char* caller) {
-    if (opposition.law == Opposition::Law::none) return;
+    if (!opposition.is_present()) return;
     require(opposition.width >= 0 && opposition.width < INFINITY &&
                 (opposition.width > 0 || density > 0),
             caller, "opposition.width", "in (0, inf), or 0 with a density above 0",
@@ -251,7 +251,7 @@ double effective_optical_depth(double optical_depth, double density) noexcept {
 
 void check_effects(const Effects& effects) {
     require_in("[0, 1)", "Effects", "density", effects.density);
-    if (effects.opposition.law == Opposition::Law::none) return;
+    if (!effects.opposition.is_present()) return;
     check_opposition(effects.opposition, effects.density, "Effects");
     require(effects.single, "Effects", "opposition", "none without single scattering", "a law");
 }

@@ -66,8 +66,7 @@ void turn_to_sun(const Section& root, Scene& scene) {
 /// The effects that a layer's keys make.
 void name_effects(const SceneLayer& layer, Scene& scene) {
     if (layer.density > 0) scene.named.push_back(&SceneEffects::density);
-    if (layer.opposition.law != Opposition::Law::none)
-        scene.named.push_back(&SceneEffects::opposition);
+    if (layer.opposition.is_present()) scene.named.push_back(&SceneEffects::opposition);
 }
 
 /// Refuses layers that are no spherical shells, and shells of which the orders n >= 2 are farther from
@@ -79,7 +78,7 @@ void check_shell(const Section& root, const Scene& scene) {
     constexpr double most = 0.05;  // of height times optical depth
     const SceneLayer& layer = scene.layer;
     const Section section = root.section("planet");
-    section.require(layer.stacks.empty() && layer.opposition.law == Opposition::Law::none, "shell",
+    section.require(layer.stacks.empty() && !layer.opposition.is_present(), "shell",
                     "0 where the layer is a stack or has an opposition", height);
     const double depth =
         seen_depth(scene, layer.optical_depth.max) * std::ranges::max(layer.extinction);

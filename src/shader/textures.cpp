@@ -163,8 +163,7 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
     const TableView view = table.view();
     const bool lit = which == Side::reflection;
     const bool held = lit ? view.has_reflection() : view.has_transmission();
-    const bool over_layer =
-        lit && view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer;
+    const bool over_layer = lit && view.has_lower_boundary() && view.lower_boundary->is_layer();
     const PathSheetView& path = table.side(Side::reflection).path;
     const std::size_t phase = to.numbers.size();
     append_phase(side.phase, over_layer ? 2 : 1, to.numbers);

@@ -189,7 +189,7 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
     if (!table.has_lower_boundary())
         blend.growth = thin_growth(depth) / thin_growth(depths.lowest);
     else
-        blend.fades = table.lower_boundary->kind == LowerBoundary::Kind::surface;
+        blend.fades = table.lower_boundary->is_surface();
     return blend;
 }
 

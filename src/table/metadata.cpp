@@ -57,10 +57,8 @@ void add_lower_boundary(const LowerBoundary& boundary, Metadata& metadata) {
     if (!boundary.is_present()) return;
     metadata["below"] = boundary_names[static_cast<int>(boundary.kind)];
     metadata["below_albedo"] = shortest_text(boundary.albedo);
-    if (boundary.kind == LowerBoundary::Kind::ground)
-        metadata["below_ground"] = boundary.law->text();
-    if (boundary.kind == LowerBoundary::Kind::layer)
-        metadata["below_phase_function"] = boundary.phase_function.text();
+    if (boundary.is_ground()) metadata["below_ground"] = boundary.law->text();
+    if (boundary.is_layer()) metadata["below_phase_function"] = boundary.phase_function.text();
 }
 
 LowerBoundary read_lower_boundary(const Metadata& metadata) {

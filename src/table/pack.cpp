@@ -118,7 +118,7 @@ void add_side(TensorWriter& file, LayerSums& sums, const std::vector<FoundBlocks
     for (const FoundBlocks& group : groups) add_blocks(file, sums, group, side, pivots);
     const Table& table = sums.table();
     const LowerBoundary& below = table.lower_boundary;
-    if (side == Side::reflection && below.kind == LowerBoundary::Kind::layer)
+    if (side == Side::reflection && below.is_layer())
         for (std::size_t m = 0; m < table.member_count(); ++m)
             add_curve(file, side_prefix(table, m, side) + phase_name,
                       reflected_curve(phase_function_of_member(table, m), {}, &below));

@@ -142,13 +142,13 @@ void set_closed_forms(const TensorFile& file, const Table& table, std::size_t m,
                       const PhaseFunction& phase_function, Side which, SideMemory& side) {
     const LowerBoundary& below = table.lower_boundary;
     const bool lit = which == Side::reflection && below.is_present();
-    const bool over_layer = lit && below.kind == LowerBoundary::Kind::layer;
+    const bool over_layer = lit && below.is_layer();
     side.phase = read_phase_curve(
         file, (over_layer ? side_prefix(table, m, which) : member_prefix(table, m)) + phase_name,
         over_layer ? 2 : 1, phase_function);
     if (lit) {
         const auto albedo = static_cast<float>(below.albedo);
-        side.view.over_surface = below.kind == LowerBoundary::Kind::surface;
+        side.view.over_surface = below.is_surface();
         side.view.surface_albedo = side.view.over_surface ? albedo : 0;
         side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
     }

@@ -81,9 +81,8 @@ std::vector<double> path_moments(const PhaseFunction& phase_function) {
 }
 
 Truncation choose_truncation(const LowerBoundary& boundary, const SolverOptions& options) {
-    return boundary.kind == LowerBoundary::Kind::layer
-               ? choose_truncation(boundary.phase_function, options, true)
-               : Truncation{};
+    return boundary.is_layer() ? choose_truncation(boundary.phase_function, options, true)
+                               : Truncation{};
 }
 
 LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncation) {
@@ -100,9 +99,8 @@ void require_finite(const ModeMatrices& layer, int mode, const Directions& direc
     // 0 times infinity is not a number; the sum fills registers, Eigen's allFinite does not.
     if ((0.0 * layer.reflection).sum() == 0 && (0.0 * layer.transmission).sum() == 0) return;
     throw TooFewNodes("solve: nodes must be more for this phase function: its series of " +
-                      std::to_string(2 * directions.nodes) +
-                      " moments is too negative in mode " + std::to_string(mode) + ", got " +
-                      std::to_string(directions.nodes));
+                      std::to_string(2 * directions.nodes) + " moments is too negative in mode " +
+                      std::to_string(mode) + ", got " + std::to_string(directions.nodes));
 }
 
 int count_modes(const std::vector<double>& moments) {

@@ -199,7 +199,7 @@ class OrderedStackRun : StackSolver {
     /// The lower boundary; its first order alone unless it is a layer.
     std::vector<OrderedMode> boundary_modes(int first, int end) {
         const LowerBoundary& boundary = orders_[0].lower_boundary;
-        if (boundary.kind == LowerBoundary::Kind::layer)
+        if (boundary.is_layer())
             return layer_modes({boundary.phase_function, boundary.albedo, infinity},
                                boundary_truncation_.moments, first, end);
         std::vector<OrderedMode> all(size(end - first), {nothing(), nothing(), nothing()});

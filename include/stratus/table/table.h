@@ -92,7 +92,7 @@ struct TableView {
     /// True over a boundary whose light in the samples stays as the layer vanishes: no law is known of
     /// layers thinner than the samples'.
     bool keeps_light() const noexcept {
-        return has_lower_boundary() && lower_boundary->kind != LowerBoundary::Kind::surface;
+        return has_lower_boundary() && !lower_boundary->is_surface();
     }
     bool has_family() const noexcept { return family != nullptr; }
     bool is_stack() const noexcept { return layers != nullptr; }

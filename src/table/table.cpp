@@ -274,7 +274,7 @@ void prepare(Table& table) {
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 
-bool is_mixture(const std::vector<FamilyAxis>& family) noexcept {
+bool is_mixture(const FamilyAxes& family) noexcept {
     return family.size() == 1 && family[0].parameter == PhaseParameter::mixture &&
            !family[0].is_discrete;
 }

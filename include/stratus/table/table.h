@@ -43,7 +43,7 @@ struct TableView {
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
     // The family. Until a point is chosen the weights of its members are not-a-number.
-    const std::vector<FamilyAxis>* family = nullptr;       // null: none
+    const FamilyAxes* family = nullptr;                    // null: none
     const PhaseFunction* second_phase_function = nullptr;  // of one with a mixture axis
     FamilyPoint chosen;
     double chosen_mixture = std::numeric_limits<double>::quiet_NaN();  // the share in it
@@ -143,7 +143,7 @@ struct Table {
     LowerBoundary lower_boundary;    // with one, reflection is that of both, and no transmission
     std::vector<StackLayer> layers;  // of a stack, top first; empty: one layer
     // At most two; empty: `phase_function` alone. Its own value of the parameters is not used.
-    std::vector<FamilyAxis> family;
+    FamilyAxes family;
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};
@@ -221,7 +221,7 @@ void check(const Table& table);
 void prepare_header(Table& table);
 
 /// True where the family is the mixtures of two phase functions and nothing else.
-bool is_mixture(const std::vector<FamilyAxis>& family) noexcept;
+bool is_mixture(const FamilyAxes& family) noexcept;
 
 /// The phase function of a member of a family, or the only one.
 PhaseFunction phase_function_of_member(const Table& table, std::size_t member);

@@ -235,7 +235,7 @@ std::string samples_key(PhaseParameter parameter) {
     return std::string(parameter_name(parameter)) + "_samples";
 }
 
-Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lower_boundary) {
+Recipe recipe_of_stack(StackLayers layers, const LowerBoundary& lower_boundary) {
     check_layers(layers, lower_boundary.is_present(), caller);
     const StackLayer mean = mean_layer(layers);
     require(mean.optical_depth >= min_stack_depth, caller, "optical depth of all layers",

@@ -17,7 +17,7 @@
 namespace stratus {
 
 std::vector<std::vector<LayerSolution>> solve_material(
-    const std::vector<StackLayer>& layers, const PhaseFunction& phase_function,
+    const StackLayers& layers, const PhaseFunction& phase_function,
     const std::vector<double>& albedos, const DepthLadder& ladder, const std::vector<double>& mu,
     const SolverOptions& options, const LowerBoundary& boundary, const TakeMode& take) {
     if (layers.empty())
@@ -27,7 +27,7 @@ std::vector<std::vector<LayerSolution>> solve_material(
     return alone;
 }
 
-std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& layers,
+std::vector<PhaseFunction> list_phase_functions(const StackLayers& layers,
                                                 const PhaseFunction& phase_function,
                                                 const LowerBoundary& boundary) {
     std::vector<PhaseFunction> all;

@@ -36,7 +36,7 @@ void check_stack_effects(const Effects& effects) {
 }
 
 template <int channels>
-Medium<channels> make_medium(const std::vector<StackLayer>& layers) {
+Medium<channels> make_medium(const StackLayers& layers) {
     const StackLayer mean = mean_layer(layers);
     Medium<channels> medium;
     std::fill(medium.optical_depth, medium.optical_depth + channels, mean.optical_depth);
@@ -128,7 +128,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const Medium<cha
 }
 
 template <int channels>
-SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects& effects)
+SliceOf<channels>::SliceOf(const StackLayers& layers, const Effects& effects)
     : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
               nullptr, make_medium<channels>(layers), effects) {
     check_layers(layers, false, bind_caller);
@@ -165,8 +165,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
 }
 
 template <int channels>
-void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
-                                   const LowerBoundary* boundary) {
+void SliceOf<channels>::bind_stack(const StackLayers& layers, const LowerBoundary* boundary) {
     medium_ = make_medium<channels>(layers);  // clamped to it
     for (const Side which : both_sides)
         for (int c = 0; c < channels; ++c)
@@ -174,7 +173,7 @@ void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
     one_sided_ = true;
     if (sides_.transmission->form != PhaseForm::none) bind_layers(layers, Side::transmission);
     if (sides_.reflection->form != PhaseForm::none) {
-        std::vector<StackLayer> all = layers;
+        StackLayers all = layers;
         if (over_boundary_ && boundary->is_layer())
             all.push_back({boundary->phase_function, boundary->albedo, infinity});
         bind_layers(all, Side::reflection);
@@ -183,7 +182,7 @@ void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
 }
 
 template <int channels>
-void SliceOf<channels>::bind_layers(const std::vector<StackLayer>& layers, Side which) {
+void SliceOf<channels>::bind_layers(const StackLayers& layers, Side which) {
     BoundSide& side = *sides_[which];
     double above = 0, below = medium_.optical_depth[0];
     for (const StackLayer& layer : layers) {
@@ -301,8 +300,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which) {
 
 template <int channels>
 void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunction& phase_function,
-                                        const std::vector<StackLayer>* layers,
-                                        const Effects& effects) {
+                                        const StackLayers* layers, const Effects& effects) {
     if (over_boundary_ || !effects.background) return;
     const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
     if (!all_orders && !effects.single) return;

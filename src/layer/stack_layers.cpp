@@ -10,13 +10,13 @@
 
 namespace stratus {
 
-double total_depth(const std::vector<StackLayer>& layers) noexcept {
+double total_depth(const StackLayers& layers) noexcept {
     double depth = 0;
     for (const StackLayer& layer : layers) depth += layer.optical_depth;
     return depth;
 }
 
-void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, const char* caller) {
+void check_layers(const StackLayers& layers, bool over_boundary, const char* caller) {
     require(!layers.empty(), caller, "layers", "at least one", "none");
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const std::string of = layers.size() > 1 ? " of layer " + std::to_string(k + 1) : "";
@@ -29,7 +29,7 @@ void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, con
     }
 }
 
-StackLayer mean_layer(const std::vector<StackLayer>& layers) {
+StackLayer mean_layer(const StackLayers& layers) {
     require(!layers.empty(), "mean_layer", "layers", "at least one", "none");
     const double depth = total_depth(layers);
     if (depth == infinity) return layers.back();
@@ -52,7 +52,7 @@ double single_scattering_through(Side side, const Surroundings& around, double p
            single_scattering(side, phase_value, albedo, optical_depth, mu_in, mu_out);
 }
 
-double stack_single_scattering(Side side, const std::vector<StackLayer>& layers,
+double stack_single_scattering(Side side, const StackLayers& layers,
                                const Geometry& geometry) noexcept {
     const double cosine = cos_scattering_angle(side, geometry);
     Surroundings around{0, total_depth(layers)};

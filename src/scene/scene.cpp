@@ -48,7 +48,7 @@ void turn_to_sun(const Section& root, Scene& scene) {
                  std::to_string(degrees(middle)) + " degrees above it");
     const bool from_below = middle < 0;
     if (from_below)
-        for (std::vector<StackLayer>& stack : scene.layer.stacks) {
+        for (StackLayers& stack : scene.layer.stacks) {
             std::ranges::reverse(stack);
             if (std::isinf(stack[0].optical_depth)) stack.resize(1);  // the others are never lit
         }
@@ -334,7 +334,7 @@ bool are_alike(const SceneLayer& one, const SceneLayer& other) {
         };
         for (const auto* const functions : {&layer.components, &layer.channels})
             for (const PhaseFunction& each : *functions) add(each, {});
-        for (const std::vector<StackLayer>& stack : layer.stacks)
+        for (const StackLayers& stack : layer.stacks)
             for (const StackLayer& each : stack)
                 add(each.phase_function, {each.albedo, each.optical_depth});
         const auto& [law, width, amplitude] = layer.opposition;

@@ -115,7 +115,7 @@ std::array<vec4, 3> of_phase(const PhaseCurveView& curve) {
 /// layers, depth of all.
 vec4 append_layers(const TableView& view, std::vector<vec4>& numbers) {
     if (!view.is_stack()) return {0, 0, 0, 0};
-    const std::vector<StackLayer>& layers = *view.layers;
+    const StackLayers& layers = *view.layers;
     const std::size_t first = numbers.size();
     numbers.resize(first + 4 * layers.size());
     double depth = 0;

@@ -128,8 +128,8 @@ VectorXd BoundaryModes::entering() {
 
 // ---- stacks ------------------------------------------------------------------------------------
 
-StackModes::StackModes(const std::vector<StackLayer>& layers,
-                       const std::vector<Truncation>& truncations, const Directions& directions)
+StackModes::StackModes(const StackLayers& layers, const std::vector<Truncation>& truncations,
+                       const Directions& directions)
     : directions_(directions) {
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const StackLayer& layer = layers[k];

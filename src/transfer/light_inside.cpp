@@ -20,11 +20,11 @@ namespace {
 
 /// Layers divided at levels, and how many pieces are above each.
 struct Divided {
-    std::vector<StackLayer> pieces;
+    StackLayers pieces;
     std::vector<std::size_t> above;
 };
 
-Divided divide(const std::vector<StackLayer>& layers, const std::vector<double>& levels) {
+Divided divide(const StackLayers& layers, const std::vector<double>& levels) {
     std::vector<double> sorted = levels;
     std::ranges::sort(sorted);
     Divided divided;
@@ -53,8 +53,7 @@ Divided divide(const std::vector<StackLayer>& layers, const std::vector<double>&
 
 }  // namespace
 
-SingleLayers::SingleLayers(const std::vector<StackLayer>& layers,
-                           const std::vector<Truncation>& truncations,
+SingleLayers::SingleLayers(const StackLayers& layers, const std::vector<Truncation>& truncations,
                            double (Truncation::*albedo)(double) const) {
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const double w = layers[k].albedo;
@@ -197,7 +196,7 @@ class InsideRun : StackSolver {
 
 }  // namespace
 
-InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+InsideSolution solve_inside(const StackLayers& layers, const LowerBoundary& boundary,
                             const std::vector<double>& levels, const std::vector<double>& mu,
                             const SolverOptions& options) {
     const char* const caller = "solve";
@@ -230,7 +229,7 @@ std::vector<SolvedValue> light_at_level(const Solved& solved, const ModeSolution
                                         std::vector<double> scattered_again, Side side,
                                         std::size_t above, int in, int out,
                                         const std::vector<double>& azimuths) {
-    const std::vector<StackLayer>& layers = solved.layers;
+    const StackLayers& layers = solved.layers;
     const bool upward = side == Side::reflection;
     const std::size_t first = upward ? above : 0, end = upward ? layers.size() : above;
     const double mu_in = light.mu(in), mu_out = light.mu(out);

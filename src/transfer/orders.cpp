@@ -140,7 +140,7 @@ OrderedMode add(const OrderedMode& above, const OrderedMode& below, int nodes) {
 
 class OrderedStackRun : StackSolver {
   public:
-    OrderedStackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+    OrderedStackRun(const StackLayers& layers, const LowerBoundary& boundary,
                     const std::vector<double>& mu, const SolverOptions& options)
         : StackSolver(layers, boundary, mu, options, false) {
         const VectorXd beam = beam_along(directions_, total_depth(layers)),
@@ -209,7 +209,7 @@ class OrderedStackRun : StackSolver {
     }
 
     void solve_group(int first, int end) {
-        const std::vector<StackLayer>& layers = orders_[0].layers;
+        const StackLayers& layers = orders_[0].layers;
         std::vector<OrderedMode> sums =
             layer_modes(layers[0], truncation_.layers[0].moments, first, end);
         const auto add_below = [&](const std::vector<OrderedMode>& below) {
@@ -263,7 +263,7 @@ class OrderedStackRun : StackSolver {
 
 }  // namespace
 
-std::vector<StackSolution> solve_stack_orders(const std::vector<StackLayer>& layers,
+std::vector<StackSolution> solve_stack_orders(const StackLayers& layers,
                                               const LowerBoundary& boundary,
                                               const std::vector<double>& mu,
                                               const SolverOptions& options) {

@@ -15,7 +15,7 @@ namespace stratus {
 class StackSolver {
   protected:
     /// Layers, boundary and options outlive this. `has_line_law`: as of StackTruncation.
-    StackSolver(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+    StackSolver(const StackLayers& layers, const LowerBoundary& boundary,
                 const std::vector<double>& mu, const SolverOptions& options, bool has_line_law)
         : options_(options),
           truncation_(layers, options, has_line_law),
@@ -26,7 +26,7 @@ class StackSolver {
 
     /// A StackSolution or an InsideSolution that says what was solved.
     template <class Solution>
-    Solution blank(const std::vector<StackLayer>& layers, const LowerBoundary& boundary) const {
+    Solution blank(const StackLayers& layers, const LowerBoundary& boundary) const {
         Solution solution;
         solution.layers = layers;
         solution.lower_boundary = boundary;

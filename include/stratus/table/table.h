@@ -51,7 +51,7 @@ struct TableView {
     std::shared_ptr<const PhaseFunction> own_phase_function;  // what `phase_function` points to
     std::shared_ptr<const PathOrders> own_path_law;           // what `path_law` points to
 
-    const std::vector<StackLayer>* layers = nullptr;  // of a stack; null: one layer
+    const StackLayers* layers = nullptr;  // of a stack; null: one layer
 
     const float* reflection_multiple = nullptr;  // null when the table has no such side
     const float* transmission_multiple = nullptr;
@@ -140,8 +140,8 @@ struct TableView {
 struct Table {
     PhaseFunction phase_function;
     PhaseFunction second_phase_function;  // of families with a mixture axis
-    LowerBoundary lower_boundary;    // with one, reflection is that of both, and no transmission
-    std::vector<StackLayer> layers;  // of a stack, top first; empty: one layer
+    LowerBoundary lower_boundary;  // with one, reflection is that of both, and no transmission
+    StackLayers layers;            // of a stack, top first; empty: one layer
     // At most two; empty: `phase_function` alone. Its own value of the parameters is not used.
     FamilyAxes family;
     Axis albedo{AxisScale::square_root_of_complement, {}};

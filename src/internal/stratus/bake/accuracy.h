@@ -115,7 +115,7 @@ struct PointRange {
     bool has_path_law = false;
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
     AxisView azimuth{};      // no samples, or one at 0: all azimuths
-    std::vector<StackLayer> layers{};  // of a stack, top first
+    StackLayers layers{};    // of a stack, top first
 };
 
 /// Returns the ranges of a table, of which `view` is one, and all kinds of points.

@@ -408,16 +408,16 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
     };
     const auto for_each_side = [&](const auto& use) {
         for (const Side side : both_sides)
-            if (sides[side]) use(search[side]);
+            if (sides[side]) use(side, search[side]);
     };
     const auto search_both = [&](bool grows) {
-        for_each_side([&](SideSearch& side) { side.search(grows); });
+        for_each_side([&](Side, SideSearch& of_side) { of_side.search(grows); });
     };
     samples.in_full(pilot_layers(table), see_in_full);
     search_both(true);
-    for_each_side([](SideSearch& side) {
-        side.settle();
-        side.expect_sketch();
+    for_each_side([](Side, SideSearch& of_side) {
+        of_side.settle();
+        of_side.expect_sketch();
     });
     const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {
         if (!values.empty()) search[side].see_in_sketch(size(layer), std::move(values));
@@ -425,22 +425,21 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
     samples.at({search.reflection.sketch(), search.transmission.sketch()}, see_in_sketch);
     for (int round = 0;; ++round) {
         std::set<int> missed;
-        for_each_side([&](SideSearch& side) {
-            for (const int layer : side.missed(round)) missed.insert(layer);
+        for_each_side([&](Side, SideSearch& of_side) {
+            for (const int layer : of_side.missed(round)) missed.insert(layer);
         });
         if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
         search_both(false);
     }
     PerSide<DirectionList> again;
-    for (const Side side : both_sides) {
-        if (!sides[side] || !search[side].settle()) continue;
-        search[side].expect_sketch();
-        again[side] = search[side].sketch();
-    }
+    for_each_side([&](Side side, SideSearch& of_side) {
+        if (!of_side.settle()) return;
+        of_side.expect_sketch();
+        again[side] = of_side.sketch();
+    });
     samples.at(again, see_in_sketch);
     PerSide<LayerSums> sums;
-    for (const Side side : both_sides)
-        if (sides[side]) sums[side] = search[side].take();
+    for_each_side([&](Side side, SideSearch& of_side) { sums[side] = of_side.take(); });
     return sums;
 }
 

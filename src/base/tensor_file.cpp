@@ -70,7 +70,7 @@ Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& 
         if (given.count(field) == 0) refuse_tensor_file(field + of(), "given", "none");
     if (offsets.size() != 2)
         refuse_tensor_file("data_offsets" + of(), "two numbers", list_text(offsets));
-    return {offsets[0], offsets[1], nullptr, &tensor};
+    return {offsets[0], offsets[1], &name, &tensor};
 }
 
 /// Checks one tensor of a file whose data take `data_bytes` from byte `data_start` on.
@@ -269,8 +269,7 @@ TensorFile::TensorFile(const void* data, std::size_t bytes) {
             refuse_tensor_file("the tensors", "at most " + std::to_string(max_tensors), "more");
         const auto [place, is_new] = tensors_.emplace(name, Tensor{});
         if (!is_new) refuse_tensor_file("tensor " + quoted(name), "given once", "two");
-        extents.push_back(read_tensor(header, name, place->second));
-        extents.back().name = &place->first;
+        extents.push_back(read_tensor(header, place->first, place->second));
     });
     header.expect_end();
 

@@ -55,7 +55,7 @@ Handle new_dataset(hid_t file, const std::string& name, hid_t stored, Extents ex
 
 namespace {
 
-/// What a file of HDF5 lies in, and what went wrong with it. Once that is known all that HDF5 writes is
+/// Where an HDF5 file lies, and what went wrong with it. Once that is known all that HDF5 writes is
 /// dropped, so that it can close its file.
 struct Storage {
     explicit Storage(const fs::path& path) : output(Descriptor(path, O_RDWR | O_CREAT | O_TRUNC)) {}
@@ -181,7 +181,7 @@ hid_t driver() {
     return checked(registered, "use a driver");
 }
 
-/// Opens files of the driver in a storage.
+/// A property list with which HDF5 opens files of the driver in `storage`.
 Handle access_to(const std::shared_ptr<Storage>& storage) {
     Handle access = new_property_list(H5P_FILE_ACCESS);
     checked(H5Pset_driver(access, driver(), &storage), "use a driver");

@@ -94,8 +94,8 @@ void write_exr(const Table& table, const Metadata& metadata, const fs::path& pat
                const WriteOptions& options);
 Table decode_exr(const Bytes& bytes, const ReadOptions& options);
 
-/// Takes over the scale of an axis by its name in a file: one that the axis may have, or of a family,
-/// that it is discrete. A linear scale goes by either of its names.
+/// Sets the scale of an axis from its name in a file, one of those that the axis may have; for an axis
+/// of a family also that it is discrete. A linear scale goes by either of its names.
 void read_scale(const AxisField& field, Table& table, const std::string& stored);
 
 }  // namespace stratus::io

@@ -73,7 +73,7 @@ class ShadowOverlap {
     double far_, near_;  // b1, inf at phase angle 0; b2
 };
 
-/// sin or cos of half the phase angle a = pi - Theta, from 1 + cos Theta or 1 - cos Theta.
+/// Sine or cosine of half the phase angle a = pi - Theta, from 1 + cos Theta or 1 - cos Theta.
 double half_angle(double turn) noexcept { return std::sqrt(std::clamp(turn / 2, 0.0, 1.0)); }
 
 double eta_along(double mu_in, double mu_out) noexcept {

@@ -47,7 +47,7 @@ LayerQuery make_query(const TableView& table, double albedo, double optical_dept
     return query;
 }
 
-/// Samples of a layer.
+/// How many samples a layer has on one side.
 std::ptrdiff_t layer_size(const TableView& table) noexcept {
     return std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count;
 }

@@ -171,7 +171,7 @@ void packed(benchmark::State& state, const Table& (*table)(), stratus::Side side
     at_random_points(state, table(), [&](const Point& at) {
         return packed.scattering(side, at.albedo, at.optical_depth, at.geometry).total();
     });
-    state.counters["MB_both_sides"] = static_cast<double>(packed.bytes()) * 1e-6;
+    state.counters["MB_both_sides"] = static_cast<double>(packed.file().size()) * 1e-6;
 }
 
 /// The same, many at once; the time is that of one.
@@ -199,7 +199,7 @@ void packing(benchmark::State& state, const Table& (*table)()) {
 /// Opening it, already in memory.
 void packed_open(benchmark::State& state, const Table& (*table)()) {
     const std::vector<char> bytes = stratus::pack(table());
-    for (auto _ : state) benchmark::DoNotOptimize(stratus::PackedTable(bytes).bytes());
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::PackedTable(bytes).file());
 }
 
 /// Binding a layer of one.

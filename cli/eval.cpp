@@ -163,7 +163,7 @@ class LayerLookup {
             effects.reflection = effects.transmission = false;
             background_ = bound(effects);
         }
-        const bool plain = asked.density == 0 && asked.opposition.law == Opposition::Law::none;
+        const bool plain = asked.density == 0 && !asked.opposition.is_present();
         if (plain && (!asked.multiple || is_sampled(table, layer))) return;
         if (asked.single) {
             Effects effects = asked;

@@ -132,7 +132,7 @@ void run_shader(const ShaderOptions& options) {
                   : osl ? "stratus.osl.h"
                         : "stratus." + options.language,
                   shader_text(language, filtered ? &*filtered : nullptr)),
-        cpp   ? text_file("table.stratus", {table.data(), table.bytes()})
+        cpp   ? text_file("table.stratus", std::string(table.file()))
         : osl ? text_file("stratus_textures.h", textures_header(textures))
               : text_file("stratus_textures.json", textures_json(table, textures))};
     for (const ShaderTexture& texture : textures) files.push_back(texture_file(texture, osl));

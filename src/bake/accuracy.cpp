@@ -48,10 +48,10 @@ const std::vector<double>& floor_cosines() {
 double error_floor(const LayerSolution& solution, Side side) {
     // Not straight on in a narrow peak: 1 % of that is more than all the rest.
     std::vector<double> azimuths{pi / 2, pi};
-    if (std::ranges::none_of(list_phase_functions(solution.stack ? solution.stack->layers
-                                                                 : std::vector<StackLayer>{},
-                                                  solution.phase_function, {}),
-                             has_narrow_peak))
+    if (std::ranges::none_of(
+            list_phase_functions(solution.stack ? solution.stack->layers : StackLayers{},
+                                 solution.phase_function, {}),
+            has_narrow_peak))
         azimuths.insert(azimuths.begin(), 0);
     std::vector<int> at;
     for (const double mu : floor_cosines()) {

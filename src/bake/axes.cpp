@@ -54,7 +54,7 @@ bool leaves_path_law(const Recipe& recipe) {
         !recipe.layers.empty())
         return false;
     if (recipe.leaves_path_law) return *recipe.leaves_path_law;
-    std::vector<FamilyAxis> ends;
+    FamilyAxes ends;
     for (const FamilyRange& range : recipe.family) ends.push_back(family_axis(range, 2));
     for (std::size_t m = 0; m < member_count(ends); ++m) {
         const PhaseFunction member =
@@ -105,7 +105,7 @@ FamilyAxis ranging_axis(const FamilyRange& range, int samples) {
 }
 
 std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe) {
-    std::vector<FamilyAxis> ends;
+    FamilyAxes ends;
     for (const FamilyRange& range : recipe.family) ends.push_back(ranging_axis(range, 2));
     std::vector<std::pair<double, FamilyPoint>> peaks;
     for (const FamilyPoint& corner : family_corners(ends))
@@ -116,8 +116,8 @@ std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe) {
     return corners;
 }
 
-std::vector<FamilyAxis> family_axes(const Recipe& resolved) {
-    std::vector<FamilyAxis> axes;
+FamilyAxes family_axes(const Recipe& resolved) {
+    FamilyAxes axes;
     for (std::size_t k = 0; k < resolved.family.size(); ++k)
         axes.push_back(family_axis(resolved.family[k], resolved.discretisation.family_samples[k]));
     return axes;
@@ -177,7 +177,7 @@ double extrapolation_length(const PhaseFunction& phase_function, const LowerBoun
     // layer of reduced depth x transmits t = (4/3) / (x + q) [vdH80], of which the ground absorbs
     // (1 - A) t / (1 - A (1 - t)).
     double albedo = boundary.albedo;
-    if (boundary.kind == LowerBoundary::Kind::layer) {
+    if (boundary.is_layer()) {
         SolverOptions flux_only;
         flux_only.modes = 1;
         albedo =

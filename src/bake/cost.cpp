@@ -187,7 +187,7 @@ class TableSweep {
         const PackedTable packed(pack(table));
         point.kind = Kind::packed;
         point.bake_seconds = seconds_since(packing);
-        point.bytes = static_cast<double>(packed.bytes());
+        point.bytes = static_cast<double>(packed.file().size());
         measure_lookups(point, packed.view());
         packed_.push_back(point);
     }

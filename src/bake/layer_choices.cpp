@@ -260,7 +260,7 @@ struct FineMembers {
     double max_error;
     const BakeOptions& options;
     std::size_t axis;
-    std::vector<FamilyAxis> along;  // fine steps along the axis, one sample of the other
+    FamilyAxes along;  // fine steps along the axis, one sample of the other
     std::vector<std::optional<FamilyStep>> steps;
 
     FineMembers(const Recipe& recipe_, std::size_t axis_, double max_error_,

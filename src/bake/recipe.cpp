@@ -235,7 +235,7 @@ std::string samples_key(PhaseParameter parameter) {
     return std::string(parameter_name(parameter)) + "_samples";
 }
 
-Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lower_boundary) {
+Recipe recipe_of_stack(StackLayers layers, const LowerBoundary& lower_boundary) {
     check_layers(layers, lower_boundary.is_present(), caller);
     const StackLayer mean = mean_layer(layers);
     require(mean.optical_depth >= min_stack_depth, caller, "optical depth of all layers",
@@ -443,11 +443,11 @@ std::string resolved_text(const Recipe& recipe) {
             << "\n";
     }
     if (!is_mixture_alone(recipe)) out << family_text(recipe);
-    if (recipe.lower_boundary.kind == LowerBoundary::Kind::surface)
+    if (recipe.lower_boundary.is_surface())
         out << "[below]\nlambert_albedo = " << recipe.lower_boundary.albedo << "\n";
     if (recipe.lower_boundary.law)
         out << "[below]\nground = " << quoted(recipe.lower_boundary.law->text()) << "\n";
-    if (recipe.lower_boundary.kind == LowerBoundary::Kind::layer)
+    if (recipe.lower_boundary.is_layer())
         out << "[below]\nphase_function = " << quoted(recipe.lower_boundary.phase_function.text())
             << "\nalbedo = " << recipe.lower_boundary.albedo << "\n";
     return out.str();

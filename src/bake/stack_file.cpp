@@ -14,7 +14,7 @@ namespace stratus {
 namespace {
 
 /// A layer in red, green and blue; one that is alike in all where there are no lists.
-std::vector<StackLayer> read_colours(const Section& section, const PhaseSource& source) {
+StackLayers read_colours(const Section& section, const PhaseSource& source) {
     const bool phases = section.is_list("phase_function"),
                depths = section.is_list("optical_depth");
     const std::vector<PhaseFunction> phase_functions =
@@ -22,7 +22,7 @@ std::vector<StackLayer> read_colours(const Section& section, const PhaseSource& 
                : std::vector{section.phase_function("phase_function", source)};
     const std::array<double, 3> albedo = section.three("albedo"),
                                 depth = section.three("optical_depth");
-    std::vector<StackLayer> colours;
+    StackLayers colours;
     for (std::size_t c = 0; c < (phases || depths || section.is_list("albedo") ? 3 : 1); ++c) {
         section.require(!depths || depth[c] < infinity, "optical_depth",
                         "finite where there are three", depth[c]);
@@ -35,7 +35,7 @@ std::vector<StackLayer> read_colours(const Section& section, const PhaseSource& 
 std::vector<Stack> read_stacks(const Section& file, const TomlFile& origin,
                                const PhaseSource& source) {
     std::vector<Section> sections;
-    std::vector<std::vector<StackLayer>> layers;
+    std::vector<StackLayers> layers;
     std::size_t colours = 1;
     for (const toml::node& node : file.tables("layers")) {
         sections.emplace_back(*node.as_table(), origin, stack_keys(),
@@ -45,7 +45,7 @@ std::vector<Stack> read_stacks(const Section& file, const TomlFile& origin,
     }
     std::vector<Stack> stacks(colours);
     for (std::size_t c = 0; c < colours; ++c)
-        for (const std::vector<StackLayer>& layer : layers)
+        for (const StackLayers& layer : layers)
             stacks[c].layers.push_back(layer[layer.size() > 1 ? c : 0]);
     if (file.has("below")) {
         const LowerBoundary boundary = read_lower_boundary(file, origin.caller, source);

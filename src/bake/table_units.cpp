@@ -17,7 +17,7 @@
 namespace stratus {
 
 std::vector<std::vector<LayerSolution>> solve_material(
-    const std::vector<StackLayer>& layers, const PhaseFunction& phase_function,
+    const StackLayers& layers, const PhaseFunction& phase_function,
     const std::vector<double>& albedos, const DepthLadder& ladder, const std::vector<double>& mu,
     const SolverOptions& options, const LowerBoundary& boundary, const TakeMode& take) {
     if (layers.empty())
@@ -27,13 +27,13 @@ std::vector<std::vector<LayerSolution>> solve_material(
     return alone;
 }
 
-std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& layers,
+std::vector<PhaseFunction> list_phase_functions(const StackLayers& layers,
                                                 const PhaseFunction& phase_function,
                                                 const LowerBoundary& boundary) {
     std::vector<PhaseFunction> all;
     for (const StackLayer& layer : layers) all.push_back(layer.phase_function);
     if (layers.empty()) all.push_back(phase_function);
-    if (boundary.kind == LowerBoundary::Kind::layer) all.push_back(boundary.phase_function);
+    if (boundary.is_layer()) all.push_back(boundary.phase_function);
     return all;
 }
 
@@ -135,7 +135,8 @@ std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
     return make_units(layers, recipe_.orders > 0 ? albedos_at_once(recipe_) : 1);
 }
 
-std::vector<Unit> TableUnits::make_units(const std::vector<int>& layers, std::size_t at_once) const {
+std::vector<Unit> TableUnits::make_units(const std::vector<int>& layers,
+                                         std::size_t at_once) const {
     const AxisView tau = header_.optical_depth.view();
     const int depths = tau.size(), albedos = int_size(header_.albedo.values);
     struct Run {

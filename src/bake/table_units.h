@@ -20,12 +20,12 @@ namespace stratus {
 /// that there is. `phase_function`, `albedos` and `ladder` are those of a layer, or of the stack's
 /// mean layer.
 std::vector<std::vector<LayerSolution>> solve_material(
-    const std::vector<StackLayer>& layers, const PhaseFunction& phase_function,
+    const StackLayers& layers, const PhaseFunction& phase_function,
     const std::vector<double>& albedos, const DepthLadder& ladder, const std::vector<double>& mu,
     const SolverOptions& options, const LowerBoundary& boundary, const TakeMode& take = {});
 
 /// The phase functions in a layer, or in a stack's layers, and of a semi-infinite layer below.
-std::vector<PhaseFunction> list_phase_functions(const std::vector<StackLayer>& layers,
+std::vector<PhaseFunction> list_phase_functions(const StackLayers& layers,
                                                 const PhaseFunction& phase_function,
                                                 const LowerBoundary& boundary);
 

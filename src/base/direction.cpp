@@ -40,7 +40,7 @@ double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept {
 // 180 degrees less that angle.
 SidedGeometry observed_geometry(const ObservedAngles& angles, const char* caller) {
     const auto [i, e, given] = angles;
-    require(i >= 0 && i < 90, caller, "incidence_deg", "in [0, 90)", i);
+    require_in("[0, 90)", caller, "incidence_deg", i);
     require(e >= 0 && e <= 180 && e != 90, caller, "emission_deg",
             "in [0, 180] without 90 (beyond 90 is the unlit side)", e);
     constexpr double rounding = 0.02;

@@ -28,12 +28,8 @@ bool has_f16c() noexcept {
 }  // namespace
 
 const char* instruction_set_name(InstructionSet instruction_set) noexcept {
-    switch (instruction_set) {
-        case InstructionSet::avx512: return "avx512";
-        case InstructionSet::avx2: return "avx2";
-        case InstructionSet::generic: break;
-    }
-    return "generic";
+    constexpr const char* names[] = {"generic", "avx2", "avx512"};
+    return names[static_cast<int>(instruction_set)];
 }
 
 bool is_available(InstructionSet instruction_set) noexcept {

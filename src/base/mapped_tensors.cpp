@@ -4,13 +4,12 @@
 #include <stratus/base/size.h>
 #include <stratus/base/tensor_file.h>
 
-#include <cctype>
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
-#include <string_view>
 #include <system_error>
 
 #include <fcntl.h>
@@ -209,17 +208,11 @@ std::uint32_t TensorHeaderReader::read_escaped_character() {
 
 /// The four digits after 'u'.
 std::uint32_t TensorHeaderReader::read_hex() {
-    constexpr std::string_view digits = "0123456789abcdef";
-    ++next_;
+    const char* const start = ++next_;
     std::uint32_t number = 0;
-    for (int i = 0; i < 4; ++i, ++next_) {
-        const std::size_t digit =
-            next_ == end_
-                ? digits.npos
-                : digits.find(static_cast<char>(std::tolower(static_cast<unsigned char>(*next_))));
-        if (digit == digits.npos) refuse_tensor_file(place(next_), "a hexadecimal digit", met());
-        number = number << 4 | static_cast<std::uint32_t>(digit);
-    }
+    next_ =
+        std::from_chars(start, start + std::min<std::ptrdiff_t>(4, end_ - start), number, 16).ptr;
+    if (next_ != start + 4) refuse_tensor_file(place(next_), "a hexadecimal digit", met());
     return number;
 }
 

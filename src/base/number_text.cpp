@@ -4,7 +4,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <system_error>
 
@@ -17,8 +16,8 @@ std::string shortest_text(double value) {
 
 std::string short_number(double value, int digits) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    return text;
+    return {text,
+            std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr};
 }
 
 std::size_t read_number(std::string_view text, double& value) noexcept {

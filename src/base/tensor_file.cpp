@@ -8,7 +8,6 @@
 #include <array>
 #include <cstring>
 #include <limits>
-#include <type_traits>
 
 namespace stratus {
 namespace {
@@ -71,7 +70,7 @@ Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& 
         if (given.count(field) == 0) refuse_tensor_file(field + of(), "given", "none");
     if (offsets.size() != 2)
         refuse_tensor_file("data_offsets" + of(), "two numbers", list_text(offsets));
-    return {offsets[0], offsets[1], nullptr, &tensor};
+    return {offsets[0], offsets[1], &name, &tensor};
 }
 
 /// Checks one tensor of a file whose data take `data_bytes` from byte `data_start` on.
@@ -120,36 +119,14 @@ void require_contiguous(std::vector<Extent>& extents, std::size_t data_bytes) {
                            std::to_string(data_bytes));
 }
 
-template <class Number>
-struct BitsOf;
-template <>
-struct BitsOf<Half> {
-    using Type = std::int16_t;
-    static constexpr Type infinity = 0x7c00;
-};
-template <>
-struct BitsOf<float> {
-    using Type = std::int32_t;
-    static constexpr Type infinity = 0x7f800000;
-};
-template <>
-struct BitsOf<double> {
-    using Type = std::int64_t;
-    static constexpr Type infinity = 0x7ff0000000000000;
-};
-
-/// The index of the first number that is NaN or, unless allowed, infinite; `count` if there is none.
-template <class Number>
-std::size_t find_not_finite(const Number* numbers, std::size_t count, Infinity infinity) {
-    // The bits without their sign grow with the magnitude and are largest for NaN.
-    using Bits = typename BitsOf<Number>::Type;
-    constexpr Bits magnitude = std::numeric_limits<Bits>::max();
-    const Bits largest =
-        static_cast<Bits>(BitsOf<Number>::infinity - (infinity == Infinity::allowed ? 0 : 1));
+/// The index of the first number whose bits without their sign, which grow with the magnitude and are
+/// largest for NaN, are beyond `largest`; `count` if there is none.
+template <class Bits>
+std::size_t find_beyond(Bits largest, const void* numbers, std::size_t count) {
     const auto is_beyond = [&](std::size_t i) {
         Bits bits;
-        std::memcpy(&bits, numbers + i, sizeof bits);
-        return static_cast<Bits>(bits & magnitude) > largest;
+        std::memcpy(&bits, static_cast<const char*>(numbers) + i * sizeof bits, sizeof bits);
+        return static_cast<Bits>(bits & std::numeric_limits<Bits>::max()) > largest;
     };
     Bits beyond = 0;  // of the numbers' width and without a branch: looked at many at a time
     for (std::size_t i = 0; i < count; ++i)
@@ -158,6 +135,21 @@ std::size_t find_not_finite(const Number* numbers, std::size_t count, Infinity i
     std::size_t first = 0;
     while (!is_beyond(first)) ++first;
     return first;
+}
+
+/// The index of the first number that is NaN or, unless allowed, infinite; their count if there is none.
+std::size_t find_not_finite(const Tensor& tensor, Infinity infinity) {
+    const int less = infinity == Infinity::allowed ? 0 : 1;  // than the bits of infinity
+    const std::size_t count = tensor.count();
+    switch (tensor.type) {
+        case TensorType::f16:
+            return find_beyond(static_cast<std::int16_t>(0x7c00 - less), tensor.data, count);
+        case TensorType::f32: return find_beyond(0x7f800000 - less, tensor.data, count);
+        case TensorType::f64:
+            return find_beyond(std::int64_t{0x7ff0000000000000} - less, tensor.data, count);
+        case TensorType::i32: break;
+    }
+    return count;
 }
 
 template <class Value>
@@ -175,8 +167,8 @@ class Checksum {
   public:
     void add(const void* data, std::size_t bytes) {
         const auto* const of = static_cast<const unsigned char*>(data);
-        const std::uint32_t* const after = rests_after_a_byte();
-        for (std::size_t i = 0; i < bytes; ++i) rest_ = after[(rest_ ^ of[i]) & 0xff] ^ rest_ >> 8;
+        for (std::size_t i = 0; i < bytes; ++i)
+            rest_ = rest_after_a_byte[(rest_ ^ of[i]) & 0xff] ^ rest_ >> 8;
     }
     /// A text and the zero byte that ends it.
     void add(const std::string& text) { add(text.c_str(), text.size() + 1); }
@@ -189,19 +181,16 @@ class Checksum {
     }
 
   private:
-    static const std::uint32_t* rests_after_a_byte() {
-        static const auto made = [] {
-            std::array<std::uint32_t, 256> all{};
-            for (std::uint32_t byte = 0; byte < 256; ++byte) {
-                std::uint32_t rest = byte;
-                for (int bit = 0; bit < 8; ++bit)
-                    rest = (rest >> 1) ^ ((rest & 1) != 0 ? 0xedb88320u : 0u);
-                all[byte] = rest;
-            }
-            return all;
-        }();
-        return made.data();
-    }
+    static constexpr auto rest_after_a_byte = [] {
+        std::array<std::uint32_t, 256> all{};
+        for (std::uint32_t byte = 0; byte < 256; ++byte) {
+            std::uint32_t rest = byte;
+            for (int bit = 0; bit < 8; ++bit)
+                rest = (rest >> 1) ^ ((rest & 1) != 0 ? 0xedb88320u : 0u);
+            all[byte] = rest;
+        }
+        return all;
+    }();
 
     std::uint32_t rest_ = 0xffffffff;
 };
@@ -280,8 +269,7 @@ TensorFile::TensorFile(const void* data, std::size_t bytes) {
             refuse_tensor_file("the tensors", "at most " + std::to_string(max_tensors), "more");
         const auto [place, is_new] = tensors_.emplace(name, Tensor{});
         if (!is_new) refuse_tensor_file("tensor " + quoted(name), "given once", "two");
-        extents.push_back(read_tensor(header, name, place->second));
-        extents.back().name = &place->first;
+        extents.push_back(read_tensor(header, place->first, place->second));
     });
     header.expect_end();
 
@@ -310,33 +298,22 @@ const Tensor& TensorFile::tensor(const std::string& name) const {
     return found(tensors_, "tensor ", name);
 }
 
-template <class Number>
-TensorOf<Number> TensorFile::numbers(const std::string& name, std::size_t rank,
-                                     Infinity infinity) const {
+const Tensor& TensorFile::checked(const std::string& name, TensorType type, std::size_t rank,
+                                  Infinity infinity) const {
     const Tensor& met = tensor(name);
-    constexpr TensorType wanted = tensor_type<Number>();
-    const auto described = [](TensorType type, std::size_t of_rank) {
-        return type_name(type).name + std::string(" of rank ") + std::to_string(of_rank);
+    const auto described = [](TensorType of_type, std::size_t of_rank) {
+        return type_name(of_type).name + std::string(" of rank ") + std::to_string(of_rank);
     };
-    if (met.type != wanted || met.shape.size() != rank)
-        refuse_tensor_file("tensor " + quoted(name), described(wanted, rank),
+    if (met.type != type || met.shape.size() != rank)
+        refuse_tensor_file("tensor " + quoted(name), described(type, rank),
                            described(met.type, met.shape.size()));
-    const auto* const data = static_cast<const Number*>(met.data);
-    if constexpr (!std::is_integral_v<Number>) {
-        const std::size_t count = met.count(), bad = find_not_finite(data, count, infinity);
-        if (bad != count)
-            refuse_tensor_file("tensor " + quoted(name),
-                               infinity == Infinity::allowed ? "without NaN" : "finite",
-                               "another number at index " + std::to_string(bad));
-    }
-    return {data, met.shape};
+    const std::size_t bad = find_not_finite(met, infinity);
+    if (bad != met.count())
+        refuse_tensor_file("tensor " + quoted(name),
+                           infinity == Infinity::allowed ? "without NaN" : "finite",
+                           "another number at index " + std::to_string(bad));
+    return met;
 }
-
-template TensorOf<Half> TensorFile::numbers(const std::string&, std::size_t, Infinity) const;
-template TensorOf<float> TensorFile::numbers(const std::string&, std::size_t, Infinity) const;
-template TensorOf<double> TensorFile::numbers(const std::string&, std::size_t, Infinity) const;
-template TensorOf<std::int32_t> TensorFile::numbers(const std::string&, std::size_t,
-                                                    Infinity) const;
 
 void TensorWriter::require_count(const std::string& name, const TensorShape& shape,
                                  std::size_t count) {

@@ -31,12 +31,12 @@ const SideKernel<channels>& find_kernel(Side which, PhaseForm form, Orders order
 /// Particles of a stack's layers may differ in all that these effects ask about.
 void check_stack_effects(const Effects& effects) {
     require(effects.density == 0, bind_caller, "density", "0 of a stack", effects.density);
-    require(effects.opposition.law == Opposition::Law::none, bind_caller, "opposition",
-            "none of a stack", "a law");
+    require(!effects.opposition.is_present(), bind_caller, "opposition", "none of a stack",
+            "a law");
 }
 
 template <int channels>
-Medium<channels> make_medium(const std::vector<StackLayer>& layers) {
+Medium<channels> make_medium(const StackLayers& layers) {
     const StackLayer mean = mean_layer(layers);
     Medium<channels> medium;
     std::fill(medium.optical_depth, medium.optical_depth + channels, mean.optical_depth);
@@ -102,7 +102,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
             const auto kind = one_sided_ ? boundary->kind : LowerBoundary::Kind::none;
             const bool layer_below = kind == LowerBoundary::Kind::layer;
             const Opposition opposition = seen_opposition(effects.opposition, effects.density);
-            if (opposition.law != Opposition::Law::none || layer_below)
+            if (opposition.is_present() || layer_below)
                 side.phase = reflected_curve(phase_function, opposition, boundary);
             side.opposition = OppositionTable(opposition);
             view.opposition = side.opposition.view();
@@ -126,7 +126,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const Medium<cha
 }
 
 template <int channels>
-SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects& effects)
+SliceOf<channels>::SliceOf(const StackLayers& layers, const Effects& effects)
     : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
               nullptr, make_medium<channels>(layers), effects) {
     check_layers(layers, false, bind_caller);
@@ -165,8 +165,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
 }
 
 template <int channels>
-void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
-                                   const LowerBoundary* boundary) {
+void SliceOf<channels>::bind_stack(const StackLayers& layers, const LowerBoundary* boundary) {
     medium_ = make_medium<channels>(layers);  // clamped to it
     for (const Side which : both_sides)
         for (int c = 0; c < channels; ++c)
@@ -174,8 +173,8 @@ void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
     one_sided_ = true;
     if (sides_.transmission->form != PhaseForm::none) bind_layers(layers, Side::transmission);
     if (sides_.reflection->form != PhaseForm::none) {
-        std::vector<StackLayer> all = layers;
-        if (over_boundary_ && boundary->kind == LowerBoundary::Kind::layer)
+        StackLayers all = layers;
+        if (over_boundary_ && boundary->is_layer())
             all.push_back({boundary->phase_function, boundary->albedo, infinity});
         bind_layers(all, Side::reflection);
     }
@@ -183,7 +182,7 @@ void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
 }
 
 template <int channels>
-void SliceOf<channels>::bind_layers(const std::vector<StackLayer>& layers, Side which) {
+void SliceOf<channels>::bind_layers(const StackLayers& layers, Side which) {
     BoundSide& side = *sides_[which];
     double above = 0, below = medium_.optical_depth[0];
     for (const StackLayer& layer : layers) {
@@ -292,8 +291,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which) {
 
 template <int channels>
 void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunction& phase_function,
-                                        const std::vector<StackLayer>* layers,
-                                        const Effects& effects) {
+                                        const StackLayers* layers, const Effects& effects) {
     if (over_boundary_ || !effects.background) return;
     const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
     if (!all_orders && !effects.single) return;

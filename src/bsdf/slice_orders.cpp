@@ -72,8 +72,7 @@ ChannelOrders find_orders(const TableView& table, Side which, double albedo, dou
 }
 
 SliceBackground::SliceBackground(const TableView* table, bool with_order_1,
-                                 const PhaseFunction& phase_function,
-                                 const std::vector<StackLayer>* layers)
+                                 const PhaseFunction& phase_function, const StackLayers* layers)
     : table_(table), layers_(layers), cosines_(table ? table->mu_in : background_axis()) {
     const bool all_orders = table != nullptr;
     if (all_orders == with_order_1) return;

@@ -47,7 +47,7 @@ class SliceBackground {
     /// Takes all orders of a table that has them or, without a table, order 1 alone: that of the layer
     /// or, given `layers`, of a stack's. Keeps pointers to both.
     SliceBackground(const TableView* table, bool with_order_1, const PhaseFunction& phase_function,
-                    const std::vector<StackLayer>* layers);
+                    const StackLayers* layers);
 
     const AxisView& cosines() const noexcept { return cosines_; }
 
@@ -58,7 +58,7 @@ class SliceBackground {
     double order_1(double albedo, double optical_depth, double mu) const;
 
     const TableView* table_;
-    const std::vector<StackLayer>* layers_;
+    const StackLayers* layers_;
     AxisView cosines_;
     // Order 1 of the layer, or of each of the stack's: added, or taken out of the table's.
     std::vector<SingleDiffuseTransmittance> order_1_;

@@ -18,7 +18,7 @@ namespace stratus::c {
 namespace {
 
 struct Problem {
-    std::vector<StackLayer> layers;
+    StackLayers layers;
     LowerBoundary below;
     SolverOptions options;
 };

@@ -127,8 +127,7 @@ std::unique_lock<std::mutex> hdf5_lock();
 /// The layers of a stack.
 ///
 /// Errors   std::invalid_argument for null, and for texts that are no phase functions.
-std::vector<StackLayer> make_layers(const stratus_layer* layers, std::size_t count,
-                                    const char* function);
+StackLayers make_layers(const stratus_layer* layers, std::size_t count, const char* function);
 
 /// Checks that a table of a family is seen at one point of it.
 void require_member(const stratus_table& table, const char* function);

@@ -138,7 +138,7 @@ int stratus_slice_bind_single(const char* phase_function, int channels, const do
 int stratus_slice_bind_single_stack(size_t layer_count, const stratus_layer* layers, int channels,
                                     const stratus_effects* effects, stratus_slice** slice) {
     return make_guarded(__func__, slice, "slice", {}, [&, function = __func__] {
-        const std::vector<StackLayer> stack = make_layers(layers, layer_count, function);
+        const StackLayers stack = make_layers(layers, layer_count, function);
         require_channels(channels, function);
         const Effects asked = to_effects(effects, function);
         return new stratus_slice{AnySlice::with_channels(

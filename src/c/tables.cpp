@@ -66,11 +66,10 @@ std::unique_lock<std::mutex> hdf5_lock() {
     return std::unique_lock(hdf5);
 }
 
-std::vector<StackLayer> make_layers(const stratus_layer* layers, std::size_t count,
-                                    const char* function) {
+StackLayers make_layers(const stratus_layer* layers, std::size_t count, const char* function) {
     require(count > 0, function, "layer_count", "at least 1", count);
     require_given(function, {{layers, "layers"}});
-    std::vector<StackLayer> all;
+    StackLayers all;
     for (std::size_t i = 0; i < count; ++i) {
         require_given(function, {{layers[i].phase_function, "phase_function of every layer"}});
         all.push_back({read_phase_function(layers[i].phase_function), layers[i].albedo,

@@ -42,8 +42,8 @@ void check(const LayerModel& model, const Observations& observations, const FitO
     known.density = options.density;
     known.opposition = options.opposition;
     check_effects(known);
-    require(options.opposition.law == Opposition::Law::none || !model.has_lower_boundary(),
-            fit_caller, "opposition", "none over a lower boundary", "a law");
+    require(!options.opposition.is_present() || !model.has_lower_boundary(), fit_caller,
+            "opposition", "none over a lower boundary", "a law");
     const FamilyAxes family = model.family();
     for (const Observation& at : observations) check(at, model, family);
 }

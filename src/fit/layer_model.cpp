@@ -359,7 +359,7 @@ std::vector<double> LayerModel::brightness(const LayerParameters& layer,
         const Observation& observed = observations[i];
         const double mu_in = observed.geometry.mu_in, mu_out = observed.geometry.mu_out;
         double factor = 1;
-        if (observed.light == Light::reflected && seen.law != Opposition::Law::none)
+        if (observed.light == Light::reflected && seen.is_present())
             factor =
                 opposition_factor(seen, cos_scattering_angle(side(observed), observed.geometry),
                                   met.optical_depth, mu_in, mu_out);

@@ -1,5 +1,7 @@
 #include <stratus/io/checkpoint.h>
 
+#include <stratus/base/argument.h>
+
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -39,11 +41,6 @@ std::uint32_t record_checksum(const RecordHead& head, std::string_view name,
     return libdeflate_crc32(sum, bytes.data(), bytes.size());
 }
 
-std::string shown_line(const std::string& line) {
-    constexpr std::size_t longest = 100;
-    return '"' + (line.size() > longest ? line.substr(0, longest) + "..." : line) + '"';
-}
-
 /// Throws, with the first line in which they differ, unless both texts are the same.
 void check_same(const char* what, const std::string& stored, const std::string& expected) {
     if (stored == expected) return;
@@ -53,9 +50,10 @@ void check_same(const char* what, const std::string& stored, const std::string& 
         if (!std::getline(stored_lines, found)) found.clear();
         if (!std::getline(expected_lines, wanted)) wanted.clear();
     } while (found == wanted && (stored_lines || expected_lines));
-    throw std::runtime_error(std::string("belongs to another ") + what + ", with " +
-                             shown_line(found) + " where this one has " + shown_line(wanted) +
-                             "; remove it to start over");
+    constexpr std::size_t most = 100;  // bytes of a line
+    throw std::runtime_error(std::string("belongs to another ") + what + ", with \"" +
+                             shown(found, most) + "\" where this one has \"" + shown(wanted, most) +
+                             "\"; remove it to start over");
 }
 
 /// Opens and locks the file, in several tries: a killed process holds its lock until the system

@@ -118,23 +118,19 @@ CsvRows<Field> read_lines(std::istream& stream, const std::string& name, std::ui
     return table;
 }
 
-std::ifstream open(const std::string& path) {
+auto row_reader(const std::vector<CsvWords>& words) {
+    return [&](const CsvTable& table, const std::vector<std::string>& fields, int line) {
+        return read_row(table, fields, words, line);
+    };
+}
+
+/// Reads a whole file.
+template <class Field, class Read>
+CsvRows<Field> read_file(const std::string& path, const Read& read) {
     std::ifstream stream(path);
     if (!stream) throw std::runtime_error(path + ": cannot be opened");
-    return stream;
-}
-
-constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
-
-std::uint64_t byte_limit(const std::string& path) {
-    return fs::is_regular_file(path) ? unlimited : max_text;
-}
-
-CsvTable read_numbers(std::istream& stream, const std::string& name,
-                      const std::vector<CsvWords>& words, std::uint64_t max_bytes) {
-    return read_lines<double>(stream, name, max_bytes,
-                              [&](const CsvTable& table, const std::vector<std::string>& fields,
-                                  int line) { return read_row(table, fields, words, line); });
+    constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+    return read_lines<Field>(stream, path, fs::is_regular_file(path) ? unlimited : max_text, read);
 }
 
 }  // namespace
@@ -150,19 +146,16 @@ int CsvColumns::column(const std::string& wanted) const {
 
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words) {
-    return read_numbers(stream, name, words, max_text);
+    return read_lines<double>(stream, name, max_text, row_reader(words));
 }
 
 CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words) {
-    std::ifstream stream = open(path);
-    return read_numbers(stream, path, words, byte_limit(path));
+    return read_file<double>(path, row_reader(words));
 }
 
 CsvTexts read_csv_texts(const std::string& path) {
-    std::ifstream stream = open(path);
-    return read_lines<std::string>(
-        stream, path, byte_limit(path),
-        [](const CsvTexts&, const std::vector<std::string>& fields, int) { return fields; });
+    return read_file<std::string>(
+        path, [](const CsvTexts&, const std::vector<std::string>& fields, int) { return fields; });
 }
 
 }  // namespace stratus

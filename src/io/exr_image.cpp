@@ -29,7 +29,14 @@ Imf::Slice channel(const Image& image, int c, const Imath::V2i& origin) {
                             3 * sizeof(float), 3 * sizeof(float) * size(image.width));
 }
 
-void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer, const fs::path& path) {
+void write_file(Imf::Header header, const std::map<std::string, Imf::Slice>& slices,
+                const fs::path& path) {
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer buffer;
+    for (const auto& [name, slice] : slices) {
+        header.channels().insert(name, Imf::Channel(slice.type));
+        buffer.insert(name, slice);
+    }
     Imf::StdOSStream stream;  // in memory
     {
         Imf::OutputFile file(stream, header);
@@ -75,44 +82,33 @@ void check_headers(io::MemoryInput& stream, int version, io::MemoryLimit& limit)
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
                      const fs::path& path, Alpha alpha) {
     Imf::Header header(image.width, image.height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    Imf::FrameBuffer buffer;
-    for (int c = 0; c < 3; ++c) {
-        header.channels().insert(channels[c], Imf::Channel(Imf::FLOAT));
-        buffer.insert(channels[c], channel(image, c, {0, 0}));
-    }
-    std::vector<float> ones;
-    if (alpha == Alpha::opaque) {
-        header.channels().insert("A", Imf::Channel(Imf::FLOAT));
-        ones.assign(size(image.width), 1);  // one row for all
-        buffer.insert(
-            "A", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(ones.data()), sizeof(float), 0));
-    }
     for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
-    write_file(header, buffer, path);
+    std::map<std::string, Imf::Slice> slices;
+    for (int c = 0; c < 3; ++c) slices[channels[c]] = channel(image, c, {0, 0});
+    std::vector<float> ones(size(image.width), 1);  // one row for all
+    if (alpha == Alpha::opaque)
+        slices["A"] =
+            Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(ones.data()), sizeof(float), 0);
+    write_file(header, slices, path);
 }
 
 void write_exr_texels(const char* texels, int width, int height, bool halves,
                       const fs::path& path) {
     const Imf::PixelType type = halves ? Imf::HALF : Imf::FLOAT;
     const std::size_t bytes = halves ? 2 : 4;
-    Imf::Header header(width, height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    Imf::FrameBuffer buffer;
-    const char* number = texels;
+    std::map<std::string, Imf::Slice> slices;
     for (const char* const name : {"R", "G", "B", "A"}) {
-        header.channels().insert(name, Imf::Channel(type));
-        buffer.insert(name, Imf::Slice::Make(type, number, {0, 0}, width, height, 4 * bytes,
-                                             4 * bytes * size(width)));
-        number += bytes;
+        slices[name] = Imf::Slice::Make(type, texels, {0, 0}, width, height, 4 * bytes,
+                                        4 * bytes * size(width));
+        texels += bytes;
     }
-    write_file(header, buffer, path);
+    write_file(Imf::Header(width, height), slices, path);
 }
 
 Image read_exr_image(const fs::path& path, std::uintmax_t max_memory) {
     return io::naming(path, [&] {
         io::MemoryLimit limit(max_memory);
-        const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR", limit);
+        const io::Bytes bytes = io::read_bytes(path, exr_magic, "an OpenEXR", limit);
         io::for_each_attribute(bytes, [](auto...) {});  // refuses lengths beyond the file's end
         io::MemoryInput stream(bytes, "picture");
         check_headers(stream, io::HeaderReader(bytes).flags(), limit);

@@ -143,15 +143,9 @@ void MemoryLimit::take(const std::string& what, std::uintmax_t bytes) {
 
 namespace stratus {
 
-std::ifstream open_text(const fs::path& path) {
-    std::ifstream file(path);
-    if (!file || fs::is_directory(path))
-        throw std::runtime_error(path.string() + ": cannot be read");
-    return file;
-}
-
 std::string read_text(const fs::path& path) {
-    std::ifstream file = open_text(path);
+    std::ifstream file(path);
+    if (!file || fs::is_directory(path)) file.setstate(std::ios::badbit);
     std::string text;
     constexpr int step = 1 << 16;
     while (file && text.size() <= max_text) {
@@ -275,14 +269,15 @@ class Temporary {
 
   private:
     io::Descriptor create(const fs::path& target) {
-        for (;;) {
-            const fs::path path = temporary_beside(target);
-            io::Descriptor created(path, O_RDWR | O_CREAT | O_EXCL);
+        for (int tries = 0; tries < 100; ++tries) {
+            path_ = temporary_beside(target);
+            io::Descriptor created(path_, O_RDWR | O_CREAT | O_EXCL);
             // Another writer may have removed it as abandoned before it was locked.
-            if (!created.lock() || !created.is_still_at(path)) continue;
-            path_ = path;
-            return created;
+            if (created.lock() && created.is_still_at(path_)) return created;
+            std::error_code ignored;
+            fs::remove(path_, ignored);
         }
+        throw std::system_error(std::make_error_code(std::errc::no_lock_available));
     }
 
     fs::path path_;

@@ -24,6 +24,15 @@ constexpr int deflate_level = 6;      // of libdeflate
 constexpr unsigned not_deflated = 2;  // mask of the second filter
 constexpr std::size_t target_chunk_bytes = std::size_t{1} << 19;
 
+/// Where chunks end, of samples of which the first begins one.
+struct Cuts {
+    std::size_t length;  // samples of a chunk
+    std::size_t run;     // samples that the last chunk may cut short
+
+    /// Samples of the chunk that begins there.
+    std::size_t count_from(std::size_t first) const { return std::min(length, run - first % run); }
+};
+
 /// Extents of a chunk, which is a run of consecutive samples: the whole of as many of the last
 /// dimensions as fit the target size, the next one divided evenly, and 1 in the others.
 struct Chunks {
@@ -36,14 +45,14 @@ struct Chunks {
             chunk[d] = (extents[d] + parts - 1) / parts;
             bytes *= chunk[d];
         }
-        while (split + 1 < extents.size() && chunk[split] == 1) ++split;
-        for (std::size_t d = split + 1; d < extents.size(); ++d) inner *= extents[d];
+        std::size_t d = 0;
+        while (d + 1 < extents.size() && chunk[d] == 1) ++d;
+        cuts = {chunk[d], extents[d]};
+        while (++d < extents.size()) cuts = {cuts.length * extents[d], cuts.run * extents[d]};
     }
-    std::size_t length() const { return chunk[split] * inner; }
 
     std::vector<hsize_t> chunk;
-    std::size_t split = 0;  // the dimension that is divided
-    std::size_t inner = 1;  // samples in the dimensions after it
+    Cuts cuts;
 };
 
 /// The shuffle filter: the first bytes of all floats, then all second ones, and so on.
@@ -77,45 +86,23 @@ Deflated deflated(std::span<const float> values, std::size_t length) {
     return {std::move(bytes), 0};
 }
 
-/// Where chunks end, of samples of which the first begins one.
-struct Cuts {
-    std::size_t length;  // samples of a chunk
-    std::size_t run;     // samples that the last chunk may cut short
-
-    /// Samples of the chunk that begins there.
-    std::size_t count_from(std::size_t first) const { return std::min(length, run - first % run); }
-};
-
 /// A dataset's chunks, written in their order.
-class OrderedChunks {
-  public:
-    OrderedChunks(hid_t dataset, const std::string& name, Extents extents)
-        : dataset_(dataset),
-          name_(name),
-          extents_(extents),
-          chunks_(extents),
-          at_(extents.size(), 0) {}
-
-    Cuts cuts() const { return {chunks_.length(), extents_[chunks_.split] * chunks_.inner}; }
+struct OrderedChunks {
+    hid_t dataset;
+    std::string name;
+    Extents extents;
+    Cuts cuts = Chunks(extents).cuts;
+    std::size_t next = 0;  // sample
 
     void write_next(const Deflated& chunk) {
-        checked(H5Dwrite_chunk(dataset_, H5P_DEFAULT, chunk.filters_left_out, at_.data(),
+        std::vector<hsize_t> at(extents.size());
+        std::size_t rest = next;
+        for (std::size_t d = at.size(); d-- > 0; rest /= extents[d]) at[d] = rest % extents[d];
+        checked(H5Dwrite_chunk(dataset, H5P_DEFAULT, chunk.filters_left_out, at.data(),
                                chunk.bytes.size(), chunk.bytes.data()),
-                "write dataset " + name_);
-        const std::size_t split = chunks_.split;
-        at_[split] = std::min<hsize_t>(extents_[split], at_[split] + chunks_.chunk[split]);
-        for (std::size_t d = split; d > 0 && at_[d] == extents_[d]; --d) {
-            at_[d] = 0;
-            ++at_[d - 1];
-        }
+                "write dataset " + name);
+        next += cuts.count_from(next);
     }
-
-  private:
-    const hid_t dataset_;
-    const std::string name_;
-    const Extents extents_;
-    const Chunks chunks_;
-    std::vector<hsize_t> at_;
 };
 
 // ---- parts --------------------------------------------------------------------------------------
@@ -221,9 +208,9 @@ void release_samples(const WriteOptions& options) {
 
 void write_chunks(hid_t dataset, const std::string& name, Extents extents,
                   std::span<const float> values, const WriteOptions& options) {
-    OrderedChunks file(dataset, name, extents);
+    OrderedChunks file{dataset, name, extents};
     if (options.share) {
-        Parts parts(file.cuts(), values);
+        Parts parts(file.cuts, values);
         options.share({parts.count(), [&](int part) { return parts.give(part); },
                        [&](int part, std::span<const char> deflated) {
                            parts.take(part, deflated, file);
@@ -231,7 +218,7 @@ void write_chunks(hid_t dataset, const std::string& name, Extents extents,
                        }});
         return;
     }
-    const Cuts cuts = file.cuts();
+    const Cuts& cuts = file.cuts;
     std::deque<std::future<Deflated>> ahead;
     for (std::size_t first = 0; first < values.size(); first += cuts.count_from(first)) {
         ahead.push_back(

@@ -1,7 +1,6 @@
 #include "hdf5_parts.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <exception>
 #include <fcntl.h>
@@ -56,45 +55,11 @@ Handle new_dataset(hid_t file, const std::string& name, hid_t stored, Extents ex
 
 namespace {
 
-// HDF5's memory driver reads directly from bytes that outlive the file: nothing is copied. Closing a
-// file closes all objects, also those that the library forgot where the file is damaged.
-
-/// The driver takes the bytes for memory that it allocated.
-Handle access_to(void* bytes) {
-    using Operation = H5FD_file_image_op_t;
-    Handle access = new_property_list(H5P_FILE_ACCESS);
-    H5FD_file_image_callbacks_t callbacks{
-        [](size_t, Operation, void* image) { return image; },
-        [](void* to, const void*, size_t, Operation, void*) { return to; },
-        [](void*, size_t, Operation, void*) -> void* { return nullptr; },  // nothing is written
-        [](void*, Operation, void*) -> herr_t { return 0; },
-        [](void* image) { return image; },
-        [](void*) -> herr_t { return 0; },
-        bytes};
-    checked(H5Pset_fapl_core(access, 1, false), "use its memory driver");
-    checked(H5Pset_file_image_callbacks(access, &callbacks), "use its memory driver");
-    checked(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "use its memory driver");
-    return access;
-}
-
-}  // namespace
-
-Handle open_file(const Bytes& bytes) {
-    char* const image = const_cast<char*>(bytes.data());  // only read
-    const Handle access = access_to(image);
-    checked(H5Pset_file_image(access, image, bytes.size()), "use its memory driver");
-    // HDF5 tells open files apart by their names. No file on disk can have one of these.
-    static std::atomic<unsigned long> counter{0};
-    const std::string name = "/dev/null/" + std::to_string(counter++);
-    return {H5Fopen(name.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
-}
-
-namespace {
-
-/// The file of the system, and what went wrong with it. Once that is known all that HDF5 writes is
+/// Where an HDF5 file lies, and what went wrong with it. Once that is known all that HDF5 writes is
 /// dropped, so that it can close its file.
-struct Output {
-    explicit Output(const fs::path& path) : descriptor(path, O_RDWR | O_CREAT | O_TRUNC) {}
+struct Storage {
+    explicit Storage(const fs::path& path) : output(Descriptor(path, O_RDWR | O_CREAT | O_TRUNC)) {}
+    explicit Storage(const Bytes& bytes) : input(bytes), end(bytes.size()) {}
 
     /// Whether work() succeeds, which is not tried after a failure.
     template <class Work>
@@ -108,39 +73,45 @@ struct Output {
         return !failure;
     }
 
-    Descriptor descriptor;
+    void read_at(haddr_t at, std::span<char> bytes) const {
+        if (output) return output->read_at(at, bytes);
+        const std::span<const char> rest = input.subspan(std::min<haddr_t>(at, input.size()));
+        const std::size_t held = std::min(bytes.size(), rest.size());
+        std::fill(std::copy_n(rest.begin(), held, bytes.begin()), bytes.end(), '\0');
+    }
+
+    std::optional<Descriptor> output;  // a file of the system
+    std::span<const char> input;       // or bytes, which are only read
     haddr_t end = 0, allocated = 0;
     std::exception_ptr failure;
 };
 
 /// An open file as HDF5 holds it and gives it to the functions below.
 struct OpenFile : H5FD_t {
-    explicit OpenFile(std::shared_ptr<Output> output_) : H5FD_t{}, output(std::move(output_)) {}
-
-    std::shared_ptr<Output> output;
+    std::shared_ptr<Storage> storage;
 };
 
-Output& opened(const H5FD_t* file) { return *static_cast<const OpenFile*>(file)->output; }
+Storage& opened(const H5FD_t* file) { return *static_cast<const OpenFile*>(file)->storage; }
 
 /// The property list tells the driver which file it is.
-H5FD_t* open_output(const char*, unsigned, hid_t access, haddr_t) {
-    const auto* const output =
-        static_cast<const std::shared_ptr<Output>*>(H5Pget_driver_info(access));
-    return new (std::nothrow) OpenFile(*output);
+H5FD_t* open_storage(const char*, unsigned, hid_t access, haddr_t) {
+    const auto* const storage =
+        static_cast<const std::shared_ptr<Storage>*>(H5Pget_driver_info(access));
+    return new (std::nothrow) OpenFile{{}, *storage};
 }
 
-herr_t close_output(H5FD_t* file) {
+herr_t close_storage(H5FD_t* file) {
     delete static_cast<OpenFile*>(file);
     return 0;
 }
 
-void* copy_of_output(const void* output) {
+void* copy_of_storage(const void* storage) {
     return new (std::nothrow)
-        std::shared_ptr<Output>(*static_cast<const std::shared_ptr<Output>*>(output));
+        std::shared_ptr<Storage>(*static_cast<const std::shared_ptr<Storage>*>(storage));
 }
 
-herr_t forget_output(void* output) {
-    delete static_cast<std::shared_ptr<Output>*>(output);
+herr_t forget_storage(void* storage) {
+    delete static_cast<std::shared_ptr<Storage>*>(storage);
     return 0;
 }
 
@@ -162,26 +133,26 @@ herr_t allocate(H5FD_t* file, H5FD_mem_t, haddr_t end) {
 haddr_t written(const H5FD_t* file, H5FD_mem_t) { return opened(file).end; }
 
 herr_t read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, void* bytes) {
-    Output& output = opened(file);
-    const bool done = output.attempt([&] {
-        output.descriptor.read_at(at, {static_cast<char*>(bytes), size});
+    Storage& storage = opened(file);
+    const bool done = storage.attempt([&] {
+        storage.read_at(at, {static_cast<char*>(bytes), size});
     });
     return done ? 0 : -1;
 }
 
 herr_t write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, const void* bytes) {
-    Output& output = opened(file);
-    output.attempt([&] {
-        output.descriptor.write_at(at, {static_cast<const char*>(bytes), size});
+    Storage& storage = opened(file);
+    storage.attempt([&] {
+        storage.output.value().write_at(at, {static_cast<const char*>(bytes), size});
     });
-    output.end = std::max(output.end, at + size);
+    storage.end = std::max(storage.end, at + size);
     return 0;
 }
 
 herr_t end_where_allocated(H5FD_t* file, hid_t, hbool_t) {
-    Output& output = opened(file);
-    output.attempt([&] { output.descriptor.resize(output.allocated); });
-    output.end = output.allocated;
+    Storage& storage = opened(file);
+    storage.attempt([&] { storage.output.value().resize(storage.allocated); });
+    storage.end = storage.allocated;
     return 0;
 }
 
@@ -190,12 +161,12 @@ hid_t driver() {
         H5FD_class_t functions{};
         functions.name = "stratus";
         functions.maxaddr = std::numeric_limits<haddr_t>::max() / 2;
-        functions.fc_degree = H5F_CLOSE_STRONG;
-        functions.fapl_size = sizeof(std::shared_ptr<Output>);
-        functions.fapl_copy = copy_of_output;
-        functions.fapl_free = forget_output;
-        functions.open = open_output;
-        functions.close = close_output;
+        functions.fc_degree = H5F_CLOSE_STRONG;  // objects, too, that HDF5 forgot in a damaged file
+        functions.fapl_size = sizeof(std::shared_ptr<Storage>);
+        functions.fapl_copy = copy_of_storage;
+        functions.fapl_free = forget_storage;
+        functions.open = open_storage;
+        functions.close = close_storage;
         functions.query = features;
         functions.get_eoa = allocated;
         functions.set_eoa = allocate;
@@ -210,8 +181,14 @@ hid_t driver() {
     return checked(registered, "use a driver");
 }
 
-/// A new file of the driver. Its root keeps the order in which datasets and attributes are made, and
-/// no times.
+/// A property list with which HDF5 opens files of the driver in `storage`.
+Handle access_to(const std::shared_ptr<Storage>& storage) {
+    Handle access = new_property_list(H5P_FILE_ACCESS);
+    checked(H5Pset_driver(access, driver(), &storage), "use a driver");
+    return access;
+}
+
+/// A new file. Its root keeps the order in which datasets and attributes are made, and no times.
 Handle create_file(const std::string& name, const Handle& access) {
     checked(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110),
             "choose the format version");
@@ -224,19 +201,22 @@ Handle create_file(const std::string& name, const Handle& access) {
 
 }  // namespace
 
+Handle open_file(const Bytes& bytes) {
+    const Handle access = access_to(std::make_shared<Storage>(bytes));
+    return {H5Fopen("table", H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
+}
+
 void write_file(const fs::path& path, const std::function<void(hid_t file)>& fill) {
-    const auto output = std::make_shared<Output>(path);
+    const auto storage = std::make_shared<Storage>(path);
     try {
-        const Handle access = new_property_list(H5P_FILE_ACCESS);
-        checked(H5Pset_driver(access, driver(), &output), "use a driver");
-        Handle file = create_file(path.string(), access);
+        Handle file = create_file(path.string(), access_to(storage));
         fill(file);
         file.close("finish the file");
     } catch (...) {
-        if (!output->failure) throw;
+        if (!storage->failure) throw;
     }
-    if (output->failure) std::rethrow_exception(output->failure);
-    output->descriptor.close();
+    if (storage->failure) std::rethrow_exception(storage->failure);
+    storage->output->close();
 }
 
 namespace {
@@ -266,24 +246,17 @@ Handle text_type(std::size_t length) {
 }
 
 void write_entry(hid_t object, const std::string& name, const std::string& text) {
-    switch (entry_type(name)) {
-        case MetadataEntry::Type::text: return write_text(object, name, text);
-        case MetadataEntry::Type::integer: {
-            const int value = to_integer(name, text);
-            return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, new_scalar(),
-                                   &value);
-        }
-        case MetadataEntry::Type::number:
-        case MetadataEntry::Type::numbers: {
-            const std::vector<double> values = to_numbers(name, text);
-            const std::size_t count = values.size();
-            return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                                   entry_type(name) == MetadataEntry::Type::number
-                                       ? new_scalar()
-                                       : new_dataspace({&count, 1}),
-                                   values.data());
-        }
+    const MetadataEntry::Type type = entry_type(name);
+    if (type == MetadataEntry::text) return write_text(object, name, text);
+    if (type == MetadataEntry::integer) {
+        const int value = to_integer(name, text);
+        return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, new_scalar(), &value);
     }
+    const std::vector<double> values = to_numbers(name, text);
+    const std::size_t count = values.size();
+    write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                    type == MetadataEntry::number ? new_scalar() : new_dataspace({&count, 1}),
+                    values.data());
 }
 
 /// Returns the size of an attribute, which must not exceed its file.

@@ -80,9 +80,8 @@ Handle new_dataspace(Extents extents);
 Handle new_dataset(hid_t file, const std::string& name, hid_t stored, Extents extents,
                    bool in_chunks = false);
 
-// ---- files: read in memory, so that only the system can fail on the disk (file_bytes.h), and written through a
-// driver of our own: what fills them can be larger than memory, and where the system fails it says why, not
-// HDF5
+// ---- files: through a driver of our own. They are read in memory, so that only the system can fail on the disk
+// (file_bytes.h); what is written can be larger than memory, and where the system fails it says why, not HDF5
 
 /// Opens the file in `bytes`, which must outlive it, for reading.
 Handle open_file(const Bytes& bytes);

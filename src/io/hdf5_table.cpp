@@ -80,29 +80,27 @@ void write_axis(hid_t file, const AxisField& field, const Table& table) {
 }
 
 /// Attaches one axis to each dimension of a dataset.
-void attach_axes(hid_t file, hid_t dataset, std::span<const AxisField> axes) {
+template <class Field>
+void attach_axes(hid_t file, hid_t dataset, std::span<const Field> axes) {
     for (std::size_t d = 0; d < axes.size(); ++d) {
-        const std::string task = std::string("attach axis ") + axes[d].name;
-        const Handle axis(H5Dopen2(file, axes[d].name, H5P_DEFAULT), H5Dclose, task);
+        const std::string name = axes[d].name, task = "attach axis " + name;
+        const Handle axis(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, task);
         checked(H5DSattach_scale(dataset, axis, static_cast<unsigned>(d)), task);
     }
 }
 
 void write_grid(hid_t file, const NetcdfGrid& grid, Extents extents) {
-    std::vector<Handle> axes;
     for (const NetcdfDimension& axis : grid.dimensions) {
         const std::size_t size = axis.values.size();
-        axes.push_back(write_values(file, axis.name, {&size, 1}, std::span(axis.values)));
-        checked(H5DSset_scale(axes.back(), axis.name.c_str()), "make a scale of " + axis.name);
-        write_text(axes.back(), "units", axis.units);
-        write_text(axes.back(), "long_name", axis.long_name);
+        const Handle dataset = write_values(file, axis.name, {&size, 1}, std::span(axis.values));
+        checked(H5DSset_scale(dataset, axis.name.c_str()), "make a scale of " + axis.name);
+        write_text(dataset, "units", axis.units);
+        write_text(dataset, "long_name", axis.long_name);
     }
     const Handle variable = write_values(file, grid.name, extents, std::span(grid.values));
     write_text(variable, "units", grid.units);
     write_text(variable, "long_name", grid.long_name);
-    for (std::size_t d = 0; d < axes.size(); ++d)
-        checked(H5DSattach_scale(variable, axes[d], static_cast<unsigned>(d)),
-                "attach axis " + grid.dimensions[d].name);
+    attach_axes(file, variable, std::span(grid.dimensions));
     for (const auto& [name, text] : grid.attributes) write_text(file, name, text);
 }
 

@@ -15,16 +15,14 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "checksums are of little-endian bytes");
 
-using Type = MetadataEntry::Type;
-
 /// Files of samples have these entries beside those of all formats.
 constexpr std::array<MetadataEntry, 6> entries_of_samples{{
-    {"format", Type::text},
-    {"format_version", Type::integer},
-    {"datasets", Type::text},
-    {"moments", Type::numbers},
-    {"asymmetry", Type::number},
-    {"path_law", Type::numbers},
+    {"format"},
+    {"format_version", MetadataEntry::integer},
+    {"datasets"},
+    {"moments", MetadataEntry::numbers},
+    {"asymmetry", MetadataEntry::number},
+    {"path_law", MetadataEntry::numbers},
 }};
 
 constexpr int stored_moments = 64;
@@ -95,7 +93,7 @@ void check_moments(const Metadata& metadata, const Table& table) {
 
 MetadataEntry::Type entry_type(const std::string& name) {
     const MetadataEntry* const found = find_entry(name);
-    return found ? found->type : Type::text;
+    return found ? found->type : MetadataEntry::text;
 }
 
 bool is_of_the_format(const std::string& name) { return find_entry(name) != nullptr; }
@@ -224,33 +222,19 @@ void check_table(const Table& table, bool with_samples) {
 }
 
 void read_scale(const AxisField& field, Table& table, const std::string& stored) {
-    Axis& axis = table_axis(table, field);
-    if (field.axis == nullptr && stored == discrete_scale_name &&
-        table.extrapolation_lengths.size() > 0) {
+    if (field.axis == nullptr && stored == discrete_scale_name) {
         table.family[field.family].is_discrete = true;
         return;
     }
-    const auto [usual, other] = field.scales;
-    const bool has_other = field.axis != nullptr && usual != other;
-    if (has_other && stored == axis_scale_name(other)) {
-        axis.scale = other;
+    for (const AxisScale scale : field.scales) {
+        if (stored != axis_scale_name(scale) &&
+            (scale != AxisScale::linear || stored != mixture_scale_name))
+            continue;
+        table_axis(table, field).scale = scale;
         return;
     }
-    const bool matches = stored == axis_scale_name(axis.scale) ||
-                         (axis.scale == AxisScale::linear && stored == mixture_scale_name);
-    if (!matches)
-        throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
-                                 stored_scale_name(field, table) +
-                                 (has_other ? std::string(" or ") + axis_scale_name(other) : "") +
-                                 ", got " + shown_text(stored));
-}
-
-std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
-    std::vector<std::size_t> sizes;
-    for (const FamilyAxis& axis : table.family) sizes.push_back(axis.axis.values.size());
-    for (const AxisField& field : std::span(axis_fields).first(rank))
-        sizes.push_back((table.*field.axis).values.size());
-    return sizes;
+    throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
+                             allowed_scales(field) + ", got " + shown_text(stored));
 }
 
 }  // namespace stratus::io

@@ -86,8 +86,6 @@ std::size_t checked_count(const std::string& dataset, Extents extents, std::size
 void check_table(const Table& table, bool with_samples = true);
 
 // The formats themselves. Errors are std::exceptions without the file's name, which `naming` adds.
-inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
-inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 /// The file's bytes are never in memory at once.
 void write_hdf5(const Table& table, const Metadata& metadata, const fs::path& path,
                 const WriteOptions& options);
@@ -96,12 +94,8 @@ void write_exr(const Table& table, const Metadata& metadata, const fs::path& pat
                const WriteOptions& options);
 Table decode_exr(const Bytes& bytes, const ReadOptions& options);
 
-/// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory;
-/// the azimuth takes over either of its two, the axis of a family whether it is discrete. A linear
-/// scale goes by either of its names.
+/// Sets the scale of an axis from its name in a file, one of those that the axis may have; for an axis
+/// of a family also that it is discrete. A linear scale goes by either of its names.
 void read_scale(const AxisField& field, Table& table, const std::string& stored);
-
-/// Sizes of the first `rank` axes, preceded by those of the family.
-std::vector<std::size_t> extents(const Table& table, std::size_t rank);
 
 }  // namespace stratus::io

@@ -25,8 +25,8 @@ struct Format {
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
-constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::write_hdf5, io::decode_hdf5};
-constexpr Format exr{io::exr_magic, "an OpenEXR", io::write_exr, io::decode_exr};
+constexpr Format hdf5{hdf5_magic, "an HDF5", io::write_hdf5, io::decode_hdf5};
+constexpr Format exr{exr_magic, "an OpenEXR", io::write_exr, io::decode_exr};
 
 const Format& find_format(const fs::path& path,
                           const std::string& allowed = "a name ending in .h5 or .exr") {

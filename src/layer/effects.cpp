@@ -73,18 +73,24 @@ class ShadowOverlap {
     double far_, near_;  // b1, inf at phase angle 0; b2
 };
 
+/// Sine or cosine of half the phase angle a = pi - Theta, from 1 + cos Theta or 1 - cos Theta.
+double half_angle(double turn) noexcept { return std::sqrt(std::clamp(turn / 2, 0.0, 1.0)); }
+
+double eta_along(double mu_in, double mu_out) noexcept {
+    const double sum = mu_in + mu_out;
+    return std::min(1.0, 4 * (mu_in / sum) * (mu_out / sum));
+}
+
 double hapke_bump(double width, double sine, double cosine) noexcept {
     return width * cosine / (width * cosine + sine);
 }
 
 double blinn_bump(double radius, double sine, double cosine, double optical_depth, double mu_in,
                   double mu_out) noexcept {
-    const double sum = mu_in + mu_out;
-    const double eta = std::min(1.0, 4 * (mu_in / sum) * (mu_out / sum));
     const double depth = optical_depth * (1 / mu_in + 1 / mu_out) / 2;
     if (depth == 0) return 0;
     const ShadowOverlap overlap(radius, sine, cosine);
-    return overlap.brightening(eta, 0, depth) / -std::expm1(-2 * depth);
+    return overlap.brightening(eta_along(mu_in, mu_out), 0, depth) / -std::expm1(-2 * depth);
 }
 
 using View = OppositionTableView;
@@ -159,7 +165,7 @@ double Opposition::width_of_density(double density) {
 
 Opposition seen_opposition(const Opposition& opposition, double density) {
     Opposition seen = opposition;
-    if (seen.law == Opposition::Law::none) return seen;
+    if (!seen.is_present()) return seen;
     const bool of_blinn = seen.law == Opposition::Law::blinn;
     if (seen.width == 0)
         seen.width = of_blinn ? Opposition::radius_in_free_paths(density)
@@ -169,7 +175,7 @@ Opposition seen_opposition(const Opposition& opposition, double density) {
 }
 
 void check_opposition(const Opposition& opposition, double density, const char* caller) {
-    if (opposition.law == Opposition::Law::none) return;
+    if (!opposition.is_present()) return;
     require(opposition.width >= 0 && opposition.width < INFINITY &&
                 (opposition.width > 0 || density > 0),
             caller, "opposition.width", "in (0, inf), or 0 with a density above 0",
@@ -179,9 +185,8 @@ void check_opposition(const Opposition& opposition, double density, const char* 
 
 double opposition_factor(const Opposition& opposition, double cos_scattering_angle,
                          double optical_depth, double mu_in, double mu_out) noexcept {
-    // Phase angle a = pi - Theta.
-    const double sine = std::sqrt(std::clamp((1 + cos_scattering_angle) / 2, 0.0, 1.0));
-    const double cosine = std::sqrt(std::clamp((1 - cos_scattering_angle) / 2, 0.0, 1.0));
+    const double sine = half_angle(1 + cos_scattering_angle);
+    const double cosine = half_angle(1 - cos_scattering_angle);
     switch (opposition.law) {
         case Opposition::Law::none: return 1;
         case Opposition::Law::blinn:
@@ -211,12 +216,10 @@ double OppositionTable::factor(double cos_scattering_angle, double optical_depth
                                double mu_out) const noexcept {
     if (samples_.empty())
         return opposition_factor(opposition_, cos_scattering_angle, optical_depth, mu_in, mu_out);
-    const auto root = [](double x) {
-        return static_cast<float>(std::sqrt(std::clamp(x / 2, 0.0, 1.0)));
-    };
-    const PhaseAngle<float> angle(root(1 + cos_scattering_angle), root(1 - cos_scattering_angle));
-    const double sum = mu_in + mu_out, quarter = optical_depth * (1 / mu_in + 1 / mu_out) / 4;
-    const float eta = static_cast<float>(std::min(1.0, 4 * (mu_in / sum) * (mu_out / sum)));
+    const PhaseAngle<float> angle(static_cast<float>(half_angle(1 + cos_scattering_angle)),
+                                  static_cast<float>(half_angle(1 - cos_scattering_angle)));
+    const double quarter = optical_depth * (1 / mu_in + 1 / mu_out) / 4;
+    const float eta = static_cast<float>(eta_along(mu_in, mu_out));
     const Attenuation<float> at{static_cast<float>(std::exp(-quarter)),
                                 static_cast<float>(-std::expm1(-quarter))};
     return 1 + double{opposition_bump(view(), angle, eta, at)};
@@ -248,7 +251,7 @@ double effective_optical_depth(double optical_depth, double density) noexcept {
 
 void check_effects(const Effects& effects) {
     require_in("[0, 1)", "Effects", "density", effects.density);
-    if (effects.opposition.law == Opposition::Law::none) return;
+    if (!effects.opposition.is_present()) return;
     check_opposition(effects.opposition, effects.density, "Effects");
     require(effects.single, "Effects", "opposition", "none without single scattering", "a law");
 }

@@ -211,17 +211,11 @@ Parameters read_parameters(PhaseText& text, const std::string& owner,
                            const std::vector<std::string>& allowed, Parameters given,
                            const std::vector<std::string>& required) {
     if (!text.accept(':')) text.refuse(owner + " needs " + joined(required, "=..., ") + "=...");
-    Parameters met;
-    do {
-        const std::string name = text.parameter(owner, allowed);
-        if (met.count(name) > 0)
-            text.refuse(owner + ": " + name + " must stand once, got it twice");
-        given[name] = met[name] = text.number(owner + ": " + name);
-    } while (text.accept(','));
-    if (!text.at_end()) text.refuse("nothing may follow, got '" + text.rest() + "'");
+    Parameters met = text.numbers(owner, allowed);
     for (const std::string& name : required)
         if (met.count(name) == 0) text.refuse(owner + " needs " + name + "=..., got none");
-    return given;
+    met.merge(given);
+    return met;
 }
 
 }  // namespace

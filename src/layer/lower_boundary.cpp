@@ -24,10 +24,9 @@ LowerBoundary LowerBoundary::ground(std::shared_ptr<const GroundLaw> law) {
 }
 
 double boundary_phase_value(const LowerBoundary& boundary, const Geometry& geometry) noexcept {
-    if (boundary.kind == LowerBoundary::Kind::ground) return (*boundary.law)(geometry);
-    return boundary.kind == LowerBoundary::Kind::layer
-               ? boundary.phase_function(cos_scattering_angle_reflected(geometry))
-               : 1;
+    if (boundary.is_ground()) return (*boundary.law)(geometry);
+    return boundary.is_layer() ? boundary.phase_function(cos_scattering_angle_reflected(geometry))
+                               : 1;
 }
 
 double single_reflection_of_boundary(const LowerBoundary& boundary, double phase_value,
@@ -35,8 +34,8 @@ double single_reflection_of_boundary(const LowerBoundary& boundary, double phase
     if (!boundary.is_present()) return 0;
     const double beam =
         direct_transmittance(optical_depth, mu_in) * direct_transmittance(optical_depth, mu_out);
-    if (boundary.kind == LowerBoundary::Kind::ground) return beam * phase_value;
-    if (boundary.kind == LowerBoundary::Kind::surface) return beam * boundary.albedo * phase_value;
+    if (boundary.is_ground()) return beam * phase_value;
+    if (boundary.is_surface()) return beam * boundary.albedo * phase_value;
     return beam * single_reflection(phase_value, boundary.albedo, infinity, mu_in, mu_out);
 }
 
@@ -50,7 +49,7 @@ PhaseCurve reflected_curve(const PhaseFunction& phase_function, const Opposition
                            const LowerBoundary* boundary) {
     const bool of_hapke = opposition.law == Opposition::Law::hapke;
     const bool of_blinn = opposition.law == Opposition::Law::blinn;
-    const bool over_layer = boundary != nullptr && boundary->kind == LowerBoundary::Kind::layer;
+    const bool over_layer = boundary != nullptr && boundary->is_layer();
     const auto layer = [&](double c) {  // Hapke's law is one for all depths and cosines
         return phase_function(c) *
                (of_hapke ? opposition_factor(opposition, c, infinity, 1, 1) : 1);
@@ -69,8 +68,8 @@ PhaseCurve reflected_curve(const PhaseFunction& phase_function, const Opposition
         text += " with hapke " + shortest_text(opposition.amplitude) + " " +
                 shortest_text(opposition.width);
     if (over_layer) text += " over " + boundary->phase_function.text();
-    return PhaseCurve::kept(
-        text, [&] { return PhaseCurve::sampled(has_two ? 2 : 1, value, form); });
+    return PhaseCurve::kept(text,
+                            [&] { return PhaseCurve::sampled(has_two ? 2 : 1, value, form); });
 }
 
 }  // namespace stratus

@@ -10,13 +10,13 @@
 
 namespace stratus {
 
-double total_depth(const std::vector<StackLayer>& layers) noexcept {
+double total_depth(const StackLayers& layers) noexcept {
     double depth = 0;
     for (const StackLayer& layer : layers) depth += layer.optical_depth;
     return depth;
 }
 
-void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, const char* caller) {
+void check_layers(const StackLayers& layers, bool over_boundary, const char* caller) {
     require(!layers.empty(), caller, "layers", "at least one", "none");
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const std::string of = layers.size() > 1 ? " of layer " + std::to_string(k + 1) : "";
@@ -29,7 +29,7 @@ void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, con
     }
 }
 
-StackLayer mean_layer(const std::vector<StackLayer>& layers) {
+StackLayer mean_layer(const StackLayers& layers) {
     require(!layers.empty(), "mean_layer", "layers", "at least one", "none");
     const double depth = total_depth(layers);
     if (depth == infinity) return layers.back();
@@ -44,30 +44,24 @@ StackLayer mean_layer(const std::vector<StackLayer>& layers) {
     return {PhaseFunction::sum(terms), std::min(1.0, scattered / depth), depth};
 }
 
-double single_reflection_through(const Surroundings& around, double phase_value, double albedo,
-                                 double optical_depth, double mu_in, double mu_out) noexcept {
-    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.above, mu_out) *
-           single_reflection(phase_value, albedo, optical_depth, mu_in, mu_out);
+double single_scattering_through(Side side, const Surroundings& around, double phase_value,
+                                 double albedo, double optical_depth, double mu_in,
+                                 double mu_out) noexcept {
+    const double way_out = side == Side::reflection ? around.above : around.below;
+    return direct_transmittance(around.above, mu_in) * direct_transmittance(way_out, mu_out) *
+           single_scattering(side, phase_value, albedo, optical_depth, mu_in, mu_out);
 }
 
-double single_transmission_through(const Surroundings& around, double phase_value, double albedo,
-                                   double optical_depth, double mu_in, double mu_out) noexcept {
-    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.below, mu_out) *
-           single_transmission(phase_value, albedo, optical_depth, mu_in, mu_out);
-}
-
-double stack_single_scattering(Side side, const std::vector<StackLayer>& layers,
+double stack_single_scattering(Side side, const StackLayers& layers,
                                const Geometry& geometry) noexcept {
-    const auto through =
-        side == Side::reflection ? single_reflection_through : single_transmission_through;
     const double cosine = cos_scattering_angle(side, geometry);
     Surroundings around{0, total_depth(layers)};
     if (side == Side::transmission && around.below == infinity) return 0;
     double sum = 0;
     for (const StackLayer& layer : layers) {
         around.below = std::max(0.0, around.below - layer.optical_depth);
-        sum += through(around, layer.phase_function(cosine), layer.albedo, layer.optical_depth,
-                       geometry.mu_in, geometry.mu_out);
+        sum += single_scattering_through(side, around, layer.phase_function(cosine), layer.albedo,
+                                         layer.optical_depth, geometry.mu_in, geometry.mu_out);
         around.above += layer.optical_depth;
     }
     return sum;

@@ -26,9 +26,9 @@ std::string describe(const Stack& stack) {
                 shortest_text(layer.optical_depth);
     const LowerBoundary& below = stack.lower_boundary;
     const std::string albedo = "albedo " + shortest_text(below.albedo);
-    if (below.kind == LowerBoundary::Kind::surface) text += " on a Lambert surface of " + albedo;
+    if (below.is_surface()) text += " on a Lambert surface of " + albedo;
     if (below.law) text += " on " + below.law->text();
-    if (below.kind == LowerBoundary::Kind::layer)
+    if (below.is_layer())
         text += " on a semi-infinite layer, " + below.phase_function.text() + ", " + albedo;
     return text;
 }

@@ -27,7 +27,7 @@ SolvedStack::SolvedStack(const Stack& stack, const std::vector<double>& mu, int 
     options.nodes = nodes;
     above_ = solve_stack(stack.layers, stack.lower_boundary, mu, options);
     if (stack.layers.size() == 1 || !transparent_) return;
-    std::vector<StackLayer> upside_down = stack.layers;
+    StackLayers upside_down = stack.layers;
     std::ranges::reverse(upside_down);
     below_ = solve_stack(upside_down, {}, mu, options);
 }

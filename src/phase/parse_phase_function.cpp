@@ -312,4 +312,16 @@ std::string PhaseText::parameter(const std::string& owner,
     return met;
 }
 
+std::map<std::string, double> PhaseText::numbers(const std::string& owner,
+                                                 const std::vector<std::string>& allowed) {
+    std::map<std::string, double> met;
+    do {
+        const std::string known = parameter(owner, allowed);
+        if (met.count(known) > 0) refuse(owner + ": " + known + " must stand once, got it twice");
+        met[known] = number(owner + ": " + known);
+    } while (accept(','));
+    if (!at_end()) refuse("nothing may follow, got '" + rest() + "'");
+    return met;
+}
+
 }  // namespace stratus

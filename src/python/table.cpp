@@ -64,10 +64,9 @@ py::dict facts(const AnyTable& any) {
     facts["highest_order"] = table.highest_order;
     facts["extrapolation_length"] = table.extrapolation_length;
     if (table.lower_boundary.is_present()) {
-        facts["below"] = table.lower_boundary.kind == LowerBoundary::Kind::surface
-                             ? "lambert surface"
-                         : table.lower_boundary.law ? table.lower_boundary.law->text()
-                                                    : "semi-infinite layer";
+        facts["below"] = table.lower_boundary.is_surface() ? "lambert surface"
+                         : table.lower_boundary.law        ? table.lower_boundary.law->text()
+                                                           : "semi-infinite layer";
         facts["below_albedo"] = table.lower_boundary.albedo;
     }
     return facts;

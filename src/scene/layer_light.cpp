@@ -169,7 +169,7 @@ double LayerLight::single(double mixture, double optical_depth,
     if (phase == 0) return 0;
     const double light =
         single_scattering(side, phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
-    if (side == Side::transmission || opposition_.law == Opposition::Law::none) return light;
+    if (side == Side::transmission || !opposition_.is_present()) return light;
     return light * opposition_table_.factor(cosine, optical_depth, geometry.mu_in, geometry.mu_out);
 }
 

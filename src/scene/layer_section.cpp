@@ -142,7 +142,7 @@ SceneLayer read_stack(const Section& section, const Source& source) {
         "a stack without [below]: ground is the scene's surface, and a semi-infinite layer one "
         "of optical_depth inf",
         "one with it");
-    std::vector<std::vector<StackLayer>> layers;
+    std::vector<StackLayers> layers;
     for (Stack& stack : stacks) layers.push_back(std::move(stack.layers));
     return section.placed("stack", [&] { return layer_of_stacks(std::move(layers)); });
 }
@@ -187,10 +187,10 @@ SceneLayer read_layer(const Section& section, const Source& source, bool of_ring
 
 namespace stratus {
 
-SceneLayer layer_of_stacks(std::vector<std::vector<StackLayer>> stacks) {
+SceneLayer layer_of_stacks(std::vector<StackLayers> stacks) {
     SceneLayer layer;
-    std::vector<StackLayer> means;
-    for (const std::vector<StackLayer>& stack : stacks) {
+    StackLayers means;
+    for (const StackLayers& stack : stacks) {
         const Recipe recipe = recipe_of_stack(stack, {});
         means.push_back({recipe.phase_function, recipe.albedo.max, recipe.optical_depth.max});
     }

@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/table/member_and_ground.h>
+#include <stratus/table/metadata.h>
 
 #include <map>
 #include <span>
@@ -16,14 +17,13 @@ SharedLayerTable make_layer_table(PackedTable table) {
     if (header.has_family()) mixture = header.family[0].axis;
     for (std::size_t m = 0; m < header.member_count(); ++m) {
         Table& one = headers.emplace_back(header);
-        for_each_of_members(
-            [&](auto& numbers) {
-                const auto size =
-                    static_cast<std::ptrdiff_t>(numbers.size() / header.member_count());
-                const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(m) * size;
-                numbers = {first, first + size};
-            },
-            one);
+        const auto keep_member = [&](auto& numbers) {
+            const auto size = static_cast<std::ptrdiff_t>(numbers.size() / header.member_count());
+            const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(m) * size;
+            numbers = {first, first + size};
+        };
+        for (const SampleField& field : sample_fields) keep_member(one.*field.samples);
+        keep_member(one.diffusion_exponent);
     }
     return std::make_shared<const LayerTable>(
         LayerTable{std::move(mixture), std::move(headers), std::move(table)});

@@ -163,7 +163,7 @@ bool is_seen(const Scene& scene, EffectFlag effect) {
         return seen.shine;
     if (effect == &SceneEffects::shell) return seen_shell(scene) > 0;
     if (effect == &SceneEffects::opposition)
-        return seen.reflection && scene.layer.opposition.law != Opposition::Law::none;
+        return seen.reflection && scene.layer.opposition.is_present();
     return true;
 }
 

@@ -48,7 +48,7 @@ void turn_to_sun(const Section& root, Scene& scene) {
                  std::to_string(degrees(middle)) + " degrees above it");
     const bool from_below = middle < 0;
     if (from_below)
-        for (std::vector<StackLayer>& stack : scene.layer.stacks) {
+        for (StackLayers& stack : scene.layer.stacks) {
             std::ranges::reverse(stack);
             if (std::isinf(stack[0].optical_depth)) stack.resize(1);  // the others are never lit
         }
@@ -66,8 +66,7 @@ void turn_to_sun(const Section& root, Scene& scene) {
 /// The effects that a layer's keys make.
 void name_effects(const SceneLayer& layer, Scene& scene) {
     if (layer.density > 0) scene.named.push_back(&SceneEffects::density);
-    if (layer.opposition.law != Opposition::Law::none)
-        scene.named.push_back(&SceneEffects::opposition);
+    if (layer.opposition.is_present()) scene.named.push_back(&SceneEffects::opposition);
 }
 
 /// Refuses layers that are no spherical shells, and shells of which the orders n >= 2 are farther from
@@ -79,7 +78,7 @@ void check_shell(const Section& root, const Scene& scene) {
     constexpr double most = 0.05;  // of height times optical depth
     const SceneLayer& layer = scene.layer;
     const Section section = root.section("planet");
-    section.require(layer.stacks.empty() && layer.opposition.law == Opposition::Law::none, "shell",
+    section.require(layer.stacks.empty() && !layer.opposition.is_present(), "shell",
                     "0 where the layer is a stack or has an opposition", height);
     const double depth =
         seen_depth(scene, layer.optical_depth.max) * std::ranges::max(layer.extinction);
@@ -335,7 +334,7 @@ bool are_alike(const SceneLayer& one, const SceneLayer& other) {
         };
         for (const auto* const functions : {&layer.components, &layer.channels})
             for (const PhaseFunction& each : *functions) add(each, {});
-        for (const std::vector<StackLayer>& stack : layer.stacks)
+        for (const StackLayers& stack : layer.stacks)
             for (const StackLayer& each : stack)
                 add(each.phase_function, {each.albedo, each.optical_depth});
         const auto& [law, width, amplitude] = layer.opposition;

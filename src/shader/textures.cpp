@@ -114,7 +114,7 @@ std::array<vec4, 3> of_phase(const PhaseCurveView& curve) {
 /// layers, depth of all.
 vec4 append_layers(const TableView& view, std::vector<vec4>& numbers) {
     if (!view.is_stack()) return {0, 0, 0, 0};
-    const std::vector<StackLayer>& layers = *view.layers;
+    const StackLayers& layers = *view.layers;
     const std::size_t first = numbers.size();
     numbers.resize(first + 4 * layers.size());
     double depth = 0;
@@ -161,8 +161,7 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
     const TableView view = table.view();
     const bool lit = which == Side::reflection;
     const bool held = lit ? view.has_reflection() : view.has_transmission();
-    const bool over_layer =
-        lit && view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer;
+    const bool over_layer = lit && view.has_lower_boundary() && view.lower_boundary->is_layer();
     const PathSheetView& path = table.side(Side::reflection).path;
     const std::size_t phase = to.numbers.size();
     append_phase(side.phase, over_layer ? 2 : 1, to.numbers);

@@ -21,7 +21,7 @@ LayerBasis LayerBasis::first(std::size_t count) const {
 LayerBasis greedy_basis(const BlockLayers& layers, std::size_t room, double allowed) {
     const std::size_t count = layers.values.size(), columns = layers.values[0]->size();
     const VectorKernels& vectors = vector_kernels();
-    LayerBasis basis{room, {}, {}, std::vector<std::vector<float>>(count), {}};
+    LayerBasis basis{room, {}, {}, Vectors(count), {}};
     std::vector<float> remainders(count * columns);  // of all layers: one piece of memory
     std::vector<double> error(count);                // of each layer
     std::vector<float> weight(columns);              // of each direction

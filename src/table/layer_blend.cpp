@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <sstream>
 
 namespace stratus {
 
@@ -48,26 +47,27 @@ LayerQuery make_query(const TableView& table, double albedo, double optical_dept
     return query;
 }
 
+/// How many samples a layer has on one side.
+std::ptrdiff_t layer_size(const TableView& table) noexcept {
+    return std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count;
+}
+
 /// Adds the terms of one member to the blend of a side.
-class BlendBuilder {
-  public:
-    BlendBuilder(const TableView& table, const float* weight, const LayerQuery& query,
-                 double share_of_member, LayerBlend& blend) noexcept
-        : table_(table),
-          weight_(weight),
-          query_(query),
-          share_of_member_(share_of_member),
-          term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count),
-          blend_(blend) {}
+struct BlendBuilder {
+    const TableView& table;
+    const float* weights;  // of the side's layers
+    const LayerQuery& query;
+    double share_of_member;
+    LayerBlend& blend;
 
     /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
     /// to the neighbour of higher albedo, which decays more slowly; false comes back when there is
     /// none to take it.
     bool add_depth(int depth, double share) noexcept {
         double handed_on = 0;
-        for (int l = 0; l < used_samples(table_.albedo); ++l) {
-            const double part = share * double{query_.albedo_stencil.weight[l]} + handed_on;
-            handed_on = add(query_.albedo_stencil.first + l, depth, part) ? 0 : part;
+        for (int l = 0; l < used_samples(table.albedo); ++l) {
+            const double part = share * double{query.albedo_stencil.weight[l]} + handed_on;
+            handed_on = add(query.albedo_stencil.first + l, depth, part) ? 0 : part;
         }
         return handed_on == 0;
     }
@@ -75,9 +75,9 @@ class BlendBuilder {
     /// Cubic along optical depth within the finite samples. A depth without a usable sample hands
     /// its share to the one above it.
     void add_depths(double scale) noexcept {
-        const Stencil depth = table_.optical_depth.stencil(query_.optical_depth);
+        const Stencil depth = table.optical_depth.stencil(query.optical_depth);
         double handed_on = 0;
-        for (int t = used_samples(table_.optical_depth) - 1; t >= 0; --t) {
+        for (int t = used_samples(table.optical_depth) - 1; t >= 0; --t) {
             const double share = scale * double{depth.weight[t]} + handed_on;
             handed_on = add_depth(depth.first + t, share) ? 0 : share;
         }
@@ -87,49 +87,41 @@ class BlendBuilder {
     /// away by the law of diffusion; the scale of the sample at infinity is 1. Albedos whose
     /// deficit is spent hand their share of it on, as above.
     void add_between_last_and_infinity() noexcept {
-        const double length = query_.extrapolation_length, highest = table_.optical_depth.highest;
-        const bool over_boundary = table_.has_lower_boundary();
+        const double length = query.extrapolation_length, highest = table.optical_depth.highest;
+        const bool over_boundary = table.has_lower_boundary();
         const double deficit =
-            reflection_deficit(query_.optical_depth, query_.diffusion_exponent, length);
-        const int last = table_.optical_depth.count - 1;
+            reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
+        const int last = table.optical_depth.count - 1;
         double handed_on = 0;
-        for (int l = 0; l < used_samples(table_.albedo); ++l) {
-            const int albedo = query_.albedo_stencil.first + l;
+        for (int l = 0; l < used_samples(table.albedo); ++l) {
+            const int albedo = query.albedo_stencil.first + l;
             const double exponent =
-                table_.diffusion_exponent[query_.member * table_.albedo.count + albedo];
+                table.diffusion_exponent[query.member * table.albedo.count + albedo];
             const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
-            const double weight = double{query_.albedo_stencil.weight[l]};
+            const double weight = double{query.albedo_stencil.weight[l]};
             const bool spent = deepest < min_deficit;
             const double share = spent ? 0 : (weight + handed_on) * deficit / deepest;
             handed_on = spent ? weight + handed_on : 0;
-            add(albedo, last + 1, query_.albedo * (weight - share));
+            add(albedo, last + 1, query.albedo * (weight - share));
             if (!spent)
                 add(albedo, last,
-                    query_.albedo * share *
+                    query.albedo * share *
                         (over_boundary ? 1 : reflection_scale(highest, exponent, length)));
         }
     }
 
-  private:
     /// False when the sample is too small to be scaled back up.
     bool add(int albedo, int depth, double share_in_member) noexcept {
-        const std::ptrdiff_t at = (std::ptrdiff_t{query_.member} * table_.albedo.count + albedo) *
-                                      table_.optical_depth.size() +
+        const std::ptrdiff_t at = (std::ptrdiff_t{query.member} * table.albedo.count + albedo) *
+                                      table.optical_depth.size() +
                                   depth;
-        if (weight_[at] == 0) return false;
-        const double share = share_of_member_ * share_in_member;
+        if (weights[at] == 0) return false;
+        const double share = share_of_member * share_in_member;
         if (share != 0)
-            blend_.term[blend_.count++] = {at * term_size_,
-                                           static_cast<float>(share * double{weight_[at]}), depth};
+            blend.term[blend.count++] = {at * layer_size(table),
+                                         static_cast<float>(share * double{weights[at]}), depth};
         return true;
     }
-
-    const TableView& table_;
-    const float* weight_;
-    const LayerQuery& query_;
-    double share_of_member_;
-    std::ptrdiff_t term_size_;
-    LayerBlend& blend_;
 };
 
 }  // namespace
@@ -177,8 +169,8 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
     for (int m = 0; m < members.count; ++m) {
         const LayerQuery query = make_query(table, albedo, depth, members.member[m]);
         const double exponent = query.diffusion_exponent, length = query.extrapolation_length;
-        BlendBuilder terms(table, is_lit ? table.reflection_weight : table.transmission_weight,
-                           query, double{members.weight[m]}, blend);
+        BlendBuilder terms{table, is_lit ? table.reflection_weight : table.transmission_weight,
+                           query, double{members.weight[m]}, blend};
         if (is_lit && depths.ends_at_infinity && (depths.count == 0 || depth > depths.highest)) {
             terms.add_between_last_and_infinity();
         } else if (is_lit) {
@@ -197,7 +189,7 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
     if (!table.has_lower_boundary())
         blend.growth = thin_growth(depth) / thin_growth(depths.lowest);
     else
-        blend.fades = table.lower_boundary->kind == LowerBoundary::Kind::surface;
+        blend.fades = table.lower_boundary->is_surface();
     return blend;
 }
 
@@ -209,11 +201,15 @@ double directional_factor(const TableView& table, const LayerBlend& blend, doubl
         return blend.growth * intercepted_share(blend.optical_depth, in) *
                intercepted_share(blend.optical_depth, out);
     if (!blend.fades) return 1;
-    // A surface alone scatters once; a thin layer adds in proportion to what it extinguishes.
+    return share_of_thinnest(blend.optical_depth, table.optical_depth.lowest, in, out);
+}
+
+double share_of_thinnest(double optical_depth, double thinnest, double mu_in,
+                         double mu_out) noexcept {
     const auto extinguished = [&](double depth) {
-        return intercepted_share(depth, in) + intercepted_share(depth, out);
+        return intercepted_share(depth, mu_in) + intercepted_share(depth, mu_out);
     };
-    return extinguished(blend.optical_depth) / extinguished(table.optical_depth.lowest);
+    return extinguished(optical_depth) / extinguished(thinnest);
 }
 
 std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
@@ -229,11 +225,9 @@ std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
     if (clamped_albedo == 0) return sum;
     const LayerBlend blend = layer_blend(table, Side::transmission, albedo, optical_depth,
                                          BeyondDeepest::follows_diffusion);
-    const std::ptrdiff_t term_size =
-        std::ptrdiff_t{cosines} * table.mu_out.count * table.azimuth.count;
     for (int n = 0; n < blend.count; ++n) {
         const BlendTerm& term = blend.term[n];
-        const std::ptrdiff_t layer = term.first / term_size;
+        const std::ptrdiff_t layer = term.first / layer_size(table);
         // A blend is of samples divided by the albedo, which order 1 does not allow at albedo 0.
         const auto sampled_albedo = table.albedo.value(
             static_cast<int>(layer / table.optical_depth.size() % table.albedo.count));
@@ -250,9 +244,7 @@ std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
 namespace {
 
 std::string range_text(double min, double max) {
-    std::ostringstream text;
-    text << "in [" << min << ", " << max << "] of the table";
-    return text.str();
+    return "in [" + short_number(min, 6) + ", " + short_number(max, 6) + "] of the table";
 }
 
 }  // namespace
@@ -273,9 +265,15 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
     if (optical_depth < depth.lowest) return !table.keeps_light();
     if (depth.ends_at_infinity) return true;
     if (side == Side::transmission && optical_depth == infinity) return true;
-    const LayerQuery deepest = make_query(table, albedo, depth.highest, table.members.member[0]);
-    return reflection_deficit(depth.highest, deepest.diffusion_exponent,
-                              deepest.extrapolation_length) <= kept_tolerance(table);
+    const FamilyStencil& members = table.members;
+    for (int m = 0; m < members.count; ++m) {
+        const LayerQuery deepest = make_query(table, albedo, depth.highest, members.member[m]);
+        if (members.weight[m] != 0 &&
+            reflection_deficit(depth.highest, deepest.diffusion_exponent,
+                               deepest.extrapolation_length) > kept_tolerance(table))
+            return false;
+    }
+    return true;
 }
 
 std::string allowed_albedo(const TableView& table) {

@@ -68,6 +68,11 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
 double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
                           double mu_out) noexcept;
 
+/// Ratio of the light of a thin layer over a surface to that of the thinnest sampled: a surface alone
+/// scatters once, and a thin layer adds in proportion to what it extinguishes.
+double share_of_thinnest(double optical_depth, double thinnest, double mu_in,
+                         double mu_out) noexcept;
+
 /// t of all orders that a table holds, at each of its samples of mu_in; empty where the table has
 /// no diffuse_transmittance.
 ///

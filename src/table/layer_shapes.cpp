@@ -20,7 +20,7 @@ constexpr double floor_cosine = 0.1;
 /// what is scattered straight on, as those of verify (error_floor of bake/accuracy.h).
 bool has_narrow_peaks(const Table& table, const PhaseFunction& phase_function) {
     const LowerBoundary& below = table.lower_boundary;
-    bool found = below.kind == LowerBoundary::Kind::layer && has_narrow_peak(below.phase_function);
+    bool found = below.is_layer() && has_narrow_peak(below.phase_function);
     for (const StackLayer& layer : table.layers) found |= has_narrow_peak(layer.phase_function);
     return found || (!table.is_stack() && has_narrow_peak(phase_function));
 }

@@ -43,13 +43,12 @@ std::vector<int> spread(int count, int most) {
     return {places.begin(), places.end()};
 }
 
-void subtract_sum(const std::vector<std::vector<float>>& function,
-                  const std::vector<float>& coefficient, std::vector<float>& values) {
+void subtract_sum(const Vectors& function, const std::vector<float>& coefficient,
+                  std::vector<float>& values) {
     for (std::size_t k = 0; k < function.size(); ++k) subtract(coefficient[k], function[k], values);
 }
 
-std::vector<float> weighted_sum(const std::vector<std::vector<float>>& function,
-                                const std::vector<float>& coefficient) {
+std::vector<float> weighted_sum(const Vectors& function, const std::vector<float>& coefficient) {
     std::vector<float> sum(function[0].size(), 0.0f);
     for (std::size_t k = 0; k < function.size(); ++k) subtract(-coefficient[k], function[k], sum);
     return sum;
@@ -67,15 +66,14 @@ double norm(const std::vector<double>& values) {
 }
 
 /// Back substitution of all columns of Q^T W.
-std::vector<std::vector<float>> inverted(std::vector<std::vector<double>>& q,
-                                         const std::vector<std::vector<double>>& r,
-                                         const std::vector<float>& weight) {
+Vectors inverted(std::vector<std::vector<double>>& q, const std::vector<std::vector<double>>& r,
+                 const std::vector<float>& weight) {
     for (std::size_t k = q.size(); k-- > 0;) {
         for (std::size_t later = k + 1; later < q.size(); ++later)
             for (std::size_t s = 0; s < weight.size(); ++s) q[k][s] -= r[later][k] * q[later][s];
         for (double& value : q[k]) value /= r[k][k];
     }
-    std::vector<std::vector<float>> rows;
+    Vectors rows;
     for (const std::vector<double>& row : q) {
         rows.emplace_back();
         for (std::size_t s = 0; s < weight.size(); ++s)
@@ -87,8 +85,7 @@ std::vector<std::vector<float>> inverted(std::vector<std::vector<double>>& q,
 /// Weighted least squares at the directions of a sketch: returns the rows of P, whose products with values v are
 /// the coefficients of functions. P = R^-1 Q^T W of W F = Q R: F the functions at these directions, W the
 /// weights of these, Q by Gram-Schmidt, twice for the sake of rounding.
-std::vector<std::vector<float>> least_squares(const std::vector<std::vector<float>>& function,
-                                              const std::vector<float>& weight) {
+Vectors least_squares(const Vectors& function, const std::vector<float>& weight) {
     std::vector<std::vector<double>> q, r;
     for (const std::vector<float>& column : function) {
         std::vector<double> left(weight.size()), shares(q.size(), 0.0);
@@ -137,7 +134,7 @@ class SideSearch {
 
     /// Makes room for all layers at the sketch at once, not between what is freed as they are solved.
     void expect_sketch() {
-        for (std::vector<std::vector<float>>* const all : {&sums_.values, &sums_.importance})
+        for (Vectors* const all : {&sums_.values, &sums_.importance})
             for (std::vector<float>& of_layer : *all) of_layer.resize(sums_.sketch.size());
     }
 
@@ -196,7 +193,7 @@ class SideSearch {
         misses_ = false;
         if (!sums_.is_spanned()) return missed;
         fit();
-        std::vector<std::vector<float>> left = sums_.values;
+        Vectors left = sums_.values;
         std::vector<float> error(left.size(), 0.0f);
         for (std::size_t layer = 0; layer < left.size(); ++layer) {
             subtract_sum(at_sketch_, coefficients(left[layer]), left[layer]);
@@ -216,7 +213,7 @@ class SideSearch {
     }
 
     LayerSums take() {
-        std::vector<std::vector<float>>& values = sums_.values;
+        Vectors& values = sums_.values;
         for (std::size_t layer = 0; layer < values.size(); ++layer) {
             const std::size_t serves = served_by(layer);
             if (serves != layer) values[layer] = values[serves];
@@ -346,7 +343,7 @@ class SideSearch {
     }
 
     /// Takes what is left of one layer at the sketch out of what is left of all.
-    void remove_direction(std::vector<float> pivot, std::vector<std::vector<float>>& left,
+    void remove_direction(std::vector<float> pivot, Vectors& left,
                           std::vector<float>& error) const {
         std::vector<float> weighted = pivot;
         for (std::size_t s = 0; s < weighted.size(); ++s) {
@@ -366,9 +363,9 @@ class SideSearch {
     std::mutex mutex_;
     std::map<std::size_t, Seen> full_;
     bool are_unlike_ = false, misses_ = false, settled_ = false;
-    std::vector<float> greatest_;                // importance of each direction to any pilot
-    std::vector<std::vector<float>> at_sketch_;  // functions
-    std::vector<std::vector<float>> fit_;
+    std::vector<float> greatest_;  // importance of each direction to any pilot
+    Vectors at_sketch_;            // functions
+    Vectors fit_;
 };
 
 /// Depths all over the table, octaves apart: a baker solves them at once.
@@ -411,16 +408,16 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
     };
     const auto for_each_side = [&](const auto& use) {
         for (const Side side : both_sides)
-            if (sides[side]) use(search[side]);
+            if (sides[side]) use(side, search[side]);
     };
     const auto search_both = [&](bool grows) {
-        for_each_side([&](SideSearch& side) { side.search(grows); });
+        for_each_side([&](Side, SideSearch& of_side) { of_side.search(grows); });
     };
     samples.in_full(pilot_layers(table), see_in_full);
     search_both(true);
-    for_each_side([](SideSearch& side) {
-        side.settle();
-        side.expect_sketch();
+    for_each_side([](Side, SideSearch& of_side) {
+        of_side.settle();
+        of_side.expect_sketch();
     });
     const auto see_in_sketch = [&](int layer, Side side, std::vector<float> values) {
         if (!values.empty()) search[side].see_in_sketch(size(layer), std::move(values));
@@ -428,22 +425,21 @@ PerSide<LayerSums> find_layer_sums(const Table& table, const PerSide<bool>& side
     samples.at({search.reflection.sketch(), search.transmission.sketch()}, see_in_sketch);
     for (int round = 0;; ++round) {
         std::set<int> missed;
-        for_each_side([&](SideSearch& side) {
-            for (const int layer : side.missed(round)) missed.insert(layer);
+        for_each_side([&](Side, SideSearch& of_side) {
+            for (const int layer : of_side.missed(round)) missed.insert(layer);
         });
         if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
         search_both(false);
     }
     PerSide<DirectionList> again;
-    for (const Side side : both_sides) {
-        if (!sides[side] || !search[side].settle()) continue;
-        search[side].expect_sketch();
-        again[side] = search[side].sketch();
-    }
+    for_each_side([&](Side side, SideSearch& of_side) {
+        if (!of_side.settle()) return;
+        of_side.expect_sketch();
+        again[side] = of_side.sketch();
+    });
     samples.at(again, see_in_sketch);
     PerSide<LayerSums> sums;
-    for (const Side side : both_sides)
-        if (sides[side]) sums[side] = search[side].take();
+    for_each_side([&](Side side, SideSearch& of_side) { sums[side] = of_side.take(); });
     return sums;
 }
 

@@ -71,12 +71,12 @@ class LayerShapes {
 
 /// One side of all layers (numbered as LayerSamples has them).
 struct LayerSums {
-    std::vector<LayerShapes> shapes;           // of each member of the family, or of the only one
-    DirectionList sketch;                      // directions
-    std::vector<std::vector<float>> function;  // over all directions
-    std::vector<std::vector<float>> coefficient;  // of each layer, over functions
-    std::vector<std::vector<float>> values;       // of each layer: the sum at the sketch
-    std::vector<std::vector<float>> importance;   // of each layer: of errors there
+    std::vector<LayerShapes> shapes;  // of each member of the family, or of the only one
+    DirectionList sketch;             // directions
+    Vectors function;                 // over all directions
+    Vectors coefficient;              // of each layer, over functions
+    Vectors values;                   // of each layer: the sum at the sketch
+    Vectors importance;               // of each layer: of errors there
 
     const Table& table() const { return shapes[0].table(); }
     const DirectionNumbers& numbers() const { return shapes[0].numbers(); }

@@ -5,6 +5,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/base/size.h>
 #include <stratus/table/lookup.h>
+#include <stratus/table/metadata.h>
 #include <stratus/table/packed_table.h>
 
 #include "layer_blend.h"
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -26,10 +28,6 @@ struct MemberShares {
     std::size_t layers;
     std::vector<double> share;
 };
-
-MemberShares same_shares(const FamilyStencil& around) {
-    return {1, {around.weight, around.weight + around.count}};
-}
 
 /// The sum over the members around a point.
 template <class Number>
@@ -91,7 +89,7 @@ Table table_at(const Table& table, const FamilyPoint& point) {
         require(holds(table.family[k], point[k]), "table_at", table.family[k].name(),
                 allowed_text(table.family[k]), point[k]);
     const FamilyStencil& around = view.members;
-    const MemberShares same = same_shares(around);
+    const MemberShares same{1, {around.weight, around.weight + around.count}};
     std::vector<double> exponents =
         joined_members(table.diffusion_exponent, table.member_count(), around, same);
     for (double& exponent : exponents) exponent = std::max(0.0, exponent);
@@ -104,15 +102,12 @@ Table table_at(const Table& table, const FamilyPoint& point) {
     one.path_law = view.own_path_law;
     one.extrapolation_length =
         joined_members(table.extrapolation_lengths, table.member_count(), around, same)[0];
-    for_each_of_members(
-        [&](auto& numbers, const auto& of_all) {
-            const void* const which = &of_all;
-            const bool falls =
-                which == &table.transmission_multiple || which == &table.diffuse_transmittance;
-            numbers =
-                joined_members(of_all, table.member_count(), around, falls ? transmitted : same);
-        },
-        one, table);
+    for (const SampleField& field : sample_fields) {
+        const bool falls = field.samples == &Table::transmission_multiple ||
+                           field.samples == &Table::diffuse_transmittance;
+        one.*field.samples = joined_members(table.*field.samples, table.member_count(), around,
+                                            falls ? transmitted : same);
+    }
     one.diffusion_exponent = exponents;
     prepare(one);
     return one;
@@ -137,16 +132,17 @@ constexpr std::string_view table_form = "table:";
 
 class TableGround final : public GroundLaw {
   public:
-    TableGround(std::string text, const std::string& path, std::optional<double> optical_depth,
-                std::optional<double> albedo)
+    TableGround(std::string text, const std::string& path,
+                const std::map<std::string, double>& given)
         : text_(std::move(text)), packed_(path), view_(packed_.view()) {
         require(!view_.has_family() && view_.has_reflection() && view_.has_all_directions(),
                 ground_caller, "table", "one without a family, of reflection in all directions",
                 text_);
         require(view_.highest_order == 0, ground_caller, "table", "of all orders of scattering",
                 text_);
-        optical_depth_ = chosen(optical_depth, view_.optical_depth, "optical_depth");
-        albedo_ = chosen(albedo, view_.albedo, "albedo");
+        optical_depth_ = chosen(given, "optical_depth", view_.optical_depth);
+        albedo_ = chosen(given, "albedo", view_.albedo);
+        require_in("[0, inf]", ground_caller, "optical_depth", optical_depth_);
         once_ = is_scattered_once(view_, albedo_, optical_depth_);
         if (once_) return;
         require(is_depth_known(view_, Side::reflection, albedo_, optical_depth_), ground_caller,
@@ -168,8 +164,9 @@ class TableGround final : public GroundLaw {
     std::string text() const override { return text_; }
 
   private:
-    static double chosen(std::optional<double> given, const AxisView& axis, const char* name) {
-        if (given) return *given;
+    static double chosen(const std::map<std::string, double>& given, const char* name,
+                         const AxisView& axis) {
+        if (given.count(name) > 0) return given.at(name);
         if (axis.count == 0) return infinity;  // of optical depth alone
         require(axis.count == 1, ground_caller, name, "given, for the table holds several", "none");
         return axis.lowest;
@@ -189,14 +186,10 @@ std::shared_ptr<const GroundLaw> read_table_ground(const std::string& text,
     const std::size_t comma = std::min(text.find(',', rest.at), text.size());
     const std::string file = text.substr(rest.at, comma - rest.at);
     rest.at = comma;
-    std::optional<double> optical_depth, albedo;
-    while (rest.accept(',')) {
-        const std::string name = rest.parameter("table", {"optical_depth", "albedo"});
-        (name == "albedo" ? albedo : optical_depth) = rest.number("table: " + name);
-    }
+    std::map<std::string, double> given;
+    if (rest.accept(',')) given = rest.numbers("table", {"optical_depth", "albedo"});
     const bool is_relative = !directory.empty() && file.rfind('/', 0) != 0;
-    return std::make_shared<TableGround>(text, is_relative ? directory + '/' + file : file,
-                                         optical_depth, albedo);
+    return std::make_shared<TableGround>(text, is_relative ? directory + '/' + file : file, given);
 }
 
 }  // namespace
@@ -204,7 +197,7 @@ std::shared_ptr<const GroundLaw> read_table_ground(const std::string& text,
 LowerBoundary read_ground(const std::string& text, const std::string& directory) {
     double albedo = 0;
     if (!text.empty() && read_number(text, albedo) == text.size()) {
-        require(albedo >= 0 && albedo <= 1, ground_caller, "albedo", "in [0, 1]", albedo);
+        require_in("[0, 1]", ground_caller, "albedo", albedo);
         return LowerBoundary::surface(albedo);
     }
     const bool is_table = text.rfind(table_form, 0) == 0;

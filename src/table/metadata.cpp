@@ -34,6 +34,16 @@ double number_entry(const Metadata& metadata, const char* name) {
     return to_number(name, entry(metadata, name));
 }
 
+std::vector<double> numbers_entry(const Metadata& metadata, const char* name) {
+    return to_numbers(name, entry(metadata, name));
+}
+
+/// The entry of this name; empty where there is none.
+std::string optional_entry(const Metadata& metadata, const char* name) {
+    const auto found = metadata.find(name);
+    return found == metadata.end() ? "" : found->second;
+}
+
 /// Numbers that every table has.
 constexpr std::pair<const char*, double Table::*> number_entries[] = {
     {"extrapolation_length", &Table::extrapolation_length},
@@ -47,10 +57,8 @@ void add_lower_boundary(const LowerBoundary& boundary, Metadata& metadata) {
     if (!boundary.is_present()) return;
     metadata["below"] = boundary_names[static_cast<int>(boundary.kind)];
     metadata["below_albedo"] = shortest_text(boundary.albedo);
-    if (boundary.kind == LowerBoundary::Kind::ground)
-        metadata["below_ground"] = boundary.law->text();
-    if (boundary.kind == LowerBoundary::Kind::layer)
-        metadata["below_phase_function"] = boundary.phase_function.text();
+    if (boundary.is_ground()) metadata["below_ground"] = boundary.law->text();
+    if (boundary.is_layer()) metadata["below_phase_function"] = boundary.phase_function.text();
 }
 
 LowerBoundary read_lower_boundary(const Metadata& metadata) {
@@ -91,10 +99,8 @@ void add_layers(const Table& table, Metadata& metadata) {
 
 void read_layers(const Metadata& metadata, Table& table) {
     if (metadata.count("layer_phase_functions") == 0) return;
-    const std::vector<double> albedos =
-                                  to_numbers("layer_albedos", entry(metadata, "layer_albedos")),
-                              depths = to_numbers("layer_optical_depths",
-                                                  entry(metadata, "layer_optical_depths"));
+    const std::vector<double> albedos = numbers_entry(metadata, "layer_albedos"),
+                              depths = numbers_entry(metadata, "layer_optical_depths");
     std::istringstream lines(entry(metadata, "layer_phase_functions"));
     for (std::string line; std::getline(lines, line);) {
         const std::size_t k = table.layers.size();
@@ -121,8 +127,7 @@ void add_family(const Table& table, Metadata& metadata) {
 }
 
 void read_family(const Metadata& metadata, Table& table) {
-    const auto listed = metadata.find("family");
-    std::istringstream names(listed == metadata.end() ? "" : listed->second);
+    std::istringstream names(optional_entry(metadata, "family"));
     for (std::string name; table.family.size() <= max_family_axes && names >> name;) {
         const auto parameter = parameter_named(name);
         if (!parameter)
@@ -131,8 +136,7 @@ void read_family(const Metadata& metadata, Table& table) {
         table.family.push_back({*parameter, {parameter_scale(*parameter), {}}, false});
     }
     if (table.has_family())
-        table.extrapolation_lengths =
-            to_numbers("extrapolation_lengths", entry(metadata, "extrapolation_lengths"));
+        table.extrapolation_lengths = numbers_entry(metadata, "extrapolation_lengths");
     if (mixes_two(table.family))
         table.second_phase_function =
             read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
@@ -149,13 +153,8 @@ std::string list_features(const Table& table) {
     return joined(features, " ");
 }
 
-std::string stored_features(const Metadata& metadata) {
-    const auto found = metadata.find("features");
-    return found == metadata.end() ? "" : found->second;
-}
-
-std::vector<std::string> words(const std::string& text) {
-    std::istringstream in(text);
+std::vector<std::string> stored_features(const Metadata& metadata) {
+    std::istringstream in(optional_entry(metadata, "features"));
     return {std::istream_iterator<std::string>(in), {}};
 }
 
@@ -164,15 +163,32 @@ std::vector<std::string> words(const std::string& text) {
 std::vector<AxisField> all_axis_fields(const Table& table) {
     std::vector<AxisField> fields;
     for (std::size_t k = 0; k < table.family.size(); ++k) {
-        const PhaseParameter parameter = table.family[k].parameter;
-        fields.push_back({parameter_name(parameter), parameter_unit(parameter),
+        const auto& [parameter, axis, is_discrete] = table.family[k];
+        fields.push_back({parameter_name(parameter),
+                          parameter_unit(parameter),
                           parameter == PhaseParameter::mixture
                               ? "share of phase_function in all that is scattered"
                               : "parameter of phase_function",
-                          nullptr, k});
+                          nullptr,
+                          k,
+                          {axis.scale, axis.scale}});
     }
     fields.insert(fields.end(), axis_fields.begin(), axis_fields.end());
     return fields;
+}
+
+std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
+    std::vector<std::size_t> sizes;
+    for (const FamilyAxis& axis : table.family) sizes.push_back(axis.axis.values.size());
+    for (std::size_t k = 0; k < rank; ++k)
+        sizes.push_back((table.*axis_fields[k].axis).values.size());
+    return sizes;
+}
+
+std::string allowed_scales(const AxisField& field) {
+    const auto [usual, other] = field.scales;
+    return axis_scale_name(usual) +
+           (other == usual ? "" : std::string(" or ") + axis_scale_name(other));
 }
 
 const char* stored_scale_name(const AxisField& field, const Table& table) {
@@ -197,14 +213,14 @@ Metadata shared_metadata(const Table& table) {
 
 void check_features_known(const Metadata& metadata) {
     static const std::vector<std::string> known{family_feature, stack_feature, path_law_feature};
-    for (const std::string& feature : words(stored_features(metadata)))
+    for (const std::string& feature : stored_features(metadata))
         if (!is_listed(feature, known))
             throw std::invalid_argument("attribute features must be of " + joined(known) +
                                         ", which this program knows, got " + shown_text(feature));
 }
 
 bool has_feature(const Metadata& metadata, const char* feature) {
-    return is_listed(feature, words(stored_features(metadata)));
+    return is_listed(feature, stored_features(metadata));
 }
 
 Table table_of_metadata(const Metadata& metadata) {
@@ -219,7 +235,8 @@ Table table_of_metadata(const Metadata& metadata) {
 }
 
 void check_features(const Metadata& metadata, const Table& table) {
-    const std::string stored = stored_features(metadata), described = list_features(table);
+    const std::string stored = optional_entry(metadata, "features"),
+                      described = list_features(table);
     if (stored != described)
         throw std::invalid_argument("attribute features must be \"" + described +
                                     "\", as the other attributes say, got " + shown_text(stored));

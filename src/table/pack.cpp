@@ -43,10 +43,6 @@ void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& cu
     file.add(name, {curve.sample_count() / width, width}, curve.view().sample);
 }
 
-std::string side_prefix(const Table& table, int member, Side side) {
-    return member_prefix(table, size(member)) + side_name(side);
-}
-
 /// The blocks of members that share their functions: these under the name of the first member,
 /// coefficients under that of each.
 ///
@@ -61,15 +57,15 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
         });
     const int depth_rows = std::max(stencil_size, view.optical_depth.count),
               albedo_rows = std::max(stencil_size, view.albedo.count);
-    const std::vector<std::size_t> shape{found.blocks.size(), FunctionLayout(view).rows(),
-                                         found.functions};
+    const TensorShape shape{found.blocks.size(), FunctionLayout(view).rows(), found.functions};
     const std::size_t numbers = shape[0] * shape[1] * shape[2];
     std::vector<Half> halves;  // functions over (block, row, function)
     std::vector<float> floats;
     halves.reserve(takes_halves ? numbers : 0);
     floats.reserve(takes_halves ? 0 : numbers);
-    std::vector<std::vector<float>> coefficients(size(found.members.count));
-    std::vector<std::int32_t> fields, block_of_cell(size(albedo_rows * depth_rows), 0);
+    Vectors coefficients(size(found.members.count));
+    std::vector<BlockFields> fields;
+    std::vector<std::int32_t> block_of_cell(size(albedo_rows * depth_rows), 0);
     for (std::size_t index = 0; index < found.blocks.size(); ++index) {
         const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] =
             found.blocks[index];
@@ -89,14 +85,9 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
         const auto row_count = [&](const std::vector<float>& rows) {
             return static_cast<std::int32_t>(rows.size() / found.functions);
         };
-        std::int32_t field[BlockField::count];
-        field[BlockField::first_albedo] = layers.albedos.first;
-        field[BlockField::albedos] = row_count(block.coefficient[0]) / block.depths;
-        field[BlockField::first_depth] = layers.depths.first;
-        field[BlockField::depths] = block.depths;
-        field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
-        field[BlockField::first_row] = row_count(coefficients[0]);
-        fields.insert(fields.end(), field, field + BlockField::count);
+        fields.push_back({layers.albedos.first, row_count(block.coefficient[0]) / block.depths,
+                          layers.depths.first, block.depths, layers.and_infinity ? 1 : 0,
+                          row_count(coefficients[0])});
         if (takes_halves)
             append(to_halves(block.function), halves);
         else
@@ -105,19 +96,19 @@ void add_blocks(TensorWriter& file, LayerSums& sums, const FoundBlocks& found, S
             append(block.coefficient[m], coefficients[m]);
     }
     const std::int32_t owner = found.members.first;
-    const std::string prefix = side_prefix(table, owner, side);
+    const std::string prefix = side_prefix(table, size(owner), side);
     if (takes_halves)
         file.add(prefix + functions_name, shape, std::move(halves));
     else
         file.add(prefix + functions_name, shape, std::move(floats));
-    file.add(prefix + blocks_name, {shape[0], size(BlockField::count)}, fields);
+    file.add(prefix + blocks_name, {shape[0], block_field_count},
+             reinterpret_cast<const std::int32_t*>(fields.data()));
     file.add(prefix + block_of_cell_name, {size(albedo_rows), size(depth_rows)}, block_of_cell);
     for (int m = owner; m <= found.members.last(); ++m) {
         const std::vector<float>& own = coefficients[size(m - owner)];
-        file.add(side_prefix(table, m, side) + coefficients_name,
-                 {own.size() / found.functions, found.functions}, own);
-        if (m > owner)
-            file.add(side_prefix(table, m, side) + functions_of_name, {1}, std::vector{owner});
+        const std::string member = side_prefix(table, size(m), side);
+        file.add(member + coefficients_name, {own.size() / found.functions, found.functions}, own);
+        if (m > owner) file.add(member + functions_of_name, {1}, std::vector{owner});
     }
 }
 
@@ -127,9 +118,9 @@ void add_side(TensorWriter& file, LayerSums& sums, const std::vector<FoundBlocks
     for (const FoundBlocks& group : groups) add_blocks(file, sums, group, side, pivots);
     const Table& table = sums.table();
     const LowerBoundary& below = table.lower_boundary;
-    if (side == Side::reflection && below.kind == LowerBoundary::Kind::layer)
+    if (side == Side::reflection && below.is_layer())
         for (std::size_t m = 0; m < table.member_count(); ++m)
-            add_curve(file, side_prefix(table, static_cast<int>(m), side) + phase_name,
+            add_curve(file, side_prefix(table, m, side) + phase_name,
                       reflected_curve(phase_function_of_member(table, m), {}, &below));
 }
 
@@ -181,17 +172,16 @@ void add_header(TensorWriter& file, const Table& table) {
         file.add(field.name, {axis.values.size()}, axis.values);
         file.set(std::string(field.name) + scale_suffix, axis_scale_name(axis.scale));
     }
-    const std::size_t albedos = table.albedo.values.size(),
-                      depths = table.optical_depth.values.size(), mus = table.mu_in.values.size(),
-                      members = table.member_count();
-    for (const SampleField& field : sample_fields) {
-        const std::vector<float>& flux = table.*field.samples;
-        if (!field.is_flux() || flux.empty()) continue;
-        std::vector<std::size_t> shape{members, albedos, depths};
-        if (field.rank > 2) shape.push_back(mus);
-        file.add(field.name, shape, flux);
-    }
-    file.add(diffusion_exponent_name, {members, albedos}, table.diffusion_exponent);
+    const auto shape = [&](std::size_t rank) {
+        TensorShape sizes{table.member_count()};
+        for (std::size_t k = 0; k < rank; ++k)
+            sizes.push_back((table.*axis_fields[k].axis).values.size());
+        return sizes;
+    };
+    for (const SampleField& field : sample_fields)
+        if (const std::vector<float>& flux = table.*field.samples; field.is_flux() && !flux.empty())
+            file.add(field.name, shape(field.rank), flux);
+    file.add(diffusion_exponent_name, shape(1), table.diffusion_exponent);
 }
 
 }  // namespace

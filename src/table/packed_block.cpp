@@ -69,8 +69,8 @@ void split_remainders(const LayerBasis& basis, std::vector<float>& values) {
 }
 
 /// Coefficients of all layers, those of remainders after the others.
-std::vector<std::vector<float>> stored_coefficients(const LayerBasis& basis) {
-    std::vector<std::vector<float>> all = basis.coefficient;
+Vectors stored_coefficients(const LayerBasis& basis) {
+    Vectors all = basis.coefficient;
     for (std::vector<float>& of_layer : all)
         for (std::size_t f = 0; f < remainders(basis); ++f) of_layer.push_back(of_layer[f]);
     return all;
@@ -107,8 +107,7 @@ std::vector<float> laid_out(const DirectionNumbers& numbers, const std::vector<f
 
 /// A member's coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions
 /// in the units that they are stored in.
-std::vector<float> coefficients(const BlockLayers& layers, int member,
-                                const std::vector<std::vector<float>>& stored,
+std::vector<float> coefficients(const BlockLayers& layers, int member, const Vectors& stored,
                                 const std::vector<float>& unit) {
     const int first = member * layers.albedos.count;
     const int finite = layers.depths.count, depths = layers.depth_count();
@@ -174,7 +173,7 @@ double error_of_halves(const LayerSums& sums, const BlockLayers& layers, const L
         rounding[n] = (to_float(to_half(rounding[n])) - rounding[n]) * unit[n % basis.room];
     constexpr int searched = 40;
     const int layer_step = std::max(1, layers.count() / searched);
-    const std::vector<std::vector<float>> stored = stored_coefficients(basis);
+    const Vectors stored = stored_coefficients(basis);
     double largest = 0;
     for (int l = 0; l < layers.count(); l += layer_step) {
         const std::vector<float>& coefficient = stored[size(l)];
@@ -201,7 +200,7 @@ PackedBlock packed_block(const LayerSums& sums, const BlockLayers& layers,
     PackedBlock block{std::move(rows),
                       {},
                       std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0)};
-    const std::vector<std::vector<float>> stored = stored_coefficients(basis);
+    const Vectors stored = stored_coefficients(basis);
     for (int m = 0; m < layers.members.count; ++m)
         block.coefficient.push_back(coefficients(layers, m, stored, unit));
     return block;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -43,7 +44,7 @@ AxisScale read_scale(const TensorFile& file, const std::string& name) {
 std::shared_ptr<const PathOrders> path_orders(const TensorFile& file) {
     const bool is_rounded = file.tensor(path_orders_name).type == TensorType::f16;
     std::vector<float> samples;
-    std::vector<std::size_t> shape;
+    TensorShape shape;
     const auto take = [&](const auto& orders, const auto& to_number) {
         shape = orders.shape;
         std::transform(orders.begin(), orders.end(), std::back_inserter(samples), to_number);
@@ -137,17 +138,17 @@ bool is_reserved(const std::string& name) {
 namespace {
 
 /// Single scattering, on the lit side with that of the lower boundary.
-void set_closed_forms(const TensorFile& file, const std::string& prefix, const Table& table,
+void set_closed_forms(const TensorFile& file, const Table& table, std::size_t m,
                       const PhaseFunction& phase_function, Side which, SideMemory& side) {
     const LowerBoundary& below = table.lower_boundary;
     const bool lit = which == Side::reflection && below.is_present();
-    const bool over_layer = lit && below.kind == LowerBoundary::Kind::layer;
-    side.phase = over_layer ? read_phase_curve(file, prefix + side_name(which) + phase_name, 2,
-                                               phase_function)
-                            : read_phase_curve(file, prefix + phase_name, 1, phase_function);
+    const bool over_layer = lit && below.is_layer();
+    side.phase = read_phase_curve(
+        file, (over_layer ? side_prefix(table, m, which) : member_prefix(table, m)) + phase_name,
+        over_layer ? 2 : 1, phase_function);
     if (lit) {
         const auto albedo = static_cast<float>(below.albedo);
-        side.view.over_surface = below.kind == LowerBoundary::Kind::surface;
+        side.view.over_surface = below.is_surface();
         side.view.surface_albedo = side.view.over_surface ? albedo : 0;
         side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
     }
@@ -159,10 +160,11 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
 }
 
 /// The axes of the coefficients and the scales along them.
-void set_axes(const TableView& table, const double* exponents, double length, Side which,
-              SideMemory& side) {
+void set_axes(const TableView& table, std::size_t m, Side which, SideMemory& side) {
     PackedSide& view = side.view;
+    const double length = table.extrapolation_lengths[m];
     const AxisView &albedo = table.albedo, &depth = table.optical_depth;
+    const double* const exponents = table.diffusion_exponent + m * size(albedo.count);
     const Resampling albedos(albedo.count);
     view.albedo = albedos.axis(albedo);
     view.optical_depth = Resampling(std::max(1, depth.count)).axis(depth);
@@ -233,36 +235,31 @@ struct BlockChecks {
     bool needs_infinity;  // in this cell along depth, and those beyond
     int deepest_cell;
 
-    void check_block(const std::int32_t* block, std::size_t rows) const {
-        const int infinite = block[BlockField::ends_at_infinity];
+    void check_block(const BlockFields& block, std::size_t rows) const {
+        const int infinite = block.ends_at_infinity;
         require_field(infinite, 0, 1, "ends_at_infinity");
-        require_field(block[BlockField::first_albedo], 0, albedos - stencil_size, "first_albedo");
-        require_field(block[BlockField::albedos], stencil_size,
-                      albedos - block[BlockField::first_albedo], "albedos");
-        require_field(block[BlockField::first_depth], 0, depths - stencil_size, "first_depth");
-        require_field(block[BlockField::depths], stencil_size + infinite,
-                      depths - block[BlockField::first_depth] + infinite, "depths");
-        const std::size_t needed =
-            size(block[BlockField::albedos]) * size(block[BlockField::depths]);
+        require_field(block.first_albedo, 0, albedos - stencil_size, "first_albedo");
+        require_field(block.albedos, stencil_size, albedos - block.first_albedo, "albedos");
+        require_field(block.first_depth, 0, depths - stencil_size, "first_depth");
+        require_field(block.depths, stencil_size + infinite, depths - block.first_depth + infinite,
+                      "depths");
+        const std::size_t needed = size(block.albedos) * size(block.depths);
         require(
-            block[BlockField::first_row] >= 0 && needed <= rows &&
-                size(block[BlockField::first_row]) <= rows - needed,
+            block.first_row >= 0 && needed <= rows && size(block.first_row) <= rows - needed,
             packed_caller, "first_row of " + name,
             "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
-            block[BlockField::first_row]);
+            block.first_row);
     }
 
-    void check_cell(const std::int32_t* block, int albedo, int depth) const {
+    void check_cell(const BlockFields& block, int albedo, int depth) const {
         const auto within = [](int cell, int samples, int first, int count) {
             const int window = std::clamp(cell - 1, 0, samples - stencil_size);
             return window >= first && window + stencil_size <= first + count;
         };
-        const int infinite = block[BlockField::ends_at_infinity];
-        const bool inside =
-            within(albedo, albedos, block[BlockField::first_albedo], block[BlockField::albedos]) &&
-            within(depth, depths, block[BlockField::first_depth],
-                   block[BlockField::depths] - infinite) &&
-            (!needs_infinity || depth < deepest_cell || infinite == 1);
+        const int infinite = block.ends_at_infinity;
+        const bool inside = within(albedo, albedos, block.first_albedo, block.albedos) &&
+                            within(depth, depths, block.first_depth, block.depths - infinite) &&
+                            (!needs_infinity || depth < deepest_cell || infinite == 1);
         require(inside, packed_caller,
                 "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
                     ") of " + name,
@@ -277,29 +274,29 @@ struct BlockChecks {
 
 template <class Number>
 const void* checked_functions(const TensorFile& file, const std::string& name,
-                              const std::vector<std::size_t>& shape) {
+                              const TensorShape& shape) {
     const TensorOf<Number> numbers = file.numbers<Number>(name, 3);
     require_shape(numbers, name, shape);
     return numbers.data;
 }
 
-/// The member whose functions serve a side of member m: itself, or an earlier one.
-std::size_t owner_of_functions(const TensorFile& file, const Table& table, std::size_t m,
-                               Side which) {
-    const std::string name = member_prefix(table, m) + side_name(which) + functions_of_name;
-    if (!file.has(name)) return m;
+/// The prefix of the functions that serve a side of member m: its own, or those of an earlier one.
+std::string prefix_of_functions(const TensorFile& file, const Table& table, std::size_t m,
+                                Side which) {
+    const std::string own = side_prefix(table, m, which), name = own + functions_of_name;
+    if (!file.has(name)) return own;
     const TensorOf<std::int32_t> given = file.numbers<std::int32_t>(name, 1);
     require_shape(given, name, {1});
     const std::int32_t owner = given.data[0];
-    require(owner >= 0 && size(owner) < m &&
-                file.has(member_prefix(table, size(owner)) + side_name(which) + functions_name),
-            packed_caller, name, "an earlier member that has functions of its own", owner);
-    return size(owner);
+    const std::string prefix = side_prefix(table, size(owner), which);
+    require(owner >= 0 && size(owner) < m && file.has(prefix + functions_name), packed_caller, name,
+            "an earlier member that has functions of its own", owner);
+    return prefix;
 }
 
 /// Functions in a row.
 std::size_t function_count(const TensorFile& file, const std::string& name) {
-    const std::vector<std::size_t>& shape = file.tensor(name).shape;
+    const TensorShape& shape = file.tensor(name).shape;
     const std::size_t count = shape.empty() ? 0 : shape.back();
     require(count == fewest_functions || count == most_functions, packed_caller,
             "the last extent of " + name,
@@ -313,10 +310,12 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
                 const TableView& table, SideMemory& side) {
     const std::string of_blocks = owner + blocks_name;
     const TensorOf<std::int32_t> blocks = file.numbers<std::int32_t>(of_blocks, 2);
-    require_shape(blocks, of_blocks, {blocks.shape[0], size(BlockField::count)});
     const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows(),
                       functions = function_count(file, owner + functions_name);
-    const std::vector<std::size_t> shape{count, rows, functions};
+    require_shape(blocks, of_blocks, {count, block_field_count});
+    std::vector<BlockFields> fields(count);
+    std::memcpy(fields.data(), blocks.data, count * sizeof(BlockFields));
+    const TensorShape shape{count, rows, functions};
     side.view.functions = static_cast<int>(functions);
     side.view.halves = file.tensor(owner + functions_name).type == TensorType::f16;
     const void* const function =
@@ -333,12 +332,11 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     const BlockChecks checks{of_blocks, albedos, depths, side.view.ends_at_infinity,
                              table.optical_depth.count > 1 ? depths - 1 : 0};
     for (std::size_t b = 0; b < count; ++b) {
-        const std::int32_t* const block = blocks.data + b * size(BlockField::count);
+        const BlockFields& block = fields[b];
         checks.check_block(block, coefficients.shape[0]);
         side.blocks.push_back({static_cast<const char*>(function) + b * block_bytes,
-                               coefficients.data + size(block[BlockField::first_row]) * functions,
-                               block[BlockField::first_albedo], block[BlockField::first_depth],
-                               block[BlockField::albedos], block[BlockField::depths]});
+                               coefficients.data + size(block.first_row) * functions,
+                               block.first_albedo, block.first_depth, block.albedos, block.depths});
     }
     const std::string of_cells = owner + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
@@ -347,8 +345,8 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
         const std::int32_t block = cells.data[cell];
         require(block >= 0 && size(block) < count, packed_caller, of_cells,
                 "below " + std::to_string(count), block);
-        checks.check_cell(blocks.data + size(block) * size(BlockField::count),
-                          static_cast<int>(cell) / depths, static_cast<int>(cell) % depths);
+        checks.check_cell(fields[size(block)], static_cast<int>(cell) / depths,
+                          static_cast<int>(cell) % depths);
         side.block_of_cell.push_back(static_cast<float>(block));
     }
 }
@@ -421,7 +419,6 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
 
 PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, std::size_t m,
                                   const PathSheetView& sheet) {
-    const std::string prefix = member_prefix(table, m);
     PerSide<SideMemory> sides;
     const TableView view = table.view();
     // Members that vary in parameters need no closed form: none lies at the point itself.
@@ -432,10 +429,8 @@ PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, st
     const float growth = has_sheet ? path_growth(*table.path_law, table.highest_order) : 0;
     for (const Side which : both_sides) {
         SideMemory& side = sides[which];
-        const std::string name = prefix + side_name(which);
-        set_closed_forms(file, prefix, table, phase, which, side);
-        set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),
-                 table.extrapolation_lengths[m], which, side);
+        set_closed_forms(file, table, m, phase, which, side);
+        set_axes(view, m, which, side);
         set_directions(view, side);
         side.view.path = sheet;
         if (has_sheet) {
@@ -443,10 +438,9 @@ PerSide<SideMemory> packed_member(const TensorFile& file, const Table& table, st
             side.view.path_first = static_cast<float>(first_path_step(*table.path_law, view));
         }
         side.view.path_growth = growth;
-        const std::string owner =
-            member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
+        const std::string owner = prefix_of_functions(file, table, m, which);
         if (file.has(owner + functions_name))
-            set_blocks(file, name, owner, view, side);
+            set_blocks(file, side_prefix(table, m, which), owner, view, side);
         else
             set_nothing(side);
         side.view.block = side.blocks.data();

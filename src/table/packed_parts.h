@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -41,26 +42,25 @@ constexpr const char* coefficients_name = "coefficients";
 constexpr const char* blocks_name = "blocks";
 constexpr const char* block_of_cell_name = "block_of_cell";
 
-inline std::string side_name(Side side) {
-    return side == Side::reflection ? "reflection/" : "transmission/";
-}
 inline std::string member_prefix(const Table& table, std::size_t member) {
     if (!table.has_family()) return "";
     return "member_" + std::to_string(member) + "/";
 }
-
-/// Numbers of a block in `blocks`.
-namespace BlockField {
-enum : int {
-    first_albedo,  // samples of the table that its coefficients begin at
-    albedos,       // of the coefficients
-    first_depth,
-    depths,            // infinity included
-    ends_at_infinity,  // 1: its last depth is that
-    first_row,         // of `coefficients`
-    count
-};
+inline std::string side_prefix(const Table& table, std::size_t member, Side side) {
+    return member_prefix(table, member) +
+           (side == Side::reflection ? "reflection/" : "transmission/");
 }
+
+/// Numbers of a block, a row of `blocks`.
+struct BlockFields {
+    std::int32_t first_albedo;  // sample of the table that its coefficients begin at
+    std::int32_t albedos;       // of the coefficients
+    std::int32_t first_depth;
+    std::int32_t depths;            // infinity included
+    std::int32_t ends_at_infinity;  // 1: its last depth is that
+    std::int32_t first_row;         // of `coefficients`
+};
+constexpr std::size_t block_field_count = sizeof(BlockFields) / sizeof(std::int32_t);
 
 /// Names of strings that a table's own attributes must not have.
 bool is_reserved(const std::string& name);
@@ -123,7 +123,7 @@ void require_aligned(const void* data, const std::string& name);
 
 template <class Number>
 void require_shape(const TensorOf<Number>& numbers, const std::string& name,
-                   const std::vector<std::size_t>& shape) {
+                   const TensorShape& shape) {
     require(numbers.shape == shape, packed_caller, "shape of " + name, list_text(shape),
             list_text(numbers.shape));
 }

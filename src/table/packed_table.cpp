@@ -3,6 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/size.h>
+#include <stratus/table/metadata.h>
 #include <stratus/table/packed_block.h>
 
 #include "base/mapped_tensors.h"
@@ -64,13 +65,12 @@ std::shared_ptr<char> aligned_copy(const std::vector<char>& bytes) {
 }
 
 /// Refuses other files by name: those of samples are what is given most often in place of packed ones.
-void require_packed(const void* data, std::size_t bytes) {
-    const std::string_view begin(static_cast<const char*>(data), std::min<std::size_t>(bytes, 9));
-    const bool is_packed = begin.size() == 9 && begin[8] == '{';
-    const char* const kind = begin.substr(0, 8) == "\x89HDF\r\n\x1a\n"  ? "an HDF5 file"
-                             : begin.substr(0, 4) == "\x76\x2f\x31\x01" ? "an OpenEXR file"
-                                                                        : "another kind of file";
-    require(is_packed, packed_caller, "the file",
+void require_packed(std::string_view file) {
+    const char* const kind = file.substr(0, 8) == hdf5_magic  ? "an HDF5 file"
+                             : file.substr(0, 4) == exr_magic ? "an OpenEXR file"
+                                                              : "another kind of file";
+    require(file.size() > tensor_header_start && file[tensor_header_start] == '{', packed_caller,
+            "the file",
             "a packed table, which `stratus bake` writes and `stratus pack` makes of a table of "
             "samples",
             kind);
@@ -79,24 +79,23 @@ void require_packed(const void* data, std::size_t bytes) {
 }  // namespace
 
 struct PackedTable::Contents {
-    std::shared_ptr<const void> owner;  // of the data; null: the caller
-    const void* data;
-    std::size_t bytes;
+    std::shared_ptr<const void> owner;  // of the file; null: the caller
+    std::string_view file;
     Table header;
     TableView view;  // of the header
     PathSheet own_sheet;
     std::vector<PerSide<SideMemory>> members;
 
-    Contents(std::shared_ptr<const void> owner_, const void* data_, std::size_t bytes_)
-        : owner(std::move(owner_)), data(data_), bytes(bytes_) {
+    Contents(std::shared_ptr<const void> owner_, const void* data, std::size_t bytes)
+        : owner(std::move(owner_)), file(static_cast<const char*>(data), bytes) {
         require_aligned(data, "the file");
-        require_packed(data, bytes);
-        const TensorFile file(data, bytes);
-        header = packed_header(file);
+        require_packed(file);
+        const TensorFile tensors(data, bytes);
+        header = packed_header(tensors);
         view = header.view();
-        const PathSheetView sheet = path_sheet(file, header, own_sheet);
+        const PathSheetView sheet = path_sheet(tensors, header, own_sheet);
         for (std::size_t m = 0; m < header.member_count(); ++m)
-            members.push_back(packed_member(file, header, m, sheet));
+            members.push_back(packed_member(tensors, header, m, sheet));
         require(holds(Side::reflection) || holds(Side::transmission), packed_caller, "file",
                 "one that holds reflection or transmission", "neither");
     }
@@ -253,9 +252,7 @@ PackedTable::PackedTable(PackedTable&&) noexcept = default;
 PackedTable& PackedTable::operator=(PackedTable&&) noexcept = default;
 PackedTable::~PackedTable() = default;
 
-std::string_view PackedTable::file() const noexcept {
-    return {static_cast<const char*>(contents_->data), contents_->bytes};
-}
+std::string_view PackedTable::file() const noexcept { return contents_->file; }
 
 const Table& PackedTable::header() const noexcept { return contents_->header; }
 
@@ -310,19 +307,9 @@ struct ResampledPlaces {
 /// Rows of functions, already summed, of the pair of cosines (i, j).
 const float* summed_row(const FunctionLayout& layout, const std::vector<float>& rows, int i,
                         int j) {
-    const int at = !layout.symmetric
-                       ? i * layout.row_step() + j * layout.column_step()
-                       : std::max(i, j) * (std::max(i, j) + 7) / 2 * layout.azimuth_rows +
-                             std::min(i, j) * layout.azimuth_rows;
-    return &rows[size(at)];
-}
-
-/// Ratio of the light of a thin layer over a surface to that of the thinnest sampled (lookup.h).
-float share_of_thinnest(const PackedSide& side, double optical_depth, double mu_in, double mu_out) {
-    const auto extinguished = [&](double depth) {
-        return intercepted_share(depth, mu_in) + intercepted_share(depth, mu_out);
-    };
-    return static_cast<float>(extinguished(optical_depth) / extinguished(double{side.min_depth}));
+    const auto [low, high] = std::minmax({i, j});
+    return &rows[size(layout.symmetric ? (high * (high + 7) / 2 + low) * layout.azimuth_rows
+                                       : i * layout.row_step() + j * layout.column_step())];
 }
 
 }  // namespace
@@ -347,10 +334,8 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
         side.surface_albedo = side.boundary_quarter_albedo = 0;
         const bool fades = side.over_surface && optical_depth < double{side.min_depth};
         side.over_surface = false;
-        memory.of_multiple->rows(side,
-                                 {static_cast<float>(albedo), static_cast<float>(1 - albedo),
-                                  static_cast<float>(std::min(optical_depth, 1e30)), 1, 1, 0},
-                                 rows.size(), rows.data());
+        memory.of_multiple->rows(side, packed({albedo, optical_depth, {1, 1, 0}}), rows.size(),
+                                 rows.data());
         float* to = values.data();
         for (int i = 0; i < ins; ++i)
             for (int j = 0; j < outs; ++j, to += azimuths)
@@ -359,8 +344,9 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
                         const ResampledPlaces &of_in = in[size(i)], &of_out = out[size(j)];
                         float share = weighed.weight[m] * of_in.weight[r] * of_out.weight[c];
                         if (fades)
-                            share *= share_of_thinnest(side, optical_depth, table.mu_in.value(i),
-                                                       table.mu_out.value(j));
+                            share *= static_cast<float>(
+                                share_of_thinnest(optical_depth, double{side.min_depth},
+                                                  table.mu_in.value(i), table.mu_out.value(j)));
                         const float* const from =
                             summed_row(layout, rows, of_in.first + r, of_out.first + c) + mirrored;
                         for (int k = 0; k < azimuths; ++k) to[k] += share * from[k];
@@ -403,11 +389,6 @@ const PackedSide& PackedTable::side(Side side) const noexcept {
     return contents_->members[0][side].view;
 }
 
-bool PackedTable::is_intact() const {
-    return TensorFile(contents_->data, contents_->bytes).is_intact();
-}
-
-const char* PackedTable::data() const noexcept { return static_cast<const char*>(contents_->data); }
-std::size_t PackedTable::bytes() const noexcept { return contents_->bytes; }
+bool PackedTable::is_intact() const { return TensorFile(file().data(), file().size()).is_intact(); }
 
 }  // namespace stratus

@@ -28,18 +28,12 @@ void check_axis_field(const Table& table, const AxisField& field) {
     const Axis& axis = table.*field.axis;
     const auto [usual, other] = field.scales;
     require(axis.scale == usual || axis.scale == other, caller,
-            std::string("scale of axis ") + field.name,
-            axis_scale_name(usual) +
-                (other == usual ? "" : std::string(" or ") + axis_scale_name(other)),
+            std::string("scale of axis ") + field.name, allowed_scales(field),
             axis_scale_name(axis.scale));
     check_axis(axis, field.name);
-    const std::string range = std::string("within ") + (field.open_below ? "(" : "[") +
-                              short_number(field.lowest, 17) + ", " +
-                              short_number(field.highest, 17) + "]";
+    const NumberRange range = field.range;
     for (const double value : axis.values)
-        require((field.open_below ? value > field.lowest : value >= field.lowest) &&
-                    value <= field.highest,
-                caller, field.name, range, value);
+        require(range.holds(value), caller, field.name, "within " + range.text, value);
 }
 
 void check_azimuths(const Axis& azimuth) {
@@ -48,10 +42,10 @@ void check_azimuths(const Axis& azimuth) {
             "samples of azimuth", "1, or 4 at least, where they do not span 0 to pi", count);
 }
 
-/// Product of extents; std::invalid_argument when it is more than memory could hold.
-std::size_t checked_product(std::initializer_list<std::size_t> extents) {
+/// How many numbers lie over the first axes; std::invalid_argument for more than memory could hold.
+std::size_t checked_count(const Table& table, std::size_t rank) {
     std::size_t product = 1;
-    for (const std::size_t extent : extents) {
+    for (const std::size_t extent : extents(table, rank)) {
         require(extent == 0 || product <= std::numeric_limits<std::size_t>::max() / 16 / extent,
                 caller, "product of the axes' lengths", "addressable", product);
         product *= extent;
@@ -59,11 +53,8 @@ std::size_t checked_product(std::initializer_list<std::size_t> extents) {
     return product;
 }
 
-/// `required` = false lets a dataset be absent.
 template <class Number>
-void check_dataset(const std::vector<Number>& samples, const char* name, std::size_t extent,
-                   bool required) {
-    if (samples.empty() && !required) return;
+void check_dataset(const std::vector<Number>& samples, const char* name, std::size_t extent) {
     require(samples.size() == extent, caller, std::string("length of ") + name,
             std::to_string(extent), samples.size());
     int any_bad = 0;  // no early exit, so that the loop is vectorised
@@ -76,26 +67,25 @@ void check_dataset(const std::vector<Number>& samples, const char* name, std::si
             *bad);
 }
 
+/// Checks fluxes, or the samples, as far as the table has them.
+void check_fields(const Table& table, bool are_fluxes) {
+    for (const SampleField& field : sample_fields)
+        if (field.is_flux() == are_fluxes && !(table.*field.samples).empty())
+            check_dataset(table.*field.samples, field.name, checked_count(table, field.rank));
+}
+
 void check_samples(const Table& table) {
-    const std::size_t samples = checked_product(
-        {table.member_count(), table.albedo.values.size(), table.optical_depth.values.size(),
-         table.mu_in.values.size(), table.mu_out.values.size(), table.azimuth.values.size()});
     require(!table.reflection_multiple.empty() || !table.transmission_multiple.empty(), caller,
             "table", "given reflection_multiple or transmission_multiple", "neither");
-    check_dataset(table.reflection_multiple, "reflection_multiple", samples, false);
-    check_dataset(table.transmission_multiple, "transmission_multiple", samples, false);
+    check_fields(table, false);
 }
 
 void check_numbers(const Table& table) {
     for (const double exponent : table.diffusion_exponent)
-        require(exponent >= 0 && exponent <= 1e3, caller, "diffusion_exponent", "in [0, 1000]",
-                exponent);
-    require(table.extrapolation_length > 0 && table.extrapolation_length < infinity, caller,
-            "extrapolation_length", "in (0, inf)", table.extrapolation_length);
-    require(table.tolerance >= 0 && table.tolerance < infinity, caller, "tolerance", "in [0, inf)",
-            table.tolerance);
-    require(table.measured_error >= 0 && table.measured_error < infinity, caller, "measured_error",
-            "in [0, inf)", table.measured_error);
+        require_in("[0, 1000]", caller, "diffusion_exponent", exponent);
+    require_in("(0, inf)", caller, "extrapolation_length", table.extrapolation_length);
+    require_in("[0, inf)", caller, "tolerance", table.tolerance);
+    require_in("[0, inf)", caller, "measured_error", table.measured_error);
     require(table.highest_order >= 0, caller, "highest_order", "at least 0", table.highest_order);
     constexpr int most_orders = 1 << 20;  // one more is still a number
     require(table.highest_order <= most_orders, caller, "highest_order", "at most 1048576",
@@ -103,8 +93,7 @@ void check_numbers(const Table& table) {
 }
 
 void check_stack(const Table& table) {
-    require(table.spherical_albedo_below >= 0 && table.spherical_albedo_below <= 1, caller,
-            "spherical_albedo_below", "in [0, 1]", table.spherical_albedo_below);
+    require_in("[0, 1]", caller, "spherical_albedo_below", table.spherical_albedo_below);
     if (!table.is_stack()) return;
     check_layers(table.layers, table.lower_boundary.is_present(), caller);
     require(!table.has_family() && !table.path_law && table.highest_order == 0, caller,
@@ -120,8 +109,7 @@ void check_stack(const Table& table) {
 }
 
 void check_boundary(const Table& table) {
-    require(table.lower_boundary.albedo >= 0 && table.lower_boundary.albedo <= 1, caller,
-            "albedo of the lower boundary", "in [0, 1]", table.lower_boundary.albedo);
+    require_in("[0, 1]", caller, "albedo of the lower boundary", table.lower_boundary.albedo);
     require(!table.lower_boundary.is_present() || table.transmission_multiple.empty(), caller,
             "transmission_multiple", "absent over a lower boundary", "given");
 }
@@ -135,8 +123,7 @@ void check_lengths(const Table& table) {
     require(lengths.size() == table.member_count(), caller, "extrapolation_lengths",
             "as many as members, " + std::to_string(table.member_count()), lengths.size());
     for (const double length : lengths)
-        require(length > 0 && std::isfinite(length), caller, "extrapolation_lengths", "in (0, inf)",
-                length);
+        require_in("(0, inf)", caller, "extrapolation_lengths", length);
 }
 
 void work_out_weights(Table& table) {
@@ -200,7 +187,7 @@ TableView TableView::at(const FamilyPoint& point) const {
         require(!axis.is_discrete || holds(axis, point[k]), "at", axis.name(), allowed_text(axis),
                 point[k]);
         if (axis.parameter != PhaseParameter::mixture) continue;
-        require(point[k] >= 0 && point[k] <= 1, "at", axis.name(), "in [0, 1]", point[k]);
+        require_in("[0, 1]", "at", axis.name(), point[k]);
         view.chosen_mixture = point[k];
     }
     view.members = family_stencil(*family, point);
@@ -261,13 +248,8 @@ void check_header(const Table& table) {
     check_lengths(table);
     for (const AxisField& field : axis_fields) check_axis_field(table, field);
     check_azimuths(table.azimuth);
-    const std::size_t albedos = checked_product({table.member_count(), table.albedo.values.size()});
-    const std::size_t layers = checked_product({albedos, table.optical_depth.values.size()});
-    const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
-    check_dataset(table.plane_albedo, "plane_albedo", lit, false);
-    check_dataset(table.diffuse_transmittance, "diffuse_transmittance", lit, false);
-    check_dataset(table.spherical_albedo, "spherical_albedo", layers, false);
-    check_dataset(table.diffusion_exponent, "diffusion_exponent", albedos, true);
+    check_fields(table, true);
+    check_dataset(table.diffusion_exponent, diffusion_exponent_name, checked_count(table, 1));
     check_numbers(table);
     check_boundary(table);
     check_stack(table);
@@ -292,7 +274,7 @@ void prepare(Table& table) {
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 
-bool is_mixture(const std::vector<FamilyAxis>& family) noexcept {
+bool is_mixture(const FamilyAxes& family) noexcept {
     return family.size() == 1 && family[0].parameter == PhaseParameter::mixture &&
            !family[0].is_discrete;
 }

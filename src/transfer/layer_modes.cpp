@@ -64,7 +64,7 @@ void LayerModes::solve_pack(int first) {
 BoundaryModes::BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
                              const Directions& directions)
     : boundary_(boundary), truncation_(truncation), directions_(directions) {
-    if (boundary.kind == LowerBoundary::Kind::layer)
+    if (boundary.is_layer())
         modes_.emplace(directions, LayerTask{truncation.moments, truncation.albedo(boundary.albedo),
                                              truncation.co_albedo(boundary.albedo), infinity});
 }
@@ -72,7 +72,7 @@ BoundaryModes::BoundaryModes(const LowerBoundary& boundary, const Truncation& tr
 int BoundaryModes::count() const {
     if (modes_) return modes_->count();
     if (boundary_.law) return 2 * directions_.nodes;
-    return boundary_.kind == LowerBoundary::Kind::surface ? 1 : 0;
+    return boundary_.is_surface() ? 1 : 0;
 }
 
 LayerMode BoundaryModes::layer(int mode) {
@@ -119,7 +119,7 @@ const MatrixXd& BoundaryModes::ground(int mode) {
 
 VectorXd BoundaryModes::entering() {
     const VectorXd& s = directions_.s;
-    if (boundary_.kind == LowerBoundary::Kind::surface) return (1 - boundary_.albedo) * s;
+    if (boundary_.is_surface()) return (1 - boundary_.albedo) * s;
     if (boundary_.albedo == 1) return VectorXd::Zero(s.size());
     const int N = directions_.nodes;
     return s - layer(0).reflection.leftCols(N) * s.head(N);
@@ -127,8 +127,8 @@ VectorXd BoundaryModes::entering() {
 
 // ---- stacks ------------------------------------------------------------------------------------
 
-StackModes::StackModes(const std::vector<StackLayer>& layers,
-                       const std::vector<Truncation>& truncations, const Directions& directions)
+StackModes::StackModes(const StackLayers& layers, const std::vector<Truncation>& truncations,
+                       const Directions& directions)
     : directions_(directions) {
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const StackLayer& layer = layers[k];

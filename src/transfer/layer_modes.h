@@ -90,7 +90,7 @@ class BoundaryModes {
 class StackModes {
   public:
     /// Truncates `layers` as `truncations` say. Directions must outlive this.
-    StackModes(const std::vector<StackLayer>& layers, const std::vector<Truncation>& truncations,
+    StackModes(const StackLayers& layers, const std::vector<Truncation>& truncations,
                const Directions& directions);
 
     std::size_t size() const { return layers_.size(); }

@@ -20,11 +20,11 @@ namespace {
 
 /// Layers divided at levels, and how many pieces are above each.
 struct Divided {
-    std::vector<StackLayer> pieces;
+    StackLayers pieces;
     std::vector<std::size_t> above;
 };
 
-Divided divide(const std::vector<StackLayer>& layers, const std::vector<double>& levels) {
+Divided divide(const StackLayers& layers, const std::vector<double>& levels) {
     std::vector<double> sorted = levels;
     std::ranges::sort(sorted);
     Divided divided;
@@ -53,8 +53,7 @@ Divided divide(const std::vector<StackLayer>& layers, const std::vector<double>&
 
 }  // namespace
 
-SingleLayers::SingleLayers(const std::vector<StackLayer>& layers,
-                           const std::vector<Truncation>& truncations,
+SingleLayers::SingleLayers(const StackLayers& layers, const std::vector<Truncation>& truncations,
                            double (Truncation::*albedo)(double) const) {
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const double w = layers[k].albedo;
@@ -70,11 +69,11 @@ double SingleLayers::depth(std::size_t first, std::size_t end) const {
 double SingleLayers::scattered(std::size_t k, std::size_t above, double phase, double mu_in,
                                double mu_out) const {
     if (k < above)
-        return single_transmission_through({depth(0, k), depth(k + 1, above)}, phase, albedos[k],
-                                           depths[k], mu_in, mu_out);
+        return single_scattering_through(Side::transmission, {depth(0, k), depth(k + 1, above)},
+                                         phase, albedos[k], depths[k], mu_in, mu_out);
     return direct_transmittance(depth(0, above), mu_in) *
-           single_reflection_through({depth(above, k), 0}, phase, albedos[k], depths[k], mu_in,
-                                     mu_out);
+           single_scattering_through(Side::reflection, {depth(above, k), 0}, phase, albedos[k],
+                                     depths[k], mu_in, mu_out);
 }
 
 MatrixXd SingleLayers::factors(std::size_t k, std::size_t above, const VectorXd& mu) const {
@@ -183,7 +182,7 @@ class InsideRun : StackSolver {
 
 }  // namespace
 
-InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+InsideSolution solve_inside(const StackLayers& layers, const LowerBoundary& boundary,
                             const std::vector<double>& levels, const std::vector<double>& mu,
                             const SolverOptions& options) {
     const char* const caller = "solve";
@@ -216,7 +215,7 @@ std::vector<SolvedValue> light_at_level(const Solved& solved, const ModeSolution
                                         std::vector<double> scattered_again, Side side,
                                         std::size_t above, int in, int out,
                                         const std::vector<double>& azimuths) {
-    const std::vector<StackLayer>& layers = solved.layers;
+    const StackLayers& layers = solved.layers;
     const bool upward = side == Side::reflection;
     const std::size_t first = upward ? above : 0, end = upward ? layers.size() : above;
     const double mu_in = light.mu(in), mu_out = light.mu(out);

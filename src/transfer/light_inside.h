@@ -18,7 +18,7 @@ struct SingleLayers {
     std::vector<double> albedos, depths;
 
     /// `albedo`: that of the truncation which counts.
-    SingleLayers(const std::vector<StackLayer>& layers, const std::vector<Truncation>& truncations,
+    SingleLayers(const StackLayers& layers, const std::vector<Truncation>& truncations,
                  double (Truncation::*albedo)(double) const);
 
     /// The optical depth of the layers `first` to before `end`.
@@ -49,7 +49,7 @@ struct LightAtLevel : ModeSolution {
 /// A stack solved at levels.
 struct InsideSolution {
     std::vector<LightAtLevel> levels;       // as asked
-    std::vector<StackLayer> layers;         // divided at the levels
+    StackLayers layers;                     // divided at the levels
     std::vector<Truncation> truncations;    // of these
     std::shared_ptr<const StackPath> path;  // null unless a layer's peak is narrow
     LowerBoundary lower_boundary;
@@ -71,7 +71,7 @@ struct InsideSolution {
 ///          flux at moderate depth. Radiance in narrow peaks is as exact as that of stacks; fluxes
 ///          are, as there, with Truncate::delta_m and some 64 nodes.
 /// Cost     for each level that of a layer more (stack.h).
-InsideSolution solve_inside(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+InsideSolution solve_inside(const StackLayers& layers, const LowerBoundary& boundary,
                             const std::vector<double>& levels, const std::vector<double>& mu,
                             const SolverOptions& options = {});
 

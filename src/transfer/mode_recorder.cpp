@@ -88,7 +88,7 @@ void ModeRecorder::record_boundary(const LayerMode& above, bool is_conservative,
     weights << boundary.entering(), directions_.s;
     const LowerBoundary& below = solution_.lower_boundary;
     record_fluxes_below(
-        below.kind == LowerBoundary::Kind::surface
+        below.is_surface()
             ? flux_over_surface(above, is_conservative, below.albedo) *
                   RowVector2d(1 - below.albedo, 1)
             : diffuse_flux_between(above, boundary.layer(0), weights, directions_.nodes),

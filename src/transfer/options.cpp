@@ -80,9 +80,8 @@ std::vector<double> path_moments(const PhaseFunction& phase_function) {
 }
 
 Truncation choose_truncation(const LowerBoundary& boundary, const SolverOptions& options) {
-    return boundary.kind == LowerBoundary::Kind::layer
-               ? choose_truncation(boundary.phase_function, options, true)
-               : Truncation{};
+    return boundary.is_layer() ? choose_truncation(boundary.phase_function, options, true)
+                               : Truncation{};
 }
 
 LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncation) {

@@ -140,7 +140,7 @@ OrderedMode add(const OrderedMode& above, const OrderedMode& below, int nodes) {
 
 class OrderedStackRun : StackSolver {
   public:
-    OrderedStackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+    OrderedStackRun(const StackLayers& layers, const LowerBoundary& boundary,
                     const std::vector<double>& mu, const SolverOptions& options)
         : StackSolver(layers, boundary, mu, options, false) {
         const VectorXd beam = beam_along(directions_.mu, total_depth(layers)),
@@ -195,7 +195,7 @@ class OrderedStackRun : StackSolver {
 
     /// The lower boundary; its first order alone unless it is a layer.
     std::vector<OrderedMode> boundary_modes(int first, int end) {
-        if (boundary_.kind == LowerBoundary::Kind::layer)
+        if (boundary_.is_layer())
             return layer_modes({boundary_.phase_function, boundary_.albedo, infinity},
                                boundary_truncation_.moments, first, end);
         std::vector<OrderedMode> all(size(end - first), {nothing(), nothing(), nothing()});
@@ -258,7 +258,7 @@ class OrderedStackRun : StackSolver {
 
 }  // namespace
 
-std::vector<StackSolution> solve_stack_orders(const std::vector<StackLayer>& layers,
+std::vector<StackSolution> solve_stack_orders(const StackLayers& layers,
                                               const LowerBoundary& boundary,
                                               const std::vector<double>& mu,
                                               const SolverOptions& options) {

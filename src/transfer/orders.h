@@ -29,7 +29,7 @@ double sum_paths(Side side, const LayerSolution& layer, int lowest, double in, d
 double truncated_beam(const LayerSolution& layer, double mu);
 
 /// Orders of a stack: 0, the beam alone, to options.orders. Arguments have been checked; neighbours differ.
-std::vector<StackSolution> solve_stack_orders(const std::vector<StackLayer>& layers,
+std::vector<StackSolution> solve_stack_orders(const StackLayers& layers,
                                               const LowerBoundary& boundary,
                                               const std::vector<double>& mu,
                                               const SolverOptions& options);

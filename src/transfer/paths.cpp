@@ -198,7 +198,7 @@ void for_each_node(double end, double first_panel, const At& at) {
 
 }  // namespace
 
-StackTruncation::StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options,
+StackTruncation::StackTruncation(const StackLayers& stack, const SolverOptions& options,
                                  bool has_line_law) {
     for (const StackLayer& layer : stack) {
         layers.push_back(choose_truncation(layer.phase_function, options, false));
@@ -210,8 +210,7 @@ StackTruncation::StackTruncation(const std::vector<StackLayer>& stack, const Sol
     }
 }
 
-StackPath::StackPath(const std::vector<StackLayer>& layers,
-                     const std::vector<Truncation>& truncations)
+StackPath::StackPath(const StackLayers& layers, const std::vector<Truncation>& truncations)
     : depth_(std::ssize(layers)), truncated_(depth_.size()) {
     std::vector<std::vector<double>> chi;
     std::size_t moments = 0, kept = 0;

@@ -71,14 +71,13 @@ struct StackTruncation {
     bool follows_paths = false;
 
     /// `has_line_law`: backward peaks are left to the line law, which is that of a single layer.
-    StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options,
-                    bool has_line_law);
+    StackTruncation(const StackLayers& stack, const SolverOptions& options, bool has_line_law);
 };
 
 class StackPath {
   public:
     /// Layers as they are, and how each was truncated.
-    StackPath(const std::vector<StackLayer>& layers, const std::vector<Truncation>& truncations);
+    StackPath(const StackLayers& layers, const std::vector<Truncation>& truncations);
 
     /// Legendre coefficients, 2l + 1 included, of what is added to the modes and to single
     /// scattering of light that goes up (Side::reflection) or down at the level below the first

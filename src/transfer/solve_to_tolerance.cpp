@@ -49,7 +49,7 @@ int nodes_that_hold(const PhaseFunction& phase_function, int moments_to_a_node, 
 
 /// Backward peaks may begin to converge with as many nodes as hold their series: in stacks nothing
 /// truncates them.
-int patience_for(const std::vector<StackLayer>& layers) {
+int patience_for(const StackLayers& layers) {
     int patience = least_patience;
     for (const StackLayer& layer : layers)
         if (layer.phase_function.asymmetry() <= -0.9)
@@ -179,7 +179,7 @@ std::size_t geometry_class(const Geometry& at) {
 }
 
 /// One layer over nothing, all orders of a narrow peak, the nodes left to the tolerance.
-bool can_resolve_peaks(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+bool can_resolve_peaks(const StackLayers& layers, const LowerBoundary& boundary,
                        const SolverOptions& options) {
     return options.tolerance > 0 && options.moments == 0 && options.orders == 0 &&
            options.scheme == Scheme::harmonic && options.truncate == Truncate::smooth &&
@@ -309,8 +309,8 @@ void solve_places(const std::vector<Geometry>& geometries, const std::vector<std
 
 /// Fills in fluxes: `count` values, which solve(options) gives, their errors and the nodes.
 template <class Solved, class Solve>
-void fill_fluxes(const std::vector<StackLayer>& layers, const SolverOptions& options,
-                 std::size_t count, Solved& solved, const Solve& solve) {
+void fill_fluxes(const StackLayers& layers, const SolverOptions& options, std::size_t count,
+                 Solved& solved, const Solve& solve) {
     SolverOptions with = options;
     with.modes = 1;  // fluxes are made of the first azimuthal mode alone
     // That is quickly solved with so many nodes that peaks need no other truncation.
@@ -329,8 +329,7 @@ void fill_fluxes(const std::vector<StackLayer>& layers, const SolverOptions& opt
 
 }  // namespace
 
-SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
-                                  const LowerBoundary& boundary,
+SolvedGeometries solve_geometries(const StackLayers& layers, const LowerBoundary& boundary,
                                   const std::vector<Geometry>& geometries,
                                   const SolverOptions& options) {
     check_options(options);
@@ -357,9 +356,8 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
     return all;
 }
 
-SolvedGeometries solve_geometries_inside(const std::vector<StackLayer>& layers,
-                                         const LowerBoundary& boundary, double level,
-                                         const std::vector<Geometry>& geometries,
+SolvedGeometries solve_geometries_inside(const StackLayers& layers, const LowerBoundary& boundary,
+                                         double level, const std::vector<Geometry>& geometries,
                                          const SolverOptions& options) {
     check_options(options);
     SolvedGeometries all;
@@ -380,7 +378,7 @@ double relative_error(double value, double error) noexcept {
     return error / std::max(std::abs(value), least_value);
 }
 
-ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+ChosenNodes choose_nodes(const StackLayers& layers, const LowerBoundary& boundary,
                          const SolverOptions& options) {
     const std::vector<double> cosines{0.15, 0.35, 0.6, 0.85, 1};
     std::vector<Geometry> geometries;
@@ -397,7 +395,7 @@ ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBound
     return chosen;
 }
 
-SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+SolvedFluxes solve_fluxes(const StackLayers& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options) {
     check_options(options);
     // Without `mu` a solution has the fluxes at its nodes.
@@ -425,9 +423,9 @@ SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoun
     return solved;
 }
 
-SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
-                                 const LowerBoundary& boundary, const std::vector<double>& levels,
-                                 const std::vector<double>& mu, const SolverOptions& options) {
+SolvedInside solve_fluxes_inside(const StackLayers& layers, const LowerBoundary& boundary,
+                                 const std::vector<double>& levels, const std::vector<double>& mu,
+                                 const SolverOptions& options) {
     check_options(options);
     require(!mu.empty(), "solve_inside", "mu", "one or more", "none");
     SolvedInside solved;

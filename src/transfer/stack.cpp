@@ -18,8 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Neighbours that scatter alike are one layer.
-std::vector<StackLayer> merged(const std::vector<StackLayer>& layers) {
-    std::vector<StackLayer> all;
+StackLayers merged(const StackLayers& layers) {
+    StackLayers all;
     for (const StackLayer& layer : layers) {
         const bool is_alike = !all.empty() && all.back().albedo == layer.albedo &&
                               all.back().phase_function.text() == layer.phase_function.text();
@@ -31,7 +31,7 @@ std::vector<StackLayer> merged(const std::vector<StackLayer>& layers) {
     return all;
 }
 
-bool is_conservative(const std::vector<StackLayer>& layers) {
+bool is_conservative(const StackLayers& layers) {
     return std::ranges::all_of(layers, [](const StackLayer& layer) { return layer.albedo == 1; });
 }
 
@@ -48,7 +48,7 @@ StackSolution as_stack(const LayerSolution& layer, const StackLayer& of) {
 
 class StackRun : StackSolver {
   public:
-    StackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+    StackRun(const StackLayers& layers, const LowerBoundary& boundary,
              const std::vector<double>& mu, const SolverOptions& options)
         : StackSolver(layers, boundary, mu, options, layers.size() == 1),
           solution_(blank<StackSolution>()) {
@@ -97,8 +97,8 @@ class StackRun : StackSolver {
 };
 
 /// The layers, neighbours that scatter alike as one.
-std::vector<StackLayer> checked(const std::vector<StackLayer>& layers,
-                                const LowerBoundary& boundary, const SolverOptions& options) {
+StackLayers checked(const StackLayers& layers, const LowerBoundary& boundary,
+                    const SolverOptions& options) {
     check_options(options);
     require(options.scheme == Scheme::harmonic, "solve_stack", "scheme", "harmonic", "another");
     check_layers(layers, boundary.is_present(), "solve_stack");
@@ -127,9 +127,9 @@ StackSolution sum_orders(const std::vector<StackSolution>& orders) {
 
 }  // namespace
 
-StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+StackSolution solve_stack(const StackLayers& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options) {
-    const std::vector<StackLayer> unlike = checked(layers, boundary, options);
+    const StackLayers unlike = checked(layers, boundary, options);
     const bool is_one_layer = unlike.size() == 1 && !boundary.is_present();
     if (is_one_layer) {
         const StackLayer& only = unlike.front();
@@ -140,12 +140,11 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoun
     return StackRun(unlike, boundary, mu, options).run();
 }
 
-std::vector<StackSolution> solve_orders(const std::vector<StackLayer>& layers,
-                                        const LowerBoundary& boundary,
+std::vector<StackSolution> solve_orders(const StackLayers& layers, const LowerBoundary& boundary,
                                         const std::vector<double>& mu,
                                         const SolverOptions& options) {
     require(options.orders >= 1, "solve_orders", "orders", "in [1, 200]", options.orders);
-    const std::vector<StackLayer> unlike = checked(layers, boundary, options);
+    const StackLayers unlike = checked(layers, boundary, options);
     if (unlike.size() > 1 || boundary.is_present()) {
         std::vector<StackSolution> orders = solve_stack_orders(unlike, boundary, mu, options);
         orders.erase(orders.begin());  // the beam

@@ -15,7 +15,7 @@ namespace stratus {
 class StackSolver {
   protected:
     /// Layers, boundary and options outlive this. `has_line_law`: as of StackTruncation.
-    StackSolver(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+    StackSolver(const StackLayers& layers, const LowerBoundary& boundary,
                 const std::vector<double>& mu, const SolverOptions& options, bool has_line_law)
         : layers_(layers),
           boundary_(boundary),
@@ -53,7 +53,7 @@ class StackSolver {
                      });
     }
 
-    const std::vector<StackLayer>& layers_;
+    const StackLayers& layers_;
     const LowerBoundary& boundary_;
     const SolverOptions& options_;
     const StackTruncation truncation_;

@@ -116,10 +116,10 @@ std::string matter(const Table& table) {
         text = "Layers from the top: " + joined(layers);
     }
     const LowerBoundary& below = table.lower_boundary;
-    if (below.kind == LowerBoundary::Kind::surface)
+    if (below.is_surface())
         text += "; below: Lambert ground of albedo " + shortest_text(below.albedo);
     if (below.law) text += "; below: " + shortened(below.law->text());
-    if (below.kind == LowerBoundary::Kind::layer)
+    if (below.is_layer())
         text += "; below: a deep layer, " + shortened(below.phase_function.text()) + " (w " +
                 shortest_text(below.albedo) + ")";
     return text;

@@ -153,6 +153,9 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
     refused("table:file=haze.stratus,optical_depth=9", "optical_depth must be");
     refused("table:file=haze.stratus,albedo=0.1", "albedo must be");
     refused("table:name=haze.stratus", "parameter of table must be file");
+    refused("table:file=dust.stratus,albedo=0.8,albedo=0.9", "albedo must stand once");
+    refused("table:file=dust.stratus,albedo=0.8;", "nothing may follow, got ';'");
+    refused("table:file=dust.stratus,albedo=0,optical_depth=-1", "in [0, inf], got -1");
     Table dark = bake(dust);
     dark.highest_order = 2;
     const std::vector<char> of_two_orders = pack(dark);

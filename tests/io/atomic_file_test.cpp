@@ -8,13 +8,29 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <csignal>
 #include <fstream>
 #include <stdexcept>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <system_error>
 #include <unistd.h>
+
+namespace {
+
+bool grants_locks = true;
+
+}  // namespace
+
+/// In place of the C library's, as on a file system that never grants a lock.
+extern "C" int flock(int file, int operation) noexcept {
+    if (grants_locks) return static_cast<int>(::syscall(SYS_flock, file, operation));
+    errno = EWOULDBLOCK;
+    return -1;
+}
 
 namespace stratus::test {
 namespace {
@@ -200,6 +216,15 @@ TEST(AtomicFile, KeepsFilesWithSimilarNames) {
     set_content(folder / ".a.12-0-ff.partial.csv", "");
     write_atomically(folder / "a.txt", write_new);
     EXPECT_EQ(folder.size(), 4U);
+}
+
+TEST(AtomicFile, GivesUpWhereNoLockIsEverGranted) {
+    const TemporaryFolder folder;
+    grants_locks = false;
+    const std::string message = refusal_of_writing(folder / "a.txt");
+    grants_locks = true;
+    EXPECT_EQ(message, (folder / "a.txt").string() + ": No locks available");
+    EXPECT_EQ(folder.size(), 0U);
 }
 
 TEST(AtomicFile, AcceptsAPathWithoutAFolder) {

@@ -70,7 +70,7 @@ TEST_P(BothFormats, RefuseForeignFiles) {
 }
 
 TEST_P(BothFormats, RefuseFilesThatEndAfterTheirFirstBytes) {
-    const std::string magic(hdf5 ? io::hdf5_magic : io::exr_magic);
+    const std::string magic(hdf5 ? hdf5_magic : exr_magic);
     expect_one_sentence(refusal_of_content(magic), path);
     expect_one_sentence(refusal_of_content(magic + std::string(1000, '\0')), path);
     expect_one_sentence(refusal_of_content(magic + std::string(1000, '\xff')), path);

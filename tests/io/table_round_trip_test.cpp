@@ -90,6 +90,10 @@ void put_on_dust(Table& table) {
         0.1 + 0.2);
 }
 
+void put_on_ocean(Table& table) {
+    table.lower_boundary = LowerBoundary::ground(read_ground_law("ocean:wind=5"));
+}
+
 void take_other_scales(Table& table) {
     table.azimuth =
         make_axis(AxisScale::square_root, 0, pi, static_cast<int>(table.azimuth.values.size()));
@@ -150,6 +154,7 @@ const std::vector<Case> cases{
     {"NoFluxes", reflection_only, remove_fluxes},
     {"OverASurface", reflection_only, put_on_ground},
     {"OverASemiInfiniteLayer", reflection_only, put_on_dust},
+    {"OverAnOcean", reflection_only, put_on_ocean},
     {"FiniteDepths", {.infinite_depth = false}},
     {"InfiniteDepthOnly", {.finite_depths = 0}},
     {"SingleSamples",

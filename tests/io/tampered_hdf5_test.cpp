@@ -230,7 +230,7 @@ TEST_F(Hdf5Table, RefusesHdf5FilesThatAreNotTables) {
 }
 
 TEST_F(Hdf5Table, RestoresTheErrorPrintingOfTheLibrary) {
-    set_content(path, std::string(io::hdf5_magic) + "nothing");
+    set_content(path, std::string(hdf5_magic) + "nothing");
     H5E_auto2_t before = nullptr;
     H5E_auto2_t after = nullptr;
     void* data = nullptr;

@@ -36,9 +36,7 @@ Table family_table(const std::vector<FamilyAxis>& axes, const PhaseFunction& fir
     for (std::size_t m = 0; m < table.member_count(); ++m) {
         const double level = level_of(phase_function_at(first, second, axes, member_at(axes, m)));
         fill(one, [level](const Point&) { return level; });
-        for_each_of_members(
-            [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); },
-            table, one);
+        append_members(table, one);
         table.extrapolation_lengths.push_back(small_table_length);
     }
     table.tolerance = 1e-3;

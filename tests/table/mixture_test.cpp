@@ -86,6 +86,18 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
     EXPECT_NEAR(slice.source_behind(1), source_seen_through(forward, 0.9, 0.9, 1), 1e-6);
 }
 
+TEST(Mixture, KnowsNoDeepLayerWhereOnePartIsFarFromItsLimit) {
+    const auto half = [](const Point&) { return 0.5; };
+    Table steep = filled({2, 4, 3, 3, 3}, {0.25, 8, false}, half, half), flat = steep;
+    steep.diffusion_exponent = {2, 2};
+    flat.diffusion_exponent = {0, 0};
+    const Table table = mixed(flat, steep);
+    EXPECT_NO_THROW(bind(table.view().at({0}), 20, 0.9));
+    for (const double share : {0.5, 1.0})
+        expect_refusal([&] { bind(table.view().at({share}), 20, 0.9); },
+                       "optical_depth must be in [0, 8] of the table, got 20");
+}
+
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
     EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
     EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));

@@ -4,6 +4,7 @@
 #include <stratus/base/direction.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/table/metadata.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/table/table.h>
 
@@ -115,6 +116,16 @@ inline void set_mixture(Table& table, Axis shares) {
     table.family = {{PhaseParameter::mixture, std::move(shares), false}};
 }
 
+/// Adds the samples, fluxes and exponents of one table to those of another.
+inline void append_members(Table& table, const Table& more) {
+    const auto append = [](auto& all, const auto& added) {
+        all.insert(all.end(), added.begin(), added.end());
+    };
+    for (const SampleField& field : sample_fields)
+        append(table.*field.samples, more.*field.samples);
+    append(table.diffusion_exponent, more.diffusion_exponent);
+}
+
 /// The table of two alike but for samples and phase function, in any mixture; the first of them at
 /// mixture 1.
 inline Table mixed(const Table& first, const Table& second) {
@@ -124,9 +135,7 @@ inline Table mixed(const Table& first, const Table& second) {
     table.extrapolation_length = first.extrapolation_length;
     table.extrapolation_lengths = {second.extrapolation_length, first.extrapolation_length};
     set_mixture(table, make_axis(AxisScale::linear, 0, 1, 2));
-    for_each_of_members(
-        [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); }, table,
-        first);
+    append_members(table, first);
     prepare(table);
     return table;
 }

@@ -59,7 +59,7 @@ struct Recipe {
     // Whether the path law (path_law.h) is left to lookups, of all members of the family alike;
     // open: not decided yet.
     std::optional<bool> leaves_path_law;
-    bool exact_fluxes = true;  // as in SolverOptions; no key sets it
+    bool exact_fluxes = true;      // as in SolverOptions; no key sets it
     double tolerance = 1e-3;       // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
@@ -70,7 +70,7 @@ struct Recipe {
     LowerBoundary lower_boundary;     // what the layer lies on; then there is reflection alone
     // The layers of a stack, top first; empty: one layer. phase_function, optical_depth and albedo are then
     // those of mean_layer, with min = max.
-    std::vector<StackLayer> layers;
+    StackLayers layers;
     bool reflection = true;
     bool transmission = true;
     Discretisation discretisation;
@@ -94,7 +94,7 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
 ///
 /// Errors   std::invalid_argument for layers as of check_layers (stack_layers.h), and for a total
 ///          depth below 1e-6.
-Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lower_boundary);
+Recipe recipe_of_stack(StackLayers layers, const LowerBoundary& lower_boundary);
 
 /// Checks the ranges of directions.
 ///

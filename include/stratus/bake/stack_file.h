@@ -27,7 +27,7 @@ namespace stratus {
 
 /// The arguments of solve_stack.
 struct Stack {
-    std::vector<StackLayer> layers;  // top first
+    StackLayers layers;  // top first
     LowerBoundary lower_boundary;
 
     double optical_depth() const;  // of all layers

@@ -77,7 +77,7 @@ class SliceOf {
             const Effects& effects = {});
 
     /// Binds the single scattering of a stack (stack_layers.h), alike in all channels.
-    SliceOf(const std::vector<StackLayer>& layers, const Effects& effects);
+    SliceOf(const StackLayers& layers, const Effects& effects);
 
     SliceOf(SliceOf&&) noexcept;
     SliceOf& operator=(SliceOf&&) noexcept;
@@ -151,12 +151,12 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
             const LowerBoundary* boundary, const Medium<channels>& medium, const Effects& effects);
     void set_kernels();
-    void bind_stack(const std::vector<StackLayer>& layers, const LowerBoundary* boundary);
-    void bind_layers(const std::vector<StackLayer>& layers, Side which);
+    void bind_stack(const StackLayers& layers, const LowerBoundary* boundary);
+    void bind_layers(const StackLayers& layers, Side which);
     void check_coverage(const TableView& table, Side which, OutsideTable outside);
     void bind_orders(const TableView& table, Side which);
     void bind_background(const TableView* table, const PhaseFunction& phase_function,
-                         const std::vector<StackLayer>* layers, const Effects& effects);
+                         const StackLayers* layers, const Effects& effects);
     /// of(channel, mu) for every channel; 0 over a lower boundary.
     template <class OfChannel>
     Value seen_through(float mu, const OfChannel& of) const noexcept;

@@ -40,6 +40,8 @@ struct Opposition {
     double width = 0;      // R of Blinn's law, h of Hapke's; 0: of the density, see below
     double amplitude = 1;  // of Hapke's law, [0, 1]
 
+    bool is_present() const noexcept { return law != Law::none; }
+
     /// Particles that fill the share `density` of the volume; without it, that of Effects::density.
     ///
     /// Range    density (0, 1).

@@ -31,9 +31,12 @@ struct LowerBoundary {
     static LowerBoundary ground(std::shared_ptr<const GroundLaw> law);
 
     bool is_present() const noexcept { return kind != Kind::none; }
+    bool is_surface() const noexcept { return kind == Kind::surface; }
+    bool is_layer() const noexcept { return kind == Kind::layer; }
+    bool is_ground() const noexcept { return kind == Kind::ground; }
     /// True where lookups of tables add what the boundary alone scatters once; what a ground
     /// reflects is tabulated.
-    bool has_closed_form() const noexcept { return is_present() && kind != Kind::ground; }
+    bool has_closed_form() const noexcept { return is_present() && !is_ground(); }
 };
 
 /// Light scattered once at the boundary, seen through the layer. 0 without one.

@@ -148,10 +148,6 @@ class PackedTable {
     /// Cost     of reading all of it, some 2 ms a megabyte.
     bool is_intact() const;
 
-    /// The file, and its size.
-    const char* data() const noexcept;
-    std::size_t bytes() const noexcept;
-
   private:
     struct Contents;
     std::unique_ptr<const Contents> contents_;

@@ -43,7 +43,7 @@ struct TableView {
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
     // The family. Until a point is chosen the weights of its members are not-a-number.
-    const std::vector<FamilyAxis>* family = nullptr;       // null: none
+    const FamilyAxes* family = nullptr;                    // null: none
     const PhaseFunction* second_phase_function = nullptr;  // of one with a mixture axis
     FamilyPoint chosen;
     double chosen_mixture = std::numeric_limits<double>::quiet_NaN();  // the share in it
@@ -51,7 +51,7 @@ struct TableView {
     std::shared_ptr<const PhaseFunction> own_phase_function;  // what `phase_function` points to
     std::shared_ptr<const PathOrders> own_path_law;           // what `path_law` points to
 
-    const std::vector<StackLayer>* layers = nullptr;  // of a stack; null: one layer
+    const StackLayers* layers = nullptr;  // of a stack; null: one layer
 
     const float* reflection_multiple = nullptr;  // null when the table has no such side
     const float* transmission_multiple = nullptr;
@@ -92,7 +92,7 @@ struct TableView {
     /// True over a boundary whose light in the samples stays as the layer vanishes: no law is known of
     /// layers thinner than the samples'.
     bool keeps_light() const noexcept {
-        return has_lower_boundary() && lower_boundary->kind != LowerBoundary::Kind::surface;
+        return has_lower_boundary() && !lower_boundary->is_surface();
     }
     bool has_family() const noexcept { return family != nullptr; }
     bool is_stack() const noexcept { return layers != nullptr; }
@@ -140,10 +140,10 @@ struct TableView {
 struct Table {
     PhaseFunction phase_function;
     PhaseFunction second_phase_function;  // of families with a mixture axis
-    LowerBoundary lower_boundary;    // with one, reflection is that of both, and no transmission
-    std::vector<StackLayer> layers;  // of a stack, top first; empty: one layer
+    LowerBoundary lower_boundary;  // with one, reflection is that of both, and no transmission
+    StackLayers layers;            // of a stack, top first; empty: one layer
     // At most two; empty: `phase_function` alone. Its own value of the parameters is not used.
-    std::vector<FamilyAxis> family;
+    FamilyAxes family;
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};
@@ -205,18 +205,6 @@ struct Table {
     TableView view() const noexcept;
 };
 
-/// Calls use(table.*member, others.*member...) for each field of a table that holds one entry for
-/// each member of its family, one after the other.
-template <class Use, class... Tables>
-void for_each_of_members(const Use& use, Tables&... tables) {
-    use(tables.reflection_multiple...);
-    use(tables.transmission_multiple...);
-    use(tables.plane_albedo...);
-    use(tables.diffuse_transmittance...);
-    use(tables.spherical_albedo...);
-    use(tables.diffusion_exponent...);
-}
-
 /// Checks a table (axes, extents, finite samples) and works out what lookups need. Every reader and
 /// the bake end with it. A side or a flux may be absent (empty), but not both sides; an azimuth
 /// axis that does not span 0 to pi has one sample or four at least.
@@ -233,7 +221,7 @@ void check(const Table& table);
 void prepare_header(Table& table);
 
 /// True where the family is the mixtures of two phase functions and nothing else.
-bool is_mixture(const std::vector<FamilyAxis>& family) noexcept;
+bool is_mixture(const FamilyAxes& family) noexcept;
 
 /// The phase function of a member of a family, or the only one.
 PhaseFunction phase_function_of_member(const Table& table, std::size_t member);

@@ -44,8 +44,7 @@ struct SolvedGeometries {
 ///          cosines; geometries with a cosine below 0.15, and below 0.05, have solutions of their own;
 ///          one layer of a narrow peak is solved otherwise there (docs/accuracy.md), at two to four
 ///          times the cost.
-SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
-                                  const LowerBoundary& boundary,
+SolvedGeometries solve_geometries(const StackLayers& layers, const LowerBoundary& boundary,
                                   const std::vector<Geometry>& geometries,
                                   const SolverOptions& options);
 
@@ -60,7 +59,7 @@ struct ChosenNodes {
 
 /// Nodes for what is solved at too many directions to estimate the error of each: as options say,
 /// judged between the cosines 0.15, 0.35, 0.6, 0.85 and 1, at azimuths from 0 to 180 degrees.
-ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+ChosenNodes choose_nodes(const StackLayers& layers, const LowerBoundary& boundary,
                          const SolverOptions& options);
 
 /// Fluxes of all orders over the incident flux [HT74]. Over a lower boundary the transmitted ones are
@@ -78,7 +77,7 @@ struct SolvedFluxes {
 };
 
 /// Fluxes likewise, at the cosines `mu` or none, relative to which the tolerance is.
-SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+SolvedFluxes solve_fluxes(const StackLayers& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options);
 
 /// Fluxes at a level inside, for beams at the cosines `mu`, over the incident flux.
@@ -101,15 +100,14 @@ struct SolvedInside {
 /// Fluxes at levels inside likewise, lit from above, all of them with the same nodes.
 ///
 /// Range    levels finite, in [0, the whole depth]; one cosine or more.
-SolvedInside solve_fluxes_inside(const std::vector<StackLayer>& layers,
-                                 const LowerBoundary& boundary, const std::vector<double>& levels,
-                                 const std::vector<double>& mu, const SolverOptions& options);
+SolvedInside solve_fluxes_inside(const StackLayers& layers, const LowerBoundary& boundary,
+                                 const std::vector<double>& levels, const std::vector<double>& mu,
+                                 const SolverOptions& options);
 
 /// Diffuse radiance at a level inside likewise, pi I / (mu0 F0): that going up as `reflection`, that
 /// going down as `transmission`.
-SolvedGeometries solve_geometries_inside(const std::vector<StackLayer>& layers,
-                                         const LowerBoundary& boundary, double level,
-                                         const std::vector<Geometry>& geometries,
+SolvedGeometries solve_geometries_inside(const StackLayers& layers, const LowerBoundary& boundary,
+                                         double level, const std::vector<Geometry>& geometries,
                                          const SolverOptions& options);
 
 }  // namespace stratus

@@ -4,6 +4,7 @@
 #include <stratus/phase/phase_function.h>
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,9 @@ struct PhaseText {
     std::string csv_name(const std::vector<std::string>& parameters);
     /// Reads `NAME=`, NAME one of the parameters that `owner` allows.
     std::string parameter(const std::string& owner, const std::vector<std::string>& allowed);
+    /// Reads `NAME=NUMBER`, commas between, up to the end; each name once.
+    std::map<std::string, double> numbers(const std::string& owner,
+                                          const std::vector<std::string>& allowed);
 };
 
 }  // namespace stratus

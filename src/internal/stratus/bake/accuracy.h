@@ -109,13 +109,13 @@ struct Verification {
 struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;
-    LowerBoundary lower_boundary;      // what the layer lies on
-    std::vector<FamilyAxis> family{};  // none: a single phase function
+    LowerBoundary lower_boundary;  // what the layer lies on
+    FamilyAxes family{};           // none: a single phase function
     PhaseFunction second_phase_function{};
     bool has_path_law = false;
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
     AxisView azimuth{};      // no samples, or one at 0: all azimuths
-    std::vector<StackLayer> layers{};  // of a stack, top first
+    StackLayers layers{};    // of a stack, top first
 };
 
 /// Returns the ranges of a table, of which `view` is one, and all kinds of points.

@@ -67,7 +67,7 @@ FamilyAxis ranging_axis(const FamilyRange& range, int samples);
 std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe);
 
 /// The axes of a resolved recipe's family; none without one.
-std::vector<FamilyAxis> family_axes(const Recipe& resolved);
+FamilyAxes family_axes(const Recipe& resolved);
 
 /// `samples_per_octave`, one at least, up to max, or up to `deepest` and infinity: one where min is max, else four or
 /// more. It begins at min, or so far below it that max is a sample.

@@ -135,9 +135,15 @@ class TensorFile {
     ///          infinities unless allowed, among the numbers.
     template <class Number>
     TensorOf<Number> numbers(const std::string& name, std::size_t rank,
-                             Infinity infinity = Infinity::refused) const;
+                             Infinity infinity = Infinity::refused) const {
+        const Tensor& met = checked(name, tensor_type<Number>(), rank, infinity);
+        return {static_cast<const Number*>(met.data), met.shape};
+    }
 
   private:
+    const Tensor& checked(const std::string& name, TensorType type, std::size_t rank,
+                          Infinity infinity) const;
+
     std::map<std::string, std::string> strings_;
     std::map<std::string, Tensor> tensors_;
 };

@@ -117,14 +117,11 @@ auto naming(const fs::path& path, const Work& work) {
 /// or from a device, which need not end.
 constexpr std::uint64_t max_text = std::uint64_t{64} << 20;
 
-/// Opens a file, a pipe or a device; waits for somebody to write into a pipe of that name.
+/// A whole file, or what comes through a pipe or from a device; waits for somebody to write into a pipe
+/// of that name.
 ///
-/// Errors   std::runtime_error "PATH: cannot be read".
-std::ifstream open_text(const fs::path& path);
-
-/// A whole file.
-///
-/// Errors   std::runtime_error as above; "PATH: must have at most 67108864 bytes, got more".
+/// Errors   std::runtime_error "PATH: cannot be read"; "PATH: must have at most 67108864 bytes, got
+///          more".
 std::string read_text(const fs::path& path);
 
 /// The next line, of at most `most` bytes: false at the end, and bad() where the stream

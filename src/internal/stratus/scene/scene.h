@@ -85,7 +85,7 @@ struct SceneLayer {
     DepthMap optical_depth;  // of planets and slabs
     // The layers of a stack, that which the sun meets first; of red, green and blue where channels
     // differ; empty: one layer. Components, channels, albedo and depth are of mean_layer.
-    std::vector<std::vector<StackLayer>> stacks;
+    std::vector<StackLayers> stacks;
     double density = 0;
     Opposition opposition;
 };
@@ -225,7 +225,7 @@ Scenes channel_scenes(const Scenes& scenes);
 /// The layer that a stack makes, or one each for red, green and blue.
 ///
 /// Errors   std::invalid_argument for layers that are no stack (recipe_of_stack).
-SceneLayer layer_of_stacks(std::vector<std::vector<StackLayer>> stacks);
+SceneLayer layer_of_stacks(std::vector<StackLayers> stacks);
 
 /// Whether two layers are of the same matter, depths and albedos: they scatter alike.
 bool are_alike(const SceneLayer& one, const SceneLayer& other);

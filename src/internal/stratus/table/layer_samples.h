@@ -7,6 +7,7 @@
 #include <stratus/base/size.h>
 #include <stratus/table/table.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <numeric>
@@ -35,8 +36,8 @@ class DirectionNumbers {
     int partners(int in) const { return symmetric_ ? in + 1 : outs_; }
     std::size_t pair(int in, int out) const {
         if (!symmetric_) return size(in) * size(outs_) + size(out);
-        const auto later = size(in > out ? in : out);
-        return later * (later + 1) / 2 + size(in > out ? out : in);
+        const auto [sooner, later] = std::minmax({size(in), size(out)});
+        return later * (later + 1) / 2 + sooner;
     }
     std::size_t pairs() const { return pair(ins_ - 1, symmetric_ ? ins_ - 1 : outs_ - 1) + 1; }
     std::size_t count() const { return pairs() * size(azimuths_); }

@@ -15,18 +15,20 @@
 
 namespace stratus {
 
+/// How files of samples begin.
+inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
+inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
+
 // ---- Numbers
 
 struct AxisField {
     const char* name;
     const char* units;
     const char* long_name;
-    Axis Table::*axis;       // null: of the family
-    std::size_t family = 0;  // there its place
-    // Outside families: the scales that it may have, and the range of its samples.
-    AxisScale scales[2] = {};
-    double lowest = 0, highest = 0;
-    bool open_below = false;
+    Axis Table::*axis;         // null: of the family
+    std::size_t family = 0;    // there its place
+    AxisScale scales[2] = {};  // that it may have
+    const char* range = "";    // of its samples (NumberRange); outside families
 };
 
 inline constexpr std::array<AxisField, 5> axis_fields{{
@@ -36,44 +38,39 @@ inline constexpr std::array<AxisField, 5> axis_fields{{
      &Table::albedo,
      0,
      {AxisScale::square_root_of_complement, AxisScale::fourth_root_of_complement},
-     0,
-     1},
+     "[0, 1]"},
     {"optical_depth",
      "1",
      "optical depth of the layer",
      &Table::optical_depth,
      0,
      {AxisScale::logarithmic, AxisScale::logarithmic},
-     0,
-     infinity,
-     true},
+     "(0, inf]"},
     {"mu_in",
      "1",
      "cosine of the incident direction to the normal",
      &Table::mu_in,
      0,
      {AxisScale::arcsine_of_fourth_root, AxisScale::arcsine_of_fourth_root},
-     0,
-     1,
-     true},
+     "(0, 1]"},
     {"mu_out",
      "1",
      "cosine of the outgoing direction to the normal",
      &Table::mu_out,
      0,
      {AxisScale::arcsine_of_fourth_root, AxisScale::arcsine_of_fourth_root},
-     0,
-     1,
-     true},
+     "(0, 1]"},
     {"azimuth",
      "radian",
      "azimuth between the two directions of propagation",
      &Table::azimuth,
      0,
      {AxisScale::linear, AxisScale::square_root},
-     0,
-     pi},
+     "[0, 3.1415926535897931]"},
 }};
+
+/// The scales of an axis, for messages.
+std::string allowed_scales(const AxisField& field);
 
 /// The axes of a table, those of the family first.
 std::vector<AxisField> all_axis_fields(const Table& table);
@@ -84,6 +81,9 @@ inline const Axis& table_axis(const Table& table, const AxisField& field) {
 inline Axis& table_axis(Table& table, const AxisField& field) {
     return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
 }
+
+/// Sizes of the first `rank` axes, preceded by those of the family.
+std::vector<std::size_t> extents(const Table& table, std::size_t rank);
 
 /// In place of a scale, of an axis of which lookups take one value.
 constexpr const char* discrete_scale_name = "discrete";
@@ -127,30 +127,31 @@ constexpr const char* path_law_feature = "path_law";
 
 /// An entry whose name has a meaning, and its type in formats that have types.
 struct MetadataEntry {
-    enum class Type { text, integer, number, numbers };
+    enum Type { text, integer, number, numbers };
 
     const char* name;
-    Type type;
+    Type type = text;
 };
 
 /// The entries of all formats.
-inline constexpr std::array<MetadataEntry, 16> shared_entries{{
-    {"features", MetadataEntry::Type::text},
-    {"phase_function", MetadataEntry::Type::text},
-    {"second_phase_function", MetadataEntry::Type::text},
-    {"family", MetadataEntry::Type::text},
-    {"extrapolation_lengths", MetadataEntry::Type::numbers},
-    {"below", MetadataEntry::Type::text},
-    {"below_albedo", MetadataEntry::Type::number},
-    {"below_phase_function", MetadataEntry::Type::text},
-    {"layer_phase_functions", MetadataEntry::Type::text},
-    {"layer_albedos", MetadataEntry::Type::numbers},
-    {"layer_optical_depths", MetadataEntry::Type::numbers},
-    {"spherical_albedo_below", MetadataEntry::Type::number},
-    {"extrapolation_length", MetadataEntry::Type::number},
-    {"tolerance", MetadataEntry::Type::number},
-    {"measured_error", MetadataEntry::Type::number},
-    {"highest_order", MetadataEntry::Type::integer},
+inline constexpr std::array<MetadataEntry, 17> shared_entries{{
+    {"features"},
+    {"phase_function"},
+    {"second_phase_function"},
+    {"family"},
+    {"extrapolation_lengths", MetadataEntry::numbers},
+    {"below"},
+    {"below_albedo", MetadataEntry::number},
+    {"below_phase_function"},
+    {"below_ground"},
+    {"layer_phase_functions"},
+    {"layer_albedos", MetadataEntry::numbers},
+    {"layer_optical_depths", MetadataEntry::numbers},
+    {"spherical_albedo_below", MetadataEntry::number},
+    {"extrapolation_length", MetadataEntry::number},
+    {"tolerance", MetadataEntry::number},
+    {"measured_error", MetadataEntry::number},
+    {"highest_order", MetadataEntry::integer},
 }};
 
 /// Returns the entry of this name out of a list; null where there is none.

@@ -16,6 +16,9 @@ namespace stratus {
 
 struct LayerSums;  // src/table/layer_sums.h
 
+/// Numbers of several layers or functions, each in a vector of its own.
+using Vectors = std::vector<std::vector<float>>;
+
 /// Neighbouring samples of an axis.
 struct SampleRange {
     int first, count;
@@ -37,10 +40,10 @@ struct BlockLayers {
 
 /// Functions that are orthogonal over the block's directions, as sums over layers.
 struct LayerBasis {
-    std::size_t room;                             // functions in a row of the block
-    std::vector<int> pivot;                       // layers
-    std::vector<double> norm;                     // of what was left of a pivot
-    std::vector<std::vector<float>> coefficient;  // over layers
+    std::size_t room;          // functions in a row of the block
+    std::vector<int> pivot;    // layers
+    std::vector<double> norm;  // of what was left of a pivot
+    Vectors coefficient;       // over layers
     std::vector<double>
         error;  // largest of any layer, relative to R or T, over 0, 1, ... functions
 
@@ -96,8 +99,8 @@ struct FunctionLayout {
 
 struct PackedBlock {
     std::vector<float> function;  // over (FunctionLayout::rows(), function)
-    std::vector<std::vector<float>> coefficient;  // of each member, over (albedo, depth, function)
-    int depths;                                   // of the coefficients, infinity included
+    Vectors coefficient;          // of each member, over (albedo, depth, function)
+    int depths;                   // of the coefficients, infinity included
 };
 
 /// The largest error of a layer of a block, relative to R or T at the sketch, by functions that are

@@ -25,7 +25,7 @@ class StackPath;  // src/transfer/paths.h
 /// order is the stack lit from below.
 class StackSolution : public ModeSolution {
   public:
-    std::vector<StackLayer> layers;     // top first; neighbours that scatter alike are one
+    StackLayers layers;                 // top first; neighbours that scatter alike are one
     double spherical_albedo_below = 0;  // lit uniformly from below; 0 where nothing is transmitted
 
     /// R between mu(in) and mu(out) at an azimuth in radians; `single` counts light scattered once,
@@ -60,7 +60,7 @@ class StackSolution : public ModeSolution {
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy that of solve_layer; splitting a layer changes R by rounding, and T by 1e-16 tau where
 ///          conservative.
-StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+StackSolution solve_stack(const StackLayers& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options = {});
 
 /// The Neumann orders 1 to `options.orders` one by one: result[n - 1] is the light scattered exactly
@@ -68,8 +68,7 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoun
 ///
 /// Range    options.orders [1, 200]; the rest as for solve_stack. Several layers, and any over a
 ///          lower boundary, are not truncated: narrow peaks take more nodes.
-std::vector<StackSolution> solve_orders(const std::vector<StackLayer>& layers,
-                                        const LowerBoundary& boundary,
+std::vector<StackSolution> solve_orders(const StackLayers& layers, const LowerBoundary& boundary,
                                         const std::vector<double>& mu,
                                         const SolverOptions& options);
 

@@ -5,7 +5,7 @@
 #include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
 
-#include "indices.h"
+#include "all_near.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>

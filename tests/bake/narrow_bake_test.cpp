@@ -6,7 +6,7 @@
 #include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
 
-#include "indices.h"
+#include "all_near.h"
 #include "refusal.h"
 #include "row_name.h"
 #include "small_recipe.h"

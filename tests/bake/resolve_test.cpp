@@ -4,7 +4,7 @@
 #include <stratus/transfer/solve.h>
 
 #include "choices.h"
-#include "indices.h"
+#include "all_near.h"
 #include "refusal.h"
 #include "small_recipe.h"
 

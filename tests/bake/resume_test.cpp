@@ -1,6 +1,6 @@
 #include <stratus/bake/bake.h>
 
-#include "indices.h"
+#include "all_near.h"
 #include "instruction_sets.h"
 #include "refusal.h"
 #include "row_name.h"

@@ -4,6 +4,7 @@
 #include <stratus/bake/recipe.h>
 #include <stratus/table/table.h>
 
+#include "../base/all_near.h"
 #include "../table/table_equality.h"
 
 #include <string>

@@ -10,7 +10,7 @@
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
 
-#include "indices.h"
+#include "all_near.h"
 #include "refusal.h"
 #include "small_recipe.h"
 #include "small_table.h"

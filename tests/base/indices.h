@@ -1,9 +1,6 @@
-// Loops over indices, and comparisons of as many numbers.
+// Loops over indices.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <cstddef>
 #include <iterator>
 
@@ -28,15 +25,6 @@ class IndicesBelow {
 
 /// Those of a container or an array, whose size must not change meanwhile.
 auto indices(const auto& of) { return IndicesBelow(std::size(of)); }
-
-/// Each number within `relative` of the expected one's size, and `absolute` more.
-template <class Found, class Expected>
-void expect_all_near(const Found& found, const Expected& expected, double relative,
-                     double absolute = 0) {
-    ASSERT_EQ(std::size(found), std::size(expected));
-    for (const auto n : indices(found))
-        ASSERT_NEAR(found[n], expected[n], relative * std::abs(expected[n]) + absolute) << n;
-}
 
 /// Those of red, green and blue.
 inline const IndicesBelow three_channels(3);

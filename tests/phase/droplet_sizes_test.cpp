@@ -3,7 +3,7 @@
 #include <stratus/phase/phase_function.h>
 
 #include "csv_rows.h"
-#include "indices.h"
+#include "all_near.h"
 #include "phase/mie_scattering.h"
 #include "refusal.h"
 #include "row_name.h"

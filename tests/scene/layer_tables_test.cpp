@@ -2,7 +2,7 @@
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/render.h>
 
-#include "indices.h"
+#include "all_near.h"
 #include "refusal.h"
 #include "small_scene.h"
 

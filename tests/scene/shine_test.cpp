@@ -3,7 +3,7 @@
 
 #include <stratus/base/constants.h>
 
-#include "indices.h"
+#include "all_near.h"
 #include "small_scene.h"
 
 #include <gtest/gtest.h>

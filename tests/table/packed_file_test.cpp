@@ -6,7 +6,7 @@
 #include <stratus/base/tensor_file.h>
 #include <stratus/bsdf/slice.h>
 
-#include "indices.h"
+#include "all_near.h"
 #include "refusal.h"
 #include "small_table.h"
 #include "table/packed_parts.h"

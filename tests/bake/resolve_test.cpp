@@ -1,5 +1,6 @@
 #include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
+#include <stratus/bake/forecast.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 

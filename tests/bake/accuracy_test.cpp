@@ -4,6 +4,7 @@
 #include <stratus/layer/ground_law.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "small_recipe.h"
 
@@ -23,6 +24,13 @@ std::vector<ErrorSample> samples_with(const std::vector<double>& errors) {
     return samples;
 }
 
+/// So many errors of 1e-3, the last of them larger.
+std::vector<ErrorSample> samples_beyond(std::size_t count, std::size_t beyond, double worst) {
+    std::vector<double> errors(count - beyond, 1e-3);
+    errors.insert(errors.end(), beyond, worst);
+    return samples_with(errors);
+}
+
 TEST(ErrorQuantile, BoundsItsShareOfErrors) {
     std::vector<double> errors;
     for (int n = 1000; n >= 0; --n) errors.push_back(n / 1000.0);
@@ -39,10 +47,8 @@ TEST(ErrorQuantile, IsWithinToleranceWhereThatShareIs) {
     for (const std::size_t count : {1u, 2u, 99u, 100u, 999u, 1000u, 1001u, 2000u, 4000u, 7000u})
         for (const std::size_t beyond : {0u, 1u, 2u, 3u, 4u, 5u, 7u, 8u}) {
             if (beyond > count) continue;
-            std::vector<double> errors(count, 1e-3);
-            std::fill(errors.end() - static_cast<std::ptrdiff_t>(beyond), errors.end(), 2e-3);
             Verification verification;
-            verification.samples = samples_with(errors);
+            verification.samples = samples_beyond(count, beyond, 2e-3);
             EXPECT_EQ(verification.meets(1e-3), 1000 * beyond <= count)
                 << beyond << " of " << count;
             EXPECT_EQ(error_quantile(verification.samples, 0.999) <= 1e-3, 1000 * beyond <= count)
@@ -56,30 +62,23 @@ TEST(ErrorQuantile, IsZeroWithoutSamples) {
 }
 
 TEST(Verification, AllowsOneInAThousandUpToFiveTimesTheTolerance) {
-    const auto verification = [](int beyond, double worst) {
-        std::vector<double> errors(2000, 1e-3);
-        std::fill(errors.end() - beyond, errors.end(), worst);
+    const auto meets = [](std::size_t beyond, double worst) {
         Verification result;
-        result.samples = samples_with(errors);
-        return result;
+        result.samples = samples_beyond(2000, beyond, worst);
+        return result.meets(1e-3);
     };
-    EXPECT_TRUE(verification(0, 0).meets(1e-3));
-    EXPECT_TRUE(verification(2, 4.9e-3).meets(1e-3));
-    EXPECT_FALSE(verification(3, 4.9e-3).meets(1e-3));
-    EXPECT_FALSE(verification(1, 5.1e-3).meets(1e-3));
+    EXPECT_TRUE(meets(0, 0));
+    EXPECT_TRUE(meets(2, 4.9e-3));
+    EXPECT_FALSE(meets(3, 4.9e-3));
+    EXPECT_FALSE(meets(1, 5.1e-3));
 }
 
 TEST(Verification, AllowsOneInAHundredNearForwardAndAtGrazingPairs) {
-    const auto verification = [](int beyond_forward, int beyond_grazing) {
-        const auto some = [](int beyond) {
-            std::vector<double> errors(1000, 1e-3);
-            std::fill(errors.end() - beyond, errors.end(), 1e-1);
-            return samples_with(errors);
-        };
+    const auto verification = [](std::size_t beyond_forward, std::size_t beyond_grazing) {
         Verification result;
-        result.samples = some(0);
-        result.forward = some(beyond_forward);
-        result.grazing = some(beyond_grazing);
+        result.samples = samples_beyond(1000, 0, 1e-1);
+        result.forward = samples_beyond(1000, beyond_forward, 1e-1);
+        result.grazing = samples_beyond(1000, beyond_grazing, 1e-1);
         return result;
     };
     EXPECT_TRUE(verification(10, 10).meets(1e-3));
@@ -219,7 +218,7 @@ TEST(Verify, DependsOnTheSeedButNotOnThreads) {
     options.threads = 3;
     const Verification three = verify(table, options);
     ASSERT_EQ(one.samples.size(), three.samples.size());
-    for (std::size_t n = 0; n < one.samples.size(); ++n)
+    for (const auto n : indices(one.samples))
         EXPECT_EQ(one.samples[n].error, three.samples[n].error);
     options.seed = 2;
     EXPECT_NE(verify(table, options).samples.back().error, one.samples.back().error);

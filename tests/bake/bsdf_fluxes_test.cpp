@@ -4,6 +4,7 @@
 #include <stratus/bsdf/bsdf.h>
 
 #include "bsdf_estimate.h"
+#include "indices.h"
 #include "water_cloud.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@ namespace {
 /// its cosines.
 void expect_fluxes(const Table& table, double tolerance, double largest_deviation) {
     const Bsdf bsdf(bind(table.view(), table.optical_depth.values[0], table.albedo.values[0]));
-    for (std::size_t i = 0; i < table.mu_in.values.size(); ++i) {
+    for (const auto i : indices(table.mu_in.values)) {
         const double mu = table.mu_in.values[i];
         const double R = double{table.plane_albedo[i]};
         const double T =
@@ -98,7 +99,7 @@ TEST(SliceOfTable, SeesABackgroundByWhatIsNotReflected) {
     for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.85"}) {
         const Table table = bake(layer_recipe(phase, "1.0", "1.0"));
         const Slice slice = bind(table.view(), 1, 1);
-        for (std::size_t i = 0; i < table.mu_in.values.size(); ++i)
+        for (const auto i : indices(table.mu_in.values))
             EXPECT_NEAR(slice.background(static_cast<float>(table.mu_in.values[i])),
                         1 - double{table.plane_albedo[i]}, 1e-4)
                 << phase << " mu " << table.mu_in.values[i];

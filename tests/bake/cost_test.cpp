@@ -4,6 +4,7 @@
 #include <stratus/bake/bake.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "small_recipe.h"
 
@@ -30,14 +31,14 @@ struct Trade {
 /// Returns which tables of these bytes and errors are on the frontier, ascending in cost.
 Indices find_frontier(const std::vector<Trade>& trades) {
     std::vector<CostPoint> points(trades.size());
-    for (std::size_t n = 0; n < trades.size(); ++n) {
+    for (const auto n : indices(trades)) {
         points[n].kind = Kind::table;
         points[n].bytes = trades[n].cost;
         points[n].error_99_9 = trades[n].error;
     }
     compare_with_frontier(points);
     Indices frontier;
-    for (std::size_t n = 0; n < points.size(); ++n)
+    for (const auto n : indices(points))
         if (points[n].on_frontier) frontier.push_back(n);
     std::ranges::sort(frontier, {}, [&](std::size_t n) { return trades[n].cost; });
     return frontier;
@@ -258,7 +259,7 @@ TEST(Cost, FillsTheColumnsOfEachKind) {
         const std::vector<std::string> fields = fields_of(line);
         ASSERT_EQ(fields.size(), header.size()) << line;
         const CostPoint& point = measured().study.points[rows];
-        for (std::size_t c = 0; c < header.size(); ++c) {
+        for (const auto c : indices(header)) {
             EXPECT_EQ(header[c], cost_columns()[c].first);
             const bool is_tables = std::ranges::find(of_tables, header[c]) != of_tables.end();
             const bool is_of_family =  // the recipe is of one phase function
@@ -379,7 +380,7 @@ TEST(CostOfFamily, VariesTheMembersOfAFamily) {
     const CostStudy& study = study_of_lobes();
     const std::vector<CostPoint> along = points_along(study, PhaseParameter::g);
     ASSERT_GE(along.size(), 3u);
-    for (std::size_t n = 0; n < along.size(); ++n) {
+    for (const auto n : indices(along)) {
         EXPECT_EQ(along[n].discretisation.family_samples[0],
                   members_along(along[n], PhaseParameter::g));
         EXPECT_GT(along[n].lookup_ns, 0);

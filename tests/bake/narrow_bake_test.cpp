@@ -6,6 +6,7 @@
 #include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
 
+#include "all_near.h"
 #include "refusal.h"
 #include "row_name.h"
 #include "small_recipe.h"
@@ -110,7 +111,7 @@ TEST(NarrowTable, HoldsWhatTheFullOneHolds) {
     ASSERT_EQ(narrow.reflection_multiple.size() * outs, full.reflection_multiple.size());
     const double rounding = 2 * recipe.tolerance / 500;  // samples are rounded to a share of it
     for (const auto samples : {&Table::reflection_multiple, &Table::transmission_multiple})
-        for (std::size_t n = 0; n < (narrow.*samples).size(); ++n) {
+        for (const auto n : indices((narrow.*samples))) {
             const float expected = (full.*samples)[n / row * row * outs + i * row + n % row];
             EXPECT_NEAR((narrow.*samples)[n], expected, rounding * std::abs(expected));
         }

@@ -3,6 +3,7 @@
 
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
@@ -157,7 +158,7 @@ TEST(PackedBake, JudgesWhatNarrowPeaksScatterBackByItself) {
                         error.push_back(packed.reflection(w, tau, at).total() - expected.back());
                     }
             const double floor = 0.01 * *std::ranges::max_element(expected);
-            for (std::size_t n = 0; n < error.size(); ++n)
+            for (const auto n : indices(error))
                 worst = std::max(worst, std::abs(error[n]) / std::max(expected[n], floor));
         }
     EXPECT_LE(worst, recipe.tolerance / 2);

@@ -18,6 +18,23 @@
 namespace stratus {
 namespace {
 
+/// The threads that call it.
+class Callers {
+  public:
+    void add() {
+        const std::lock_guard lock(mutex_);
+        ids_.insert(std::this_thread::get_id());
+        ++calls_;
+    }
+    std::size_t count() const { return ids_.size(); }
+    int calls() const { return calls_; }
+
+  private:
+    std::mutex mutex_;
+    std::set<std::thread::id> ids_;
+    int calls_ = 0;
+};
+
 TEST(ThreadCount, IsTheRequestedNumberOrAtLeastOne) {
     for (const int threads : {1, 7}) EXPECT_EQ(thread_count(threads), threads);
     EXPECT_GE(thread_count(0), 1);
@@ -90,15 +107,9 @@ TEST(ParallelFor, RethrowsFromTheListener) {
 }
 
 TEST(ParallelFor, SharesItsThreadsWithTheLoopsWithin) {
-    std::mutex mutex;
-    std::set<std::thread::id> threads;
-    parallel_for(4, 2, [&](int) {
-        parallel_for(50, 8, [&](int) {
-            const std::lock_guard lock(mutex);
-            threads.insert(std::this_thread::get_id());
-        });
-    });
-    EXPECT_LE(threads.size(), 2u);
+    Callers threads;
+    parallel_for(4, 2, [&](int) { parallel_for(50, 8, [&](int) { threads.add(); }); });
+    EXPECT_LE(threads.count(), 2u);
 }
 
 TEST(NestedParallelFor, CallsEachIndexOfEachLoopOnce) {
@@ -122,21 +133,16 @@ TEST(NestedParallelFor, CallsEachIndexOfEachLoopOnce) {
 }
 
 TEST(NestedParallelFor, SharesItsThreadsWithTheLoopsWithin) {
-    std::mutex mutex;
-    std::set<std::thread::id> threads;
+    Callers threads;
     std::barrier all_three(3);  // reached only where three threads work on the one row
     nested_parallel_for(1, 3, [&](int) {
         parallel_for(3, 0, [&](int) {
             all_three.arrive_and_wait();
-            const std::lock_guard lock(mutex);
-            threads.insert(std::this_thread::get_id());
+            threads.add();
         });
-        parallel_for(100, 8, [&](int) {
-            const std::lock_guard lock(mutex);
-            threads.insert(std::this_thread::get_id());
-        });
+        parallel_for(100, 8, [&](int) { threads.add(); });
     });
-    EXPECT_EQ(threads.size(), 3u) << "and on no others";
+    EXPECT_EQ(threads.count(), 3u) << "and on no others";
 }
 
 TEST(NestedParallelFor, KeepsASingleCallOnTheCallingThread) {
@@ -147,20 +153,12 @@ TEST(NestedParallelFor, KeepsASingleCallOnTheCallingThread) {
 }
 
 TEST(NestedParallelFor, IsALoopOfTheOneAroundIt) {
-    std::mutex mutex;
-    std::set<std::thread::id> threads;
-    int calls = 0;
+    Callers threads;
     nested_parallel_for(3, 2, [&](int) {
-        nested_parallel_for(20, 2, [&](int) {
-            parallel_for(3, 2, [&](int) {
-                const std::lock_guard lock(mutex);
-                threads.insert(std::this_thread::get_id());
-                ++calls;
-            });
-        });
+        nested_parallel_for(20, 2, [&](int) { parallel_for(3, 2, [&](int) { threads.add(); }); });
     });
-    EXPECT_LE(threads.size(), 2u);
-    EXPECT_EQ(calls, 3 * 20 * 3);
+    EXPECT_LE(threads.count(), 2u);
+    EXPECT_EQ(threads.calls(), 3 * 20 * 3);
 }
 
 TEST(NestedParallelFor, RethrowsFromALoopWithin) {

@@ -2,6 +2,7 @@
 
 #include <stratus/base/constants.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "small_recipe.h"
 #include "temporary_folder.h"
@@ -28,11 +29,6 @@ std::string recipe_but(const std::string& key, const std::string& line) {
     std::string text = recipe_with("");
     const std::size_t begin = text.find(key + " =");
     return text.replace(begin, text.find('\n', begin) - begin, line);
-}
-
-void expect_range(const Range& range, double min, double max) {
-    EXPECT_EQ(range.min, min);
-    EXPECT_EQ(range.max, max);
 }
 
 void expect_recipe_refusal(const std::string& text, const Fragments& fragments) {
@@ -371,12 +367,14 @@ TEST(Recipe, RefusesAMixtureOfOnePhaseFunction) {
         {"recipe: line 6: discretisation.mixture_samples", "no second_phase_function"});
 }
 
-void expect_same_choices(const Recipe& a, const Recipe& b) {
+/// The choices of `a`, written as a text and read again.
+void expect_round_trip(const Recipe& a) {
+    const Recipe b = parse_recipe(resolved_text(a));
     EXPECT_EQ(a.title, b.title);
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
     EXPECT_EQ(a.second_phase_function.text(), b.second_phase_function.text());
     ASSERT_EQ(a.family.size(), b.family.size());
-    for (std::size_t k = 0; k < a.family.size(); ++k) {
+    for (const auto k : indices(a.family)) {
         EXPECT_EQ(a.family[k].parameter, b.family[k].parameter);
         expect_range(a.family[k].range, b.family[k].range.min, b.family[k].range.max);
         EXPECT_EQ(a.family[k].values, b.family[k].values);
@@ -385,9 +383,7 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     for (const auto range : {&Recipe::optical_depth, &Recipe::albedo, &Recipe::mu_in,
                              &Recipe::mu_out, &Recipe::azimuth})
         expect_range(a.*range, (b.*range).min, (b.*range).max);
-    EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
-    EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
-    EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
+    expect_same(a.lower_boundary, b.lower_boundary);
     EXPECT_EQ(a.reflection, b.reflection);
     EXPECT_EQ(a.transmission, b.transmission);
     expect_same(a.discretisation, b.discretisation);
@@ -421,44 +417,44 @@ TEST(ResolvedText, RoundTrips) {
     recipe.phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
     recipe.tolerance = 1.0 / 300;
     recipe.discretisation = {24, 20, 22, 9, 3, 0, 11, {}, Scheme::classic};
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
 
     recipe.optical_depth = {1.0 / 7, infinity};
     recipe.albedo = {0.1 + 0.2, 1};
     recipe.transmission = false;
     recipe.discretisation.deepest_optical_depth = 100.0 / 7;
     recipe.discretisation.scheme = Scheme::harmonic;
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
 
     recipe.lower_boundary = LowerBoundary::surface(1.0 / 7);
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
     recipe.lower_boundary =
         LowerBoundary::layer(PhaseFunction::henyey_greenstein(1.0 / 3), 0.1 + 0.2);
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
 
     set_mixture(recipe, PhaseFunction::henyey_greenstein(-1.0 / 3), {1.0 / 7, 1});
     recipe.discretisation.family_samples = {5, 0};
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
 
     Recipe droplets = recipe;
     droplets.phase_function = parse_phase_function("mie:radius=10um");
     droplets.second_phase_function = {};
     droplets.family = {{PhaseParameter::radius, {10.0 / 3, 20}, {}},
                        {PhaseParameter::wavelength, {0.45, 0.7}, {0.45, 5.0 / 9, 0.7}}};
-    expect_same_choices(parse_recipe(resolved_text(droplets)), droplets);
+    expect_round_trip(droplets);
 
     recipe.discretisation.deepest_optical_depth = 1e9;  // the largest, and a whole number
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
 
     recipe.mu_in = {1.0 / 3, 1.0 / 3};
     recipe.mu_out = {0, 1.0 / 7};
     recipe.azimuth = {100.0 / 3, 180};
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
 
     recipe.optical_depth = {infinity, infinity};
     recipe.discretisation.optical_depth_samples_per_octave = 0;
     recipe.discretisation.deepest_optical_depth = 0;
-    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    expect_round_trip(recipe);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include <stratus/bake/axes.h>
 #include <stratus/bake/bake.h>
+#include <stratus/bake/forecast.h>
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "choices.h"
+#include "all_near.h"
 #include "refusal.h"
 #include "small_recipe.h"
 
@@ -236,7 +238,7 @@ TEST(Choices, WeighDirectionsOfNarrowPeaksByTheRandomPointsNearestToThem) {
         for (int n = 0; n < draws; ++n) {
             const double x = root(random);
             std::size_t nearest = drawn.size();
-            for (std::size_t j = 0; j < drawn.size(); ++j) {
+            for (const auto j : indices(drawn)) {
                 const double mu = grid.mu_out(static_cast<int>(j));
                 if (std::sqrt(mu) < least) continue;
                 if (nearest == drawn.size() ||
@@ -246,8 +248,7 @@ TEST(Choices, WeighDirectionsOfNarrowPeaksByTheRandomPointsNearestToThem) {
             }
             drawn[nearest] += all.reflection / draws;
         }
-        for (std::size_t j = 0; j < drawn.size(); ++j)
-            EXPECT_NEAR(of_out[j], drawn[j], 0.01) << phase << ' ' << j;
+        expect_all_near(of_out, drawn, 0, 0.01);
     }
 }
 
@@ -293,7 +294,7 @@ TEST(Choices, TakeTheFirstCandidateThatHolds) {
         [](int c) { return std::exp(20.0 - c); },     [](int c) { return c < 20 ? 1e6 : 1e-6; },
         [](int c) { return c < 20 ? 1.01 : 0.99; },
     };
-    for (std::size_t law = 0; law < laws.size(); ++law)
+    for (const auto law : indices(laws))
         for (const double scale : {1e-9, 0.3, 1.0, 1.7, 30.0}) {
             const auto error = [&](int c) { return scale * 1e-3 * laws[law](c); };
             std::size_t first = 0;

@@ -1,12 +1,14 @@
 #include <stratus/bake/bake.h>
-#include <stratus/base/instruction_set.h>
 
+#include "all_near.h"
+#include "instruction_sets.h"
 #include "refusal.h"
 #include "row_name.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <map>
 #include <mutex>
@@ -104,7 +106,7 @@ TEST_P(Resume, GivesTheBitsOfAnUninterruptedBake) {
             const Table table = bake(recipe, log.options(threads));
             expect_same_bits(table, whole);
             ASSERT_EQ(table.family.size(), whole.family.size());
-            for (std::size_t k = 0; k < whole.family.size(); ++k)
+            for (const auto k : indices(whole.family))
                 EXPECT_EQ(table.family[k].axis.values, whole.family[k].axis.values);
             EXPECT_EQ(table.attributes, whole.attributes);
             break;
@@ -135,17 +137,6 @@ TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
                                        "depths from 0, 3 octaves, albedos 0 1 2 must hold");
 }
 
-/// Largest difference of two lists, relative to the largest number in them.
-double difference(const std::vector<float>& a, const std::vector<float>& b) {
-    EXPECT_EQ(a.size(), b.size());
-    double largest = 0, off = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        largest = std::max(largest, std::abs(double{a[i]}));
-        off = std::max(off, std::abs(double{a[i]} - double{b[i]}));
-    }
-    return largest > 0 ? off / largest : 0;
-}
-
 class InstructionSets : public testing::TestWithParam<InstructionSet> {};
 
 TEST_P(InstructionSets, AgreeToRounding) {
@@ -158,9 +149,9 @@ TEST_P(InstructionSets, AgreeToRounding) {
     for (const auto samples :
          {&Table::reflection_multiple, &Table::transmission_multiple, &Table::plane_albedo,
           &Table::diffuse_transmittance, &Table::spherical_albedo})
-        EXPECT_LE(difference(table.*samples, widest.*samples), 1.2e-7);  // the last bit
-    for (std::size_t a = 0; a < table.diffusion_exponent.size(); ++a)
-        EXPECT_NEAR(table.diffusion_exponent[a], widest.diffusion_exponent[a], 1e-12);
+        expect_all_near(table.*samples, widest.*samples, 0,
+                        1.2e-7 * std::ranges::max(widest.*samples));  // the last bit
+    expect_all_near(table.diffusion_exponent, widest.diffusion_exponent, 0, 1e-12);
 }
 
 TEST_P(InstructionSets, AgreeOnChoices) {
@@ -170,12 +161,8 @@ TEST_P(InstructionSets, AgreeOnChoices) {
     EXPECT_EQ(resolved_text(resolve(rayleigh_recipe())), chosen);
 }
 
-INSTANTIATE_TEST_SUITE_P(Named, InstructionSets,
-                         testing::Values(InstructionSet::generic, InstructionSet::avx2,
-                                         InstructionSet::avx512),
-                         [](const auto& row) {
-                             return std::string(instruction_set_name(row.param));
-                         });
+INSTANTIATE_TEST_SUITE_P(Named, InstructionSets, testing::ValuesIn(instruction_sets),
+                         instruction_set_row);
 
 }  // namespace
 }  // namespace stratus::test

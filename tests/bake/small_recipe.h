@@ -4,9 +4,9 @@
 #include <stratus/bake/recipe.h>
 #include <stratus/table/table.h>
 
+#include "../base/all_near.h"
 #include "../table/table_equality.h"
 
-#include <cmath>
 #include <string>
 
 namespace stratus::test {
@@ -58,12 +58,9 @@ inline Recipe explicit_recipe(const std::string& scheme = "harmonic") {
         scheme + "'\n");
 }
 
-/// Each within `relative` of the expected one's size, and `absolute` more.
-inline void expect_all_near(const std::vector<float>& found, const std::vector<float>& expected,
-                            double relative, double absolute = 0) {
-    ASSERT_EQ(found.size(), expected.size());
-    for (std::size_t n = 0; n < found.size(); ++n)
-        ASSERT_NEAR(found[n], expected[n], relative * std::abs(expected[n]) + absolute) << n;
+inline void expect_range(const Range& range, double min, double max) {
+    EXPECT_EQ(range.min, min);
+    EXPECT_EQ(range.max, max);
 }
 
 /// Samples between one albedo and depth: where they begin and how many they are.

@@ -1,5 +1,6 @@
 #include <stratus/bake/stack_file.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "temporary_folder.h"
 
@@ -55,7 +56,7 @@ TEST(StackFile, HoldsThreeColoursForScenesAlone) {
     write(haze + deep("inf"));
     const std::vector<Stack> stacks = read_coloured_stack(folder / "s.toml");
     ASSERT_EQ(stacks.size(), 3u);
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         const std::vector<StackLayer>& layers = stacks[c].layers;
         EXPECT_EQ(layers[0].phase_function.text(), c == 1 ? "rayleigh" : "isotropic");
         EXPECT_DOUBLE_EQ(layers[0].albedo, 0.5 + 0.1 * static_cast<double>(c));

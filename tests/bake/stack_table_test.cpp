@@ -10,6 +10,7 @@
 #include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
 
+#include "all_near.h"
 #include "refusal.h"
 #include "small_recipe.h"
 #include "small_table.h"
@@ -67,13 +68,13 @@ void expect_solved(const Table& table) {
     for (const Geometry& at : geometries) mu.insert(mu.end(), {at.mu_in, at.mu_out});
     const StackSolution stack = solve_stack(table.layers, table.lower_boundary, mu, {.nodes = 48});
     double brightest[2] = {};
-    for (std::size_t n = 0; n < geometries.size(); ++n) {
+    for (const auto n : indices(geometries)) {
         const int at = static_cast<int>(2 * n);
         const double azimuth = geometries[n].azimuth;
         brightest[0] = std::max(brightest[0], stack.reflection(at, at + 1, azimuth).total);
         brightest[1] = std::max(brightest[1], stack.transmission(at, at + 1, azimuth).total);
     }
-    for (std::size_t n = 0; n < geometries.size(); ++n) {
+    for (const auto n : indices(geometries)) {
         const Geometry& at = geometries[n];
         const int in = static_cast<int>(2 * n);
         for (const Side side : both_sides) {
@@ -206,7 +207,7 @@ TEST(StackTable, OfTwoLikeLayersIsOneOfTwiceTheDepth) {
 TEST(StackTable, LosesNothingWithoutAbsorption) {
     const Table table = bake(stack_recipe(air + layer("henyey_greenstein:g=0.7", 1, "1.5")));
     const double depth = mean_layer(table.layers).optical_depth;
-    for (std::size_t i = 0; i < table.mu_in.values.size(); ++i)
+    for (const auto i : indices(table.mu_in.values))
         EXPECT_NEAR(double{table.plane_albedo[i]} + double{table.diffuse_transmittance[i]} +
                         direct_transmittance(depth, table.mu_in.values[i]),
                     1, 1e-6);
@@ -228,7 +229,7 @@ TEST(StackTable, OfReflectionAloneHoldsWhatPassesThrough) {
     const LayerSolution solved =
         as_one_layer(solve_stack(table.layers, {}, table.mu_in.values, options));
     ASSERT_EQ(table.diffuse_transmittance.size(), table.mu_in.values.size());
-    for (std::size_t i = 0; i < table.mu_in.values.size(); ++i)
+    for (const auto i : indices(table.mu_in.values))
         EXPECT_NEAR(table.diffuse_transmittance[i],
                     solved.diffuse_transmittance(static_cast<Eigen::Index>(i)), 1e-4)
             << "mu_in " << table.mu_in.values[i];
@@ -310,7 +311,7 @@ TEST(StackTable, IsTheSameFromAFileAndFromItsResolvedRecipe) {
         expect_same_bits(read, table);
         EXPECT_EQ(read.spherical_albedo_below, table.spherical_albedo_below);
         ASSERT_EQ(read.layers.size(), table.layers.size());
-        for (std::size_t k = 0; k < table.layers.size(); ++k) {
+        for (const auto k : indices(table.layers)) {
             EXPECT_EQ(read.layers[k].phase_function.text(), table.layers[k].phase_function.text());
             EXPECT_EQ(read.layers[k].albedo, table.layers[k].albedo);
             EXPECT_EQ(read.layers[k].optical_depth, table.layers[k].optical_depth);

@@ -1,5 +1,6 @@
 #include <stratus/base/tensor_file.h>
 
+#include "indices.h"
 #include "refusal.h"
 
 #include <gtest/gtest.h>
@@ -558,7 +559,7 @@ TEST(TensorFile, IsIntactUnlessTextsOrNumbersHaveChanged) {
     EXPECT_TRUE(read(whole).is_intact());
     EXPECT_FALSE(read(forged("{}")).is_intact());
     const std::map<std::string, Tensor> tensors = read(whole).tensors();
-    for (std::size_t at = 0; at < whole.size(); ++at) {
+    for (const auto at : indices(whole)) {
         std::vector<char> file = whole;
         file[at] = static_cast<char>(file[at] ^ 1);
         const bool in_gap = std::ranges::any_of(tensors, [&](const auto& of) {
@@ -581,7 +582,7 @@ TEST(TensorFile, IsIntactUnlessTextsOrNumbersHaveChanged) {
 
 TEST(TensorFile, RefusesEveryTruncatedFile) {
     const std::vector<char> whole = sample_file();
-    for (std::size_t size = 0; size < whole.size(); ++size)
+    for (const auto size : indices(whole))
         EXPECT_FALSE(read_everything({whole.begin(), whole.begin() + static_cast<int>(size)}))
             << size;
 }

@@ -4,6 +4,8 @@
 
 #include <stratus/bsdf/bsdf.h>
 
+#include "../base/indices.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,6 +39,16 @@ inline std::vector<RandomNumbers> evenly_spread(int count) {
     return numbers;
 }
 
+/// Draws of a BSDF or an RgbBsdf by them.
+template <class AnyBsdf>
+std::vector<typename AnyBsdf::Sample> evenly_drawn(const AnyBsdf& bsdf, const Vector& wi,
+                                                   int count) {
+    std::vector<typename AnyBsdf::Sample> all;
+    for (const RandomNumbers& u : evenly_spread(count))
+        all.push_back(bsdf.sample(wi, u.u1, u.u2, u.u3));
+    return all;
+}
+
 /// Expects a share of `draws` in each bin, by chi-square: four standard deviations, once in 30,000
 /// times by chance, and the draws are always the same.
 template <class Shares, class Counts>
@@ -47,7 +59,7 @@ void expect_drawn(const Shares& shares, const Counts& met, int draws, int least_
         chi_square += (found - expected) * (found - expected) / expected;
         ++degrees_of_freedom;
     };
-    for (std::size_t i = 0; i < shares.size(); ++i) {
+    for (const auto i : indices(shares)) {
         const double expected = draws * shares[i];
         if (expected < 20) {  // too few to be normally distributed: all in one bin
             rare_expected += expected;
@@ -65,8 +77,7 @@ void expect_drawn(const Shares& shares, const Counts& met, int draws, int least_
 /// Expects of samples their value and density. Within a peak of a hundredth of a radian a float knows
 /// its place to 1e-3.
 inline void expect_samples_carry_their_value(const Bsdf& bsdf, const Vector& wi, double accuracy) {
-    for (const RandomNumbers& u : evenly_spread(500)) {
-        const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
+    for (const Bsdf::Sample& drawn : evenly_drawn(bsdf, wi, 500)) {
         ASSERT_GT(drawn.pdf, 0);
         EXPECT_EQ(drawn.value, bsdf.eval(wi, drawn.wo));
         EXPECT_NEAR(bsdf.pdf(wi, drawn.wo) / drawn.pdf, 1, accuracy) << "mu_in " << wi.z;
@@ -82,8 +93,7 @@ struct Estimate {
 inline Estimate estimated(const Bsdf& bsdf, const Vector& wi, int count) {
     Estimate estimate;
     double squares = 0;
-    for (const RandomNumbers& u : evenly_spread(count)) {
-        const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
+    for (const Bsdf::Sample& drawn : evenly_drawn(bsdf, wi, count)) {
         if (!(drawn.pdf > 0)) continue;
         const double share = double{drawn.value} * double{std::abs(drawn.wo.z)} / double{drawn.pdf};
         (drawn.wo.z * wi.z > 0 ? estimate.reflected : estimate.transmitted) += share / count;

@@ -4,6 +4,7 @@
 #include <stratus/layer/single_scattering.h>
 
 #include "bsdf_estimate.h"
+#include "indices.h"
 
 #include <gtest/gtest.h>
 
@@ -72,10 +73,8 @@ TEST(Bsdf, AgreesBetweenAnglesAndVectors) {
 TEST(Bsdf, HasTheDensityOfSamplesAboutTheNormal) {
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=-0.9", 1, 0.9);
     for (const Vector& wi : {Vector{0, 0, 1}, direction(1, 0.4, true), Vector{-1e-9f, 0, 1}})
-        for (const RandomNumbers& u : evenly_spread(100'000)) {
-            const Bsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
+        for (const Bsdf::Sample& drawn : evenly_drawn(bsdf, wi, 100'000))
             ASSERT_NEAR(bsdf.pdf(wi, drawn.wo) / drawn.pdf, 1, 1e-3) << drawn.wo.x;
-        }
 }
 
 TEST(Bsdf, IsInvariantUnderRotation) {
@@ -143,8 +142,8 @@ TEST(Bsdf, TransmitsNothingThroughOpticalDepth1000) {
     for (const float mu : {1.0f, 0.8f, 0.2f, 0.01f}) {
         EXPECT_EQ(bsdf.albedo(mu).transmitted, 0);
         EXPECT_NEAR(bsdf.albedo(mu).reflected, endless.albedo(mu).reflected, 1e-6);
-        for (const RandomNumbers& u : evenly_spread(100))
-            EXPECT_GT(bsdf.sample(direction(mu, 0, true), u.u1, u.u2, u.u3).wo.z, 0);
+        for (const Bsdf::Sample& drawn : evenly_drawn(bsdf, direction(mu, 0, true), 100))
+            EXPECT_GT(drawn.wo.z, 0);
     }
 }
 
@@ -169,11 +168,10 @@ TEST(RgbBsdf, HasTheValueAndAlbedoOfItsChannels) {
     const Vector wi = direction(0.4, 2, true);
     double sum[3] = {};
     constexpr int count = 1 << 13;
-    for (const RandomNumbers& u : evenly_spread(count)) {
-        const RgbBsdf::Sample drawn = rgb.sample(wi, u.u1, u.u2, u.u3);
+    for (const RgbBsdf::Sample& drawn : evenly_drawn(rgb, wi, count)) {
         const float value[3] = {drawn.value.r, drawn.value.g, drawn.value.b};
         const float weight = std::abs(drawn.wo.z) / drawn.pdf;
-        for (std::size_t c = 0; c < 3; ++c) {
+        for (const auto c : three_channels) {
             EXPECT_NEAR(value[c], of_channel[c].eval(wi, drawn.wo), 3e-6 * value[c]);
             sum[c] += double{value[c] * weight} / count;
         }
@@ -183,7 +181,7 @@ TEST(RgbBsdf, HasTheValueAndAlbedoOfItsChannels) {
     EXPECT_NEAR(sum[0], shares.reflected.r + shares.transmitted.r, 1e-3);
     EXPECT_NEAR(sum[1], shares.reflected.g + shares.transmitted.g, 1e-3);
     EXPECT_NEAR(sum[2], shares.reflected.b + shares.transmitted.b, 1e-3);
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         const float of_rgb[3] = {shares.reflected.r, shares.reflected.g, shares.reflected.b};
         EXPECT_NEAR(of_rgb[c], of_channel[c].albedo(wi).reflected, 1e-5);
     }

@@ -2,7 +2,6 @@
 // argument at a time: it is not-a-number exactly where an argument is, else what it is at the
 // argument's nearest value in range, and never negative.
 #include <stratus/base/constants.h>
-#include <stratus/base/instruction_set.h>
 #include <stratus/bsdf/bsdf.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/layer/single_scattering.h>
@@ -10,6 +9,8 @@
 #include <stratus/table/lookup.h>
 #include <stratus/table/packed_table.h>
 
+#include "indices.h"
+#include "instruction_sets.h"
 #include "small_table.h"
 #include "table/lookup_arguments.h"
 
@@ -54,7 +55,7 @@ using LookUp = std::function<Values(const Values&)>;
 
 void expect_known(const Values& value, const Values& expected, const std::string& at) {
     ASSERT_EQ(value.size(), expected.size()) << at;
-    for (std::size_t i = 0; i < value.size(); ++i) {
+    for (const auto i : indices(value)) {
         ASSERT_FALSE(std::isnan(value[i])) << at;
         EXPECT_GE(value[i], 0) << at;
         if (std::isfinite(expected[i]))
@@ -68,7 +69,7 @@ void expect_known(const Values& value, const Values& expected, const std::string
 void expect_rule(const std::string& what, const Arguments& arguments, const LookUp& look_up) {
     Values usual;
     for (const Argument& argument : arguments) usual.push_back(argument.usual);
-    for (std::size_t k = 0; k < arguments.size(); ++k)
+    for (const auto k : indices(arguments))
         for (const double odd : odd_numbers) {
             Values here = usual;
             here[k] = odd;
@@ -93,7 +94,7 @@ void expect_rule_of_many(const std::string& what, const Arguments& arguments, in
     for (const Argument& argument : arguments)
         usual.emplace_back(count, static_cast<float>(argument.usual));
     const std::vector<float> untouched = look_up(usual);
-    for (std::size_t k = 0; k < arguments.size(); ++k)
+    for (const auto k : indices(arguments))
         for (const double odd : odd_numbers)
             for (const std::size_t place : {std::size_t{0}, std::size_t{7}, count - 1}) {
                 auto here = usual, inside = usual;
@@ -111,9 +112,6 @@ void expect_rule_of_many(const std::string& what, const Arguments& arguments, in
                         expect_known({value[n]}, {expected[n]}, at);
             }
 }
-
-constexpr InstructionSet instruction_sets[] = {InstructionSet::generic, InstructionSet::avx2,
-                                               InstructionSet::avx512};
 
 Values of(float value) { return {value}; }
 Values of(const Rgb& value) { return {value.r, value.g, value.b}; }
@@ -168,7 +166,7 @@ void expect_rule_of_vectors(const std::string& name, const SliceOf<channels>& sl
                 const float* const wo[3] = {all[3].data(), all[4].data(), all[5].data()};
                 std::vector<float> value(channels * count);
                 slice.eval(count, wi, wo, value.data());
-                for (std::size_t n = 0; n < value.size(); ++n)
+                for (const auto n : indices(value))
                     EXPECT_EQ(std::isnan(value[n]), k < 6 && n % count == 5) << at << " at " << n;
             }
 }

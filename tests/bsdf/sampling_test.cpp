@@ -4,6 +4,7 @@
 #include <stratus/bsdf/bsdf.h>
 
 #include "bsdf_estimate.h"
+#include "indices.h"
 #include "row_name.h"
 #include "uniform.h"
 #include "water_cloud.h"
@@ -251,10 +252,9 @@ TEST_P(EveryPhaseOfColours, KeepsWeightsInBounds) {
         const Vector wi = direction(mu, 0.3, true);
         constexpr int count = 1 << 13;
         double mean[3] = {}, squares[3] = {}, largest[3] = {};
-        for (const RandomNumbers& u : evenly_spread(count)) {
-            const RgbBsdf::Sample drawn = bsdf.sample(wi, u.u1, u.u2, u.u3);
+        for (const RgbBsdf::Sample& drawn : evenly_drawn(bsdf, wi, count)) {
             const float value[3] = {drawn.value.r, drawn.value.g, drawn.value.b};
-            for (std::size_t c = 0; c < 3; ++c) {
+            for (const auto c : three_channels) {
                 const double weight =
                     double{value[c]} * double{std::abs(drawn.wo.z)} / double{drawn.pdf};
                 mean[c] += weight / count;
@@ -265,7 +265,7 @@ TEST_P(EveryPhaseOfColours, KeepsWeightsInBounds) {
         const auto brightest = static_cast<std::size_t>(std::max_element(mean, mean + 3) - mean);
         const double variance = squares[brightest] - mean[brightest] * mean[brightest];
         EXPECT_LT(std::sqrt(variance) / mean[brightest], 0.5) << "mu_in " << mu;
-        for (std::size_t c = 0; c < 3; ++c)
+        for (const auto c : three_channels)
             EXPECT_LT(largest[c] / mean[c], 5) << "mu_in " << mu << " channel " << c;
     }
 }

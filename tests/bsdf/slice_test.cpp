@@ -1,9 +1,9 @@
 #include <stratus/base/constants.h>
-#include <stratus/base/instruction_set.h>
 #include <stratus/bsdf/slice.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/lookup.h>
 
+#include "instruction_sets.h"
 #include "bsdf/slice_parts.h"
 #include "directions.h"
 #include "small_table.h"
@@ -382,8 +382,7 @@ void expect_batches_to_agree(const SliceOf<channels>& slice) {
 TEST(Slice, AgreesBetweenBatchesAndSingleCalls) {
     const Table table = smooth_table(true), isotropic = smooth_table(false),
                 fine = fine_table(true), fine_isotropic = fine_table(false);
-    for (const auto widest :
-         {InstructionSet::generic, InstructionSet::avx2, InstructionSet::avx512}) {
+    for (const auto widest : instruction_sets) {
         const InstructionSetLimit limit(widest);
         expect_batches_to_agree(bind(table.view(), 1, 0.9));
         expect_batches_to_agree(bind(isotropic.view(), 1, 0.9));

@@ -54,16 +54,15 @@ struct Function {
 const Function functions[] = {
     {"Reflection",
      [](const Shared& shared, const Point& p) {
-         return reflection(shared.table.view(), p.albedo, p.optical_depth, geometry(p)).total();
+         return scattering_at(shared.table, Side::reflection, p).total();
      }},
     {"Transmission",
      [](const Shared& shared, const Point& p) {
-         return transmission(shared.table.view(), p.albedo, p.optical_depth, geometry(p)).total();
+         return scattering_at(shared.table, Side::transmission, p).total();
      }},
     {"ReflectionOverGround",
      [](const Shared& shared, const Point& p) {
-         return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry(p))
-             .total();
+         return scattering_at(shared.over_ground, Side::reflection, p).total();
      }},
     {"Bsdf",
      [](const Shared& shared, const Point& p) {

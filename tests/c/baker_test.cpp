@@ -8,6 +8,7 @@
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
+#include "indices.h"
 #include "../io/temporary_folder.h"
 #include "expect_refused.h"
 
@@ -46,7 +47,7 @@ stratus_problem make_problem(const stratus_layer* layers, std::size_t count, int
 template <class Solution>
 void expect_same(const Solution& solution, const std::vector<stratus_geometry>& geometries,
                  const std::vector<stratus_solved>& r, const std::vector<stratus_solved>& t) {
-    for (std::size_t i = 0; i < geometries.size(); ++i) {
+    for (const auto i : indices(geometries)) {
         const int in = static_cast<int>(2 * i);
         const auto R = solution.reflection(in, in + 1, geometries[i].azimuth);
         const auto T = solution.transmission(in, in + 1, geometries[i].azimuth);

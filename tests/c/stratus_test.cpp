@@ -7,6 +7,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 
+#include "indices.h"
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"
 #include "expect_refused.h"
@@ -116,7 +117,7 @@ TEST_F(C, LooksUpTablesToTheBitsOfCpp) {
             side == Side::reflection ? stratus_table_reflection : stratus_table_transmission;
         std::vector<stratus_scattered> light(points.size());
         check_ok(look_up(handle_, points.size(), points.data(), light.data()));
-        for (std::size_t i = 0; i < points.size(); ++i) {
+        for (const auto i : indices(points)) {
             const stratus_point& at = points[i];
             const Scattered expected = scattering(table_.view(), side, at.albedo, at.optical_depth,
                                                   {at.mu_in, at.mu_out, at.azimuth});

@@ -3,6 +3,8 @@
 #include "observed_clouds.h"
 #include "row_name.h"
 
+#include "indices.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -151,7 +153,7 @@ TEST_P(FitCoverage, IsNominal) {
                 model->brightness({truth[0], truth[1], truth[2], truth[3], truth[4]}, observed,
                                   options.density, options.opposition);
             double chi_square_of_truth = 0;
-            for (std::size_t i = 0; i < observed.size(); ++i)
+            for (const auto i : indices(observed))
                 chi_square_of_truth +=
                     std::pow((of_truth[i] - observed[i].brightness) / observed[i].sigma, 2);
             EXPECT_LE(fit.chi_square, chi_square_of_truth * (1 + 1e-9));

@@ -2,6 +2,7 @@
 // observed light is the solver's own, of droplets between the samples of the table.
 #include <stratus/fit/fit.h>
 
+#include "indices.h"
 #include "observed_clouds.h"
 #include "refusal.h"
 
@@ -125,7 +126,7 @@ TEST(FitFamily, PredictsWhatLookupsOfTheMemberGive) {
     LayerParameters layer{1.1, 0.9};
     layer.radius = 0.3333;
     const std::vector<double> brightness = model->brightness(layer, all);
-    for (std::size_t i = 0; i < all.size(); ++i) {
+    for (const auto i : indices(all)) {
         const TableView view = droplet_table().view().at({layer.radius, all[i].known[1]});
         const auto look_up = all[i].light == Light::reflected ? reflection : transmission;
         const double expected =

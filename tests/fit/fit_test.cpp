@@ -2,6 +2,7 @@
 #include <stratus/bsdf/slice.h>
 #include <stratus/fit/fit.h>
 
+#include "indices.h"
 #include "least_squares.h"
 #include "observed_rings.h"
 #include "refusal.h"
@@ -89,14 +90,14 @@ TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
 
 TEST(Fit, TellsWhatTheModelMakesOfEachObservation) {
     std::vector<Observation> seen = seen_ring({0.5, 0.3, 0.7}, views(true));
-    for (std::size_t i = 0; i < seen.size(); ++i)
+    for (const auto i : indices(seen))
         seen[i].brightness += (i % 3 == 0 ? 1.5 : -0.5) * seen[i].sigma;
     const Fit fit = fit_layer(ring_table().view(), seen);
     ASSERT_EQ(fit.brightness.size(), seen.size());
     const LayerParameters layer{fit.optical_depth().value, fit.w1().value, fit.w2().value};
     const std::vector<double> model = table_model(ring_table().view())->brightness(layer, seen);
     double chi_square = 0;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
+    for (const auto i : indices(seen)) {
         EXPECT_NEAR(fit.brightness[i], model[i], 1e-12);
         chi_square += std::pow((seen[i].brightness - fit.brightness[i]) / seen[i].sigma, 2);
     }
@@ -151,7 +152,7 @@ TEST(Fit, RemarksThatTheAlbedoOfAThinLayerIsOpenHoweverSmallItsDeviation) {
     const auto seen = [&](const LayerParameters& layer, double noise) {
         std::vector<Observation> observed = directions;
         const std::vector<double> brightness = model->brightness(layer, observed);
-        for (std::size_t i = 0; i < observed.size(); ++i) {
+        for (const auto i : indices(observed)) {
             observed[i].brightness = brightness[i];
             observed[i].sigma = noise * brightness[i];
         }
@@ -323,7 +324,7 @@ TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
         table_model(ring_table().view())
             ->brightness({ring.optical_depth, ring.w1, ring.w2}, views, effects.density,
                          effects.opposition);
-    for (std::size_t i = 0; i < views.size(); ++i) {
+    for (const auto i : indices(views)) {
         const auto in = static_cast<float>(views[i].geometry.mu_in),
                    out = static_cast<float>(views[i].geometry.mu_out),
                    azimuth = static_cast<float>(views[i].geometry.azimuth);

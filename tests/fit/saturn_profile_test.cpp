@@ -4,6 +4,7 @@
 #include <stratus/fit/fit.h>
 #include <stratus/io/csv.h>
 
+#include "indices.h"
 #include "row_name.h"
 
 #include <gtest/gtest.h>
@@ -60,7 +61,7 @@ std::vector<double> mean_brightness(const Region& region, double colour,
         const auto middle = [&](std::size_t c) { return (a[c] + b[c]) / 2; };
         const std::vector<double> at =
             model->brightness({middle(1), colour * middle(2), colour * middle(3), 0, 0.5}, views);
-        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += step * at[i];
+        for (const auto i : indices(sum)) sum[i] += step * at[i];
         width += step;
     }
     for (double& value : sum) value /= width;
@@ -77,7 +78,7 @@ TEST_P(SaturnProfile, IsAsBrightAsObserved) {
         const std::vector<Observation> observed = lit_rows(rows, region.middle);
         ASSERT_EQ(observed.size(), 6);
         const std::vector<double> ours = mean_brightness(region, share, observed);
-        for (std::size_t i = 0; i < observed.size(); ++i) {
+        for (const auto i : indices(observed)) {
             // Two of the observations' standard deviations of 5 %, and as much for one colour that
             // stands for all rings.
             EXPECT_NEAR(ours[i], observed[i].brightness, 0.2 * observed[i].brightness)

@@ -1,5 +1,6 @@
 #include <stratus/io/checkpoint.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "temporary_folder.h"
 
@@ -112,7 +113,7 @@ TEST_F(CheckpointFile, DropsTruncatedPieces) {
 TEST_F(CheckpointFile, NeverReturnsDamagedPieces) {
     keep_three_pieces();
     const std::string whole = content(path);
-    for (std::size_t at = 0; at < whole.size(); ++at) {
+    for (const auto at : indices(whole)) {
         std::string damaged = whole;
         damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
         set_content(path, damaged);

@@ -17,6 +17,9 @@
 namespace stratus {
 namespace {
 
+using Rows = std::vector<std::vector<double>>;
+using Columns = std::vector<std::string>;
+
 CsvTable read(const std::string& text) {
     std::istringstream stream(text);
     return read_csv(stream, "some.csv");
@@ -24,18 +27,18 @@ CsvTable read(const std::string& text) {
 
 TEST(Csv, KeepsColumnsRowsAndLineNumbers) {
     const CsvTable table = read("# phases\n\nvalue, angle\n1.5,0\n# middle\n2,90\n");
-    EXPECT_EQ(table.columns, (std::vector<std::string>{"value", "angle"}));
+    EXPECT_EQ(table.columns, (Columns{"value", "angle"}));
     EXPECT_EQ(table.column("angle"), 1);
     EXPECT_TRUE(table.has_column("value"));
     EXPECT_FALSE(table.has_column("Value"));
-    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{1.5, 0}, {2, 90}}));
+    EXPECT_EQ(table.rows, (Rows{{1.5, 0}, {2, 90}}));
     EXPECT_EQ(table.lines, (std::vector<int>{4, 6}));
 }
 
 TEST(Csv, SkipsByteOrderMarkAndCarriageReturns) {
     const CsvTable table = read("\xEF\xBB\xBFl,chi\r\n0, 1\r\n1,+2.5e-1 \r\n");
-    EXPECT_EQ(table.columns, (std::vector<std::string>{"l", "chi"}));
-    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0, 1}, {1, 0.25}}));
+    EXPECT_EQ(table.columns, (Columns{"l", "chi"}));
+    EXPECT_EQ(table.rows, (Rows{{0, 1}, {1, 0.25}}));
 }
 
 TEST(Csv, ReadsManyColumnsInLinearTime) {  // 200,000 took 22 s
@@ -79,12 +82,12 @@ TEST(Csv, ReadsCorrectlyRoundedNumbersAndInfinity) {
 
 TEST(Csv, ReadsQuotedFields) {
     const CsvTable table = read("\"mu_in\",\"remarks, \"\"many\"\"\"\n\"0.5\", 2\n");
-    EXPECT_EQ(table.columns, (std::vector<std::string>{"mu_in", "remarks, \"many\""}));
-    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0.5, 2}}));
+    EXPECT_EQ(table.columns, (Columns{"mu_in", "remarks, \"many\""}));
+    EXPECT_EQ(table.rows, (Rows{{0.5, 2}}));
 }
 
 TEST(Csv, MayLackTheLastLineBreakAndRows) {
-    EXPECT_EQ(read("a\n1\n2").rows, (std::vector<std::vector<double>>{{1}, {2}}));
+    EXPECT_EQ(read("a\n1\n2").rows, (Rows{{1}, {2}}));
     EXPECT_TRUE(read("a,b\n").rows.empty());
 }
 
@@ -127,7 +130,7 @@ TEST(Csv, ReadsColumnsOfWordsAsTheirPlaces) {
     const std::vector<CsvWords> words{{"side", {"lit", "unlit"}}};
     std::istringstream stream("mu,side\n0.5,unlit\n1, \"lit\"\n");
     const CsvTable table = read_csv(stream, "some.csv", words);
-    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0.5, 1}, {1, 0}}));
+    EXPECT_EQ(table.rows, (Rows{{0.5, 1}, {1, 0}}));
     std::istringstream other("mu,side\n0.5,dark\n");
     expect_refusal([&] { read_csv(other, "some.csv", words); },
                    "some.csv, line 2: column 'side' must be one of lit, unlit, got 'dark'");

@@ -1,5 +1,6 @@
 #include <stratus/io/image.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "temporary_folder.h"
 
@@ -14,8 +15,7 @@ namespace {
 
 Image ramp() {
     Image image(5, 3);
-    for (std::size_t k = 0; k < image.rgb.size(); ++k)
-        image.rgb[k] = 0.1f * static_cast<float>(k) - 1;
+    for (const auto k : indices(image.rgb)) image.rgb[k] = 0.1f * static_cast<float>(k) - 1;
     return image;
 }
 
@@ -51,6 +51,10 @@ TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
 }
 
 // OpenEXR takes memory for lines as long as a header says when it opens a file.
+void expect_refused(const std::filesystem::path& path, const char* sentence) {
+    expect_refusal<std::runtime_error>([&] { read_exr_image(path); }, sentence);
+}
+
 TEST(ExrImage, RefusesSizesBeforeItOpensAFile) {
     using namespace std::string_literals;
     const TemporaryFolder folder;
@@ -64,22 +68,20 @@ TEST(ExrImage, RefusesSizesBeforeItOpensAFile) {
     empty[at + 3] = '\x7f';
     for (const std::string& damaged : {wide, high, empty}) {
         set_content(folder / "a.exr", damaged);
-        expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
-                     "width and height of a picture and of its tiles must be in [1, 16384]");
+        expect_refused(folder / "a.exr",
+                       "width and height of a picture and of its tiles must be in [1, 16384]");
     }
     std::string deep = picture;
     deep[5] = '\x08';
     set_content(folder / "a.exr", deep);
-    expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
-                 "a picture must not be deep");
+    expect_refused(folder / "a.exr", "a picture must not be deep");
 }
 
 TEST(ExrImage, RefusesAttributesLongerThanTheFile) {
     using namespace std::string_literals;
     const TemporaryFolder folder;
     set_content(folder / "a.exr", "\x76\x2f\x31\x01\x02\0\0\0name\0kind\0\0\0\0\x40"s);  // 1 GiB
-    expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
-                 "a header is truncated or damaged");
+    expect_refused(folder / "a.exr", "a header is truncated or damaged");
 }
 
 // OpenEXR goes by the type: it would read on before or after the attribute's end.
@@ -92,18 +94,15 @@ TEST(ExrImage, RefusesAttributesOfALengthThatIsNotTheirOwn) {
          {"float", "v2f", "chlist", "preview", "stringvector", "floatvector"}) {
         set_content(folder / "a.exr",
                     "\x76\x2f\x31\x01\x02\0\0\0name\0"s + type + "\0"s + longer + end);
-        expect_holds(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }),
-                     "a header has an attribute of the wrong length");
+        expect_refused(folder / "a.exr", "a header has an attribute of the wrong length");
     }
 }
 
 TEST(ExrImage, NamesAnUnreadableFile) {
     const TemporaryFolder folder;
     set_content(folder / "a.exr", "no picture");
-    EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }).find("a.exr"),
-              std::string::npos);
-    EXPECT_NE(refusal<std::runtime_error>([&] { read_exr_image(folder / "b.exr"); }).find("b.exr"),
-              std::string::npos);
+    expect_refused(folder / "a.exr", "a.exr");
+    expect_refused(folder / "b.exr", "b.exr");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/table/lookup.h>
 
+#include "indices.h"
 #include "sample_table.h"
 #include "temporary_folder.h"
 #include "uniform.h"
@@ -55,7 +56,7 @@ std::vector<Answer> answers(const TableView& table, const std::vector<Query>& al
 /// Does not allocate, since heap use is measured.
 bool answers_are(const std::vector<Answer>& expected, const TableView& table,
                  const std::vector<Query>& all) {
-    for (std::size_t k = 0; k < all.size(); ++k)
+    for (const auto k : indices(all))
         if (answer(table, all[k]) != expected[k]) return false;
     return true;
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>

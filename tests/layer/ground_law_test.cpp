@@ -3,6 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
 
+#include "indices.h"
 #include "refusal.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +53,7 @@ double albedo_of_facets(double wind, double index, double mu0) {
     const auto shadow = [&](double mu) {
         const double cot = mu / std::sqrt(1 - mu * mu), width = 7 * std::sqrt(variance / 2);
         double sum = 0;
-        for (std::size_t i = 0; i < some.x.size(); ++i) {
+        for (const auto i : indices(some.x)) {
             const double q = cot + width * (1 + some.x[i]) / 2;
             sum += some.weight[i] * width / 2 * (q - cot) * std::exp(-q * q / variance);
         }
@@ -60,8 +61,8 @@ double albedo_of_facets(double wind, double index, double mu0) {
     };
     const double shadow_in = shadow(mu0), most = 6 * std::sqrt(variance / 2);
     double sum = 0;
-    for (std::size_t i = 0; i < rule.x.size(); ++i)
-        for (std::size_t j = 0; j < rule.x.size(); ++j) {
+    for (const auto i : indices(rule.x))
+        for (const auto j : indices(rule.x)) {
             const double zx = most * rule.x[i], zy = most * rule.x[j];
             const double n = 1 / std::sqrt(1 + zx * zx + zy * zy);  // the normal: n (-zx, -zy, 1)
             const double c = n * (mu0 - zx * s0);                   // the sun towards +x
@@ -92,7 +93,7 @@ TEST(GroundLaw, ReflectsTheMeanOfItsPlaneAlbedosUnderUniformLight) {
         const auto law = read_ground_law(text);
         const GaussLegendre rule(40);
         double mean = 0;
-        for (std::size_t i = 0; i < rule.x.size(); ++i) {
+        for (const auto i : indices(rule.x)) {
             const double mu = (1 + rule.x[i]) / 2;
             mean += rule.weight[i] * mu * plane_albedo(*law, mu);
         }

@@ -3,6 +3,8 @@
 
 #include <stratus/io/image.h>
 
+#include "../base/indices.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -42,7 +44,7 @@ class AtlasReader {
         for (int next = 0; next < 2; ++next) {
             const double share = next == 0 ? 1 - (column - first) : column - first;
             const std::array<double, 3> texel = filtered((first + next) * width_ + x, y);
-            for (std::size_t c = 0; c < 3; ++c) f[c] += share * texel[c] / (pi_ * (mu_in + mu_out));
+            for (const auto c : three_channels) f[c] += share * texel[c] / (pi_ * (mu_in + mu_out));
         }
         return f;
     }
@@ -71,7 +73,7 @@ class AtlasReader {
                     (di ? left - i : 1 - (left - i)) * (dj ? top - j : 1 - (top - j));
                 const float* const texel = image_.pixel(std::min(i + di, image_.width - 1),
                                                         std::min(j + dj, image_.height - 1));
-                for (std::size_t c = 0; c < 3; ++c)
+                for (const auto c : three_channels)
                     sum[c] += weight * static_cast<double>(texel[c]);
             }
         return sum;

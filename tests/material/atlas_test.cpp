@@ -1,6 +1,7 @@
 #include <stratus/material/material.h>
 
 #include "atlas_reader.h"
+#include "indices.h"
 #include "material_check.h"
 #include "refusal.h"
 
@@ -54,7 +55,7 @@ TEST(AtlasFile, HoldsStacksLitFromEitherSideInThreeColours) {
     const Material material{{stack(0.1), stack(0.2), stack(0.4)}, ""};
     const Atlas atlas(material);
     ASSERT_EQ(atlas.tiles->rows(), 3);
-    for (std::size_t colour = 0; colour < 3; ++colour) {
+    for (const auto colour : three_channels) {
         Errors R, T, below;
         for (const Expected& at : random_geometries(material.colours[colour], 40, 0.05)) {
             R.add(atlas.value(0, at.geometry, colour), at.reflection);

@@ -2,6 +2,8 @@
 // cubic splines through four nodes of either cosine and a sum of cosines.
 #pragma once
 
+#include "../base/indices.h"
+
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -69,7 +71,7 @@ class FourierReader {
         std::vector<double> sums;
         for (const std::vector<double>& of : series) {
             double sum = 0;
-            for (std::size_t k = 0; k < of.size(); ++k)
+            for (const auto k : indices(of))
                 sum += of[k] * std::cos(static_cast<double>(k) * azimuth);
             sums.push_back(sum / std::abs(mu_i));
         }

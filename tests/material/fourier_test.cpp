@@ -2,6 +2,7 @@
 #include <stratus/transfer/reference/solvers.h>
 
 #include "fourier_reader.h"
+#include "indices.h"
 #include "material_check.h"
 #include "refusal.h"
 #include "row_name.h"
@@ -95,7 +96,7 @@ TEST(FourierTable, IsWhatPhotonsTell) {
     const FourierReader table = table_of({{{{{phase, 0.9, 1}}, {}}}, ""});
     const std::vector<Geometry> geometries{{0.6, 0.8, 0.1}, {0.6, 0.3, 2.9}, {0.6, 0.5, 1.6}};
     const PhotonSolution photons = solve_photons(phase, 0.9, 1, geometries, {.photons = 200'000});
-    for (std::size_t k = 0; k < geometries.size(); ++k) {
+    for (const auto k : indices(geometries)) {
         const PhotonValue &R = photons.geometries[k].reflection,
                           &T = photons.geometries[k].transmission;
         EXPECT_NEAR(reflected(table, geometries[k]), R.value.total, 4 * R.standard_error);
@@ -135,8 +136,8 @@ TEST(FourierTable, KeepsMeansAtMostEight) {
     for (const Stack& stack : {layer("henyey_greenstein:g=0.85", 1, 1), layer("isotropic", 1, 0.01),
                                layer("henyey_greenstein:g=0.95", 1, 12)}) {
         const FourierReader table = table_of({{stack}, ""});
-        for (std::size_t o = 0; o < table.mu.size(); ++o)
-            for (std::size_t i = 0; i < table.mu.size(); ++i) {
+        for (const auto o : indices(table.mu))
+            for (const auto i : indices(table.mu)) {
                 largest = std::max(largest, table.mean(o, i));
                 EXPECT_GE(table.mean(o, i), 0);
             }
@@ -159,7 +160,7 @@ TEST(FourierTable, HoldsRedGreenAndBlue) {
                             ""};
     const FourierReader table = table_of(material);
     ASSERT_EQ(table.channels, 3);
-    for (std::size_t colour = 0; colour < 3; ++colour) {
+    for (const auto colour : three_channels) {
         Errors R, T;
         for (const Expected& at : random_geometries(material.colours[colour], 200, 0.01)) {
             R.add(reflected(table, at.geometry, colour), at.reflection);
@@ -184,7 +185,7 @@ TEST(FourierTable, HasTheLayoutThatReadersExpect) {
         if (k != half) {
             EXPECT_LT(table.mu[k - 1], table.mu[k]);
         }
-    for (std::size_t o = 0; o < table.mu.size(); ++o) {
+    for (const auto o : indices(table.mu)) {
         EXPECT_EQ(table.cdf[o * table.mu.size()], 0);
         for (std::size_t i = 1; i < table.mu.size(); ++i)
             EXPECT_GE(table.cdf[o * table.mu.size() + i], table.cdf[o * table.mu.size() + i - 1]);

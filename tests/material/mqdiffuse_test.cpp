@@ -1,5 +1,6 @@
 #include <stratus/material/material.h>
 
+#include "indices.h"
 #include "material_check.h"
 #include "mqdiffuse_reader.h"
 #include "refusal.h"
@@ -42,12 +43,12 @@ TEST(Mqdiffuse, HasEvenAxes) {
     const MqdiffuseReader grid = grid_of(layer("isotropic", 0.9, 1));
     for (const std::size_t d : {std::size_t{0}, std::size_t{2}}) {
         const std::vector<double>& cosines = grid.axes[d];
-        for (std::size_t k = 0; k < cosines.size(); ++k)
+        for (const auto k : indices(cosines))
             EXPECT_NEAR(cosines[k],
                         static_cast<double>(k) / static_cast<double>(cosines.size() - 1), 1e-15);
     }
     const std::vector<double>& phi = grid.axes[1];
-    for (std::size_t k = 0; k < phi.size(); ++k)
+    for (const auto k : indices(phi))
         EXPECT_NEAR(phi[k], 2 * pi * static_cast<double>(k) / static_cast<double>(phi.size()),
                     1e-14);
 }

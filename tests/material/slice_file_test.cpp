@@ -4,6 +4,8 @@
 #include "slice_reader.h"
 #include "solved_stack.h"
 
+#include "indices.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -67,7 +69,7 @@ TEST(SliceFile, SaysWhereItsSamplesLie) {
     EXPECT_EQ(mu, file.numbers<double>("mu_out"));
     EXPECT_EQ(mu.front(), 0);
     EXPECT_EQ(mu.back(), 1);
-    for (std::size_t k = 0; k < mu.size(); ++k)
+    for (const auto k : indices(mu))
         EXPECT_NEAR(std::asin(std::sqrt(mu[k])) * 2 / pi * static_cast<double>(mu.size() - 1),
                     static_cast<double>(k), 1e-6);
     EXPECT_EQ(azimuth.front(), 0);

@@ -1,6 +1,7 @@
 #include <stratus/material/material.h>
 #include <stratus/table/member_and_ground.h>
 
+#include "indices.h"
 #include "material_check.h"
 #include "refusal.h"
 #include "row_name.h"
@@ -133,13 +134,12 @@ TEST(TensorTable, HoldsRedGreenAndBlueInEitherForm) {
     const std::vector<float>& wavelengths = spectral.fields.at("wavelengths").values;
     EXPECT_EQ(wavelengths, (std::vector<float>{473, 503, 575, 605}));
     const std::size_t bands[] = {3, 1, 0};
-    for (std::size_t colour = 0; colour < 3; ++colour) {
+    for (const auto colour : three_channels) {
         expect_close(rgb, material.colours[colour], colour, 100);
         expect_close(spectral, material.colours[colour], bands[colour], 100);
     }
     const TensorReader grey = table_of({{material.colours[1]}, ""}, MaterialFormat::tensor_rgb);
-    for (std::size_t colour = 0; colour < 3; ++colour)
-        expect_close(grey, material.colours[1], colour, 100);
+    for (const auto colour : three_channels) expect_close(grey, material.colours[1], colour, 100);
 }
 
 /// XYZ at a wavelength in nm: fits of CIE 1931 by Wyman, Sloan and Shirley, JCGT 2 (2013).
@@ -167,7 +167,7 @@ TEST(TensorTable, IsSeenInTheColoursThatWereAskedFor) {
     const double to_srgb[3][3] = {
         {3.2405, -1.5371, -0.4985}, {-0.9693, 1.876, 0.0416}, {0.0556, -0.204, 1.0572}};
     double asked[3] = {}, seen[3][3] = {};  // seen: over (primary, colour asked for)
-    for (std::size_t c = 0; c < 3; ++c) asked[c] = rgb(0.6, 0.4, 1, c);
+    for (const auto c : three_channels) asked[c] = rgb(0.6, 0.4, 1, c);
     for (int k = 0; k <= 400; ++k) {
         const double wavelength = 380 + k, place = std::min(k / 20.0, 19.999);
         const auto day = static_cast<std::size_t>(place);
@@ -180,7 +180,7 @@ TEST(TensorTable, IsSeenInTheColoursThatWereAskedFor) {
                      after = static_cast<double>(bands[ends[1]]);
         const double share = after > before ? (wavelength - before) / (after - before) : 0;
         for (std::size_t e = 0; e < 2; ++e)
-            for (std::size_t c = 0; c < 3; ++c) {
+            for (const auto c : three_channels) {
                 if (std::abs(table(0.6, 0.4, 1, ends[e]) / asked[c] - 1) > 1e-6) continue;
                 for (std::size_t p = 0; p < 3; ++p)
                     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -189,7 +189,7 @@ TEST(TensorTable, IsSeenInTheColoursThatWereAskedFor) {
             }
     }
     for (std::size_t p = 0; p < 3; ++p)
-        for (std::size_t c = 0; c < 3; ++c)
+        for (const auto c : three_channels)
             EXPECT_NEAR(seen[p][c] / (seen[p][0] + seen[p][1] + seen[p][2]), p == c, 0.042)
                 << p << ' ' << c;
 }

@@ -3,6 +3,7 @@
 #include <stratus/phase/phase_function.h>
 
 #include "csv_rows.h"
+#include "all_near.h"
 #include "phase/mie_scattering.h"
 #include "refusal.h"
 #include "row_name.h"
@@ -99,7 +100,7 @@ TEST(ModifiedGamma, OfGammaOneIsTheGammaDistribution) {
     const PhaseFunction gamma =
         parse_phase_function("mie:radius=1um,variance=0.1,distribution=gamma,index=1.4+0.01i");
     const std::vector<double> a = modified.moments(60), b = gamma.moments(60);
-    for (std::size_t l = 0; l < a.size(); ++l) EXPECT_NEAR(a[l], b[l], 1e-9) << l;
+    expect_all_near(a, b, 0, 1e-9);
     EXPECT_NEAR(*modified.albedo(), *gamma.albedo(), 1e-9);
 }
 
@@ -141,7 +142,7 @@ TEST(SizeRows, OfADistributionScatterAsItDoes) {
     // Straight lines of 3 % lie off by (0.03)^2 / 12 of curvatures of some 10.
     EXPECT_NEAR(effective_size(droplets_of(listed)).radius / 0.48125, 1, 1e-3);
     const std::vector<double> a = listed.moments(40), b = haze.moments(40);
-    for (std::size_t l = 0; l < a.size(); ++l) EXPECT_NEAR(a[l], b[l], 3e-4) << l;
+    expect_all_near(a, b, 0, 3e-4);
     const auto efficiency = [](const PhaseFunction& phi) {
         return std::get<Mie>(phi.terms()[0].second).extinction_efficiency();
     };
@@ -165,7 +166,7 @@ TEST(SizeRows, ScatterAlikeAtTwiceTheSizeAndWavelength) {
     Droplets twice = droplets_of(parse_phase_function("mie:distribution=2 0/4 5/6 0,index=1.4"));
     twice.wavelength *= 2;
     const std::vector<double> a = Mie(droplets).moments(30), b = Mie(twice).moments(30);
-    for (std::size_t l = 0; l < a.size(); ++l) EXPECT_NEAR(a[l], b[l], 1e-10) << l;
+    expect_all_near(a, b, 0, 1e-10);
     EXPECT_TRUE(have_same_sizes(droplets, droplets));
     EXPECT_FALSE(have_same_sizes(droplets, twice));
 }

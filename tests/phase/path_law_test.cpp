@@ -5,6 +5,8 @@
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <boost/math/special_functions/gamma.hpp>
+#include "indices.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -105,7 +107,7 @@ TEST(PathLaw, IsForNarrowForwardPeaksAlone) {
 
 double polynomial_sum(const std::vector<double>& coefficients, double x) {
     double before = 0, here = 1, sum = 0;
-    for (std::size_t l = 0; l < coefficients.size(); ++l) {
+    for (const auto l : indices(coefficients)) {
         const double order = static_cast<double>(l);
         sum += coefficients[l] * here;
         before = std::exchange(here, ((2 * order + 1) * x * here - order * before) / (order + 1));

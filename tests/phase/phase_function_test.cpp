@@ -1,6 +1,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/phase/phase_function.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "row_name.h"
 #include "uniform.h"
@@ -61,7 +62,7 @@ TEST_P(EveryPhaseFunction, HasTheMomentsOfItsValues) {
 
 TEST_P(EveryPhaseFunction, MomentsDoNotDependOnTheirNumber) {
     const std::vector<double> few = phi().moments(5), many = phi().moments(300);
-    for (std::size_t l = 0; l < few.size(); ++l) EXPECT_NEAR(few[l], many[l], 1e-14);
+    for (const auto l : indices(few)) EXPECT_NEAR(few[l], many[l], 1e-14);
     EXPECT_EQ(phi().moments(1).size(), 1u);
 }
 
@@ -315,7 +316,7 @@ TEST(Moments, MayBeSlightlyNegative) {
 TEST(Moments, AreSoonChecked) {               // 16 s for 20,000 when each angle summed them all
     const std::clock_t begin = std::clock();  // which other programs do not move on
     std::vector<double> chi(20'000);
-    for (std::size_t l = 0; l < chi.size(); ++l) chi[l] = std::pow(0.999, static_cast<double>(l));
+    for (const auto l : indices(chi)) chi[l] = std::pow(0.999, static_cast<double>(l));
     const PhaseFunction phase{Moments(chi)};
     EXPECT_LT(std::clock() - begin, 4 * CLOCKS_PER_SEC);
     // The closed form, to what the 20,001st moment and more would add.

@@ -27,10 +27,10 @@ TEST(SeenLight, IsOfBothSidesWhereTheSunLiesOnTheHorizon) {
 
 TEST(SeenLight, OfRingsIsOfBothSidesWhereTheyAndTheirPlanetLightOneAnother) {
     Scene rings = small_rings(1);
-    rings.effects.ringshine = rings.effects.planetshine = true;
+    shine_on_one_another(rings, true);
     EXPECT_TRUE(seen_light(rings).shine);
     EXPECT_TRUE(seen_light(rings).transmission);
-    rings.effects.ringshine = rings.effects.planetshine = false;
+    shine_on_one_another(rings, false);
     EXPECT_FALSE(seen_light(rings).shine);
     EXPECT_FALSE(seen_light(rings).transmission);
 }
@@ -89,7 +89,7 @@ TEST(SeenDirections, HoldThoseOfEveryRay) {
         scene.width = 24;
         scene.height = 16;
         scene.effects.multiple = false;
-        scene.effects.ringshine = scene.effects.planetshine = false;
+        shine_on_one_another(scene, false);
         scene.camera.position =
             (1.5 + 8 * unit()) * direction_at(std::asin(2 * unit() - 1), 2 * pi * unit());
         scene.camera.look_at =

@@ -2,6 +2,8 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/scene/figure.h>
 
+#include "indices.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,7 +42,7 @@ TEST_F(PlottedLobes, LightFromBelowMirrorsLightFromAbove) {
     for (const LobeBlock& block : plot.blocks)
         for (const auto& row : block.rows)
             for (std::size_t w = 0; w < 2; ++w)
-                for (std::size_t k = 0; k < row[0].curves[w].above.size(); ++k) {
+                for (const auto k : indices(row[0].curves[w].above)) {
                     EXPECT_NEAR(row[0].curves[w].above[k], row[1].curves[w].below[k], 1e-12);
                     EXPECT_NEAR(row[0].curves[w].below[k], row[1].curves[w].above[k], 1e-12);
                 }

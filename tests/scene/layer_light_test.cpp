@@ -7,6 +7,7 @@
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
+#include "indices.h"
 #include "layer_fluxes.h"
 #include "refusal.h"
 #include "small_scene.h"
@@ -44,7 +45,7 @@ void expect_light_over_ground(const Scene& scene, const LayerLight& light, doubl
     const Rgb3 from_ground =
         light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
     const double ground_albedo[] = {ground.r, ground.g, ground.b};
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         const LayerSolution both =
             solved(scene.layer, c, depth, LowerBoundary::surface(ground_albedo[c]));
         EXPECT_NEAR((from_layer[c] + from_ground[c]) / both.reflection(0, 1, 0.4).total, 1,
@@ -62,8 +63,7 @@ TEST(LayerLight, MatchesTheSolver) {
             scene.layer.extinction = extinction;
             scene.layer.optical_depth.pattern =
                 varied ? DepthMap::Pattern::clouds : DepthMap::Pattern::plain;
-            const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
-            const LayerLight light(scene, tables.get());
+            const BakedLight light = light_of_all_directions(scene);
             for (const double depth :
                  varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3})
                 expect_light_over_ground(scene, light, depth);
@@ -71,7 +71,7 @@ TEST(LayerLight, MatchesTheSolver) {
             const Rgb3 reflected = light.reflection(matter, over_ground),
                        transmitted = light.transmission(matter, over_ground),
                        beam = light.beam(matter, 0.8), albedo = light.plane_albedo(matter, 0.8);
-            for (std::size_t c = 0; c < 3; ++c) {
+            for (const auto c : three_channels) {
                 SCOPED_TRACE(c);
                 const LayerSolution free = solved(scene.layer, c, 3);
                 EXPECT_NEAR(reflected[c] / free.reflection(0, 1, 0.4).total, 1, tolerance);
@@ -92,11 +92,10 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     the_planet(scene).surface.colour = {0.25f, 0.5f, 1.0f};
     scene.tolerance = tolerance;
     for (const bool varied : {false, true}) {
-        if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
-        const auto tables = bake_for({scene});
-        const LayerLight light(scene, tables[0].get());
+        if (varied) cover_with_clouds(scene);
+        const BakedLight light(scene);
         const Rgb3 reflected = light.reflection({3, scene.layer.albedo, 1}, over_ground);
-        for (std::size_t c = 0; c < 3; ++c) {
+        for (const auto c : three_channels) {
             const LayerSolution free = solved(scene.layer, c, 3);
             EXPECT_NEAR(reflected[c] / free.reflection(0, 1, 0.4).total, 1, tolerance) << c;
         }
@@ -120,7 +119,7 @@ TEST(LayerLight, ColoursThatAreAlikeAreSummedAsOne) {
     sums.add(Side::reflection, geometry, {0.5, 2, 4});
     sums.finish();
     const double share[] = {0.5, 2, 4}, cosine = cos_scattering_angle_reflected(geometry);
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         const double phase = scene.layer.channels[c](cosine);
         EXPECT_NEAR(sum[c] / share[c], single_reflection(phase, 0.9, 2, 0.8, 0.3), 1e-6) << c;
     }
@@ -130,7 +129,7 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
     Scene scene = small_planet(0, 4, 1);
     scene.layer.albedo = {0.6, 0.9, 0.98};
     the_planet(scene).surface.colour = {0.5f, 0.5f, 0.5f};
-    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+    cover_with_clouds(scene);
     scene.tolerance = 2e-2;
     const auto baked = bake_layer_table(*needed_recipe(scene, LightPath::fluxes));
     const Table& table = baked->headers[0];
@@ -174,7 +173,7 @@ TEST(LayerLight, ChannelsScatterTheBackgroundByTheirOwnPhaseFunctions) {
     scene.layer.extinction = {0.5, 1, 1.5};
     const LayerLight light(scene, nullptr);
     const Rgb3 seen = light.background(*uniform_matter(scene), 0.4);
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         const double depth = 2 * scene.layer.extinction[c];
         const SingleDiffuseTransmittance once(scene.layer.channels[c]);
         EXPECT_DOUBLE_EQ(seen[c], std::exp(-depth / 0.4) + scene.layer.albedo[c] * once(depth, 0.4))
@@ -238,7 +237,7 @@ TEST(LayerLight, HasBlinnsOppositionWhereTheLayerVariesToo) {
     scene.layer.opposition = Opposition::blinn(0.2);
     const Matter matter = *uniform_matter(scene);
     const LayerLight uniform(scene, nullptr);
-    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+    cover_with_clouds(scene);
     const LayerLight varied(scene, nullptr);
     const Opposition seen = seen_opposition(scene.layer.opposition, 0.2);
     for (const Geometry& at :
@@ -322,11 +321,10 @@ TEST(LayerLight, OfAColouredStackMatchesTheSolverFromEitherSide) {
                     folder.path().string())
                     .panels[0];
             ASSERT_EQ(shared_recipes(channel_scenes(scene)).size(), 2u) << "green is blue";
-            const auto tables = bake_for({scene});
-            const Image picture = render(scene, LayerLight(scene, tables[0].get()));
+            const Image picture = render(scene, BakedLight(scene));
             const Geometry at =
                 scattering_geometry({0, 0, 1}, scene.to_sun, -scene.camera.forward());
-            for (std::size_t c = 0; c < 3; ++c) {
+            for (const auto c : three_channels) {
                 std::vector<StackLayer> lit = stacks[c].layers;
                 if (beneath && same_side) std::ranges::reverse(lit);
                 const StackSolution solved = solve_stack(lit, {}, {at.mu_in, at.mu_out});
@@ -346,13 +344,12 @@ TEST(LayerLight, OfAStackOverGroundMatchesTheSolver) {
     auto& ground = the_planet(scene).surface.colour;
     ground = {0.2f, 0.6f, 1.0f};
     scene.tolerance = tolerance;
-    const auto tables = bake_for({scene});
-    const LayerLight light(scene, tables[0].get());
+    const BakedLight light(scene);
     const Matter matter = *uniform_matter(scene);
     const Rgb3 found = light.reflection(matter, {0.8, 0.3, 0.4}) +
                        light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
     const double albedo[] = {0.2, 0.6, 1.0};
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         const StackSolution both =
             solve_stack(haze_under_air, LowerBoundary::surface(albedo[c]), {0.8, 0.3});
         EXPECT_NEAR(found[c] / both.reflection(0, 1, 0.4).total, 1, 1.5 * tolerance);

@@ -2,6 +2,7 @@
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/render.h>
 
+#include "all_near.h"
 #include "refusal.h"
 #include "small_scene.h"
 
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <vector>
 
 namespace stratus {
@@ -128,7 +128,7 @@ TEST(NeededRecipe, OfFluxesHasAllCosinesAndNoAzimuth) {
 TEST(NeededRecipe, OfShineIsCoarserThanThatOfSunlight) {
     Scene rings = small_rings(1);
     EXPECT_FALSE(needed_recipe(rings, LightPath::shine));
-    rings.effects.ringshine = rings.effects.planetshine = true;
+    shine_on_one_another(rings, true);
     const auto shine = needed_recipe(rings, LightPath::shine);
     ASSERT_TRUE(shine);
     expect_range(shine->mu_in, 0, 1);
@@ -192,7 +192,7 @@ TEST(NeededRecipe, OfTheDirectionsOfViewGivesTheSamePicture) {
         float brightest = 0;
         for (const float value : expected.rgb) brightest = std::max(brightest, value);
         EXPECT_GT(brightest, 0);
-        for (std::size_t n = 0; n < expected.rgb.size(); ++n)
+        for (const auto n : indices(expected.rgb))
             EXPECT_NEAR(found.rgb[n], expected.rgb[n],
                         2 * scene.tolerance * std::max(expected.rgb[n], 0.1f * brightest));
     }
@@ -366,8 +366,7 @@ TEST(AdoptTables, FindsMembersOfAFamily) {
     const auto baked = bake_for({scene});  // of each phase function alone
     const Image found = render(scene, LayerLight(scene, given[0].get())),
                 expected = render(scene, LayerLight(scene, baked[0].get()));
-    for (std::size_t n = 0; n < found.rgb.size(); ++n)
-        EXPECT_NEAR(found.rgb[n], expected.rgb[n], 0.02f * expected.rgb[n]) << n;
+    expect_all_near(found.rgb, expected.rgb, 0.02);
     EXPECT_NE(expected.rgb[0], expected.rgb[1]);
     const auto refuse = [&](const Scene& refused, const Fragments& fragments) {
         expect_refusal([&] { adopt({refused}, {family}); }, fragments);

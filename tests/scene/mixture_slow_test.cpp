@@ -14,8 +14,7 @@ TEST(LayerLight, OfAMixtureMatchesTheSolver) {
     the_rings(scene).profile = {{1.5, 2.5}, {1, 1.5}, {0.9, 0}, {0.1, 0.9}};
     constexpr double tolerance = 5e-3;
     scene.tolerance = tolerance;
-    const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
-    const LayerLight light(scene, tables.get());
+    const BakedLight light = light_of_all_directions(scene);
     for (const double mixture : {0.05, 0.37, 0.6, 0.88}) {
         const Geometry geometry{0.6, 0.5, 2.5};
         const Matter matter{1.2, {0.95, 0.95, 0.9}, mixture};

@@ -18,9 +18,8 @@ class RandomPicture : public testing::TestWithParam<unsigned> {};
 void expect_tolerance_kept(const Scene& scene) {
     Scene planned = scene;
     planned.effects = plan_scene(scene).effects;
-    const auto tables = bake_for({planned}), finer = bake_finer(scene, 10);
-    const Image found = render(planned, LayerLight(planned, tables[0].get())),
-                expected = render(scene, LayerLight(scene, finer[0].get()));
+    const Image found = render(planned, BakedLight(planned)),
+                expected = render(scene, BakedLight(scene, bake_finer(scene, 10)[0]));
     const PictureDifference difference = difference_between(expected, found, scene.tolerance);
     EXPECT_LE(difference.most, scene.tolerance)
         << "at (" << difference.x << ", " << difference.y << "), " << difference.exceeding << " of "

@@ -18,11 +18,7 @@ inline double max_change(const Image& all, const Image& some) {
     return difference_between(all, some, infinity).most;
 }
 
-inline Image picture(const Scene& scene) {
-    const auto tables = bake_for({scene});
-    const LayerLight light(scene, tables[0].get());
-    return render(scene, light);
-}
+inline Image picture(const Scene& scene) { return render(scene, BakedLight(scene)); }
 
 /// How much a picture changes without one of its effects: the largest change of a pixel, and of what
 /// is estimated.
@@ -224,7 +220,7 @@ class RandomScenes : private RandomParts {
             subject.surface->colour = colour();
         }
         if (happens(0.3)) {
-            scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+            cover_with_clouds(scene);
             scene.layer.optical_depth.scale = 0.5;
         }
         return scene;

@@ -2,6 +2,7 @@
 #include <stratus/scene/plan.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "plan_scenes.h"
 #include "temporary_folder.h"
 #include "uniform.h"
@@ -48,7 +49,7 @@ TEST(Plan, LeavesOutOfFilmsWhatAllFramesDo) {
     const Scene bright = wide_slab(0.5, 0.9);
     const auto planned = [](const std::vector<Scene>& frames) {
         std::vector<SceneFile> film(frames.size());
-        for (std::size_t k = 0; k < frames.size(); ++k) film[k].panels = {frames[k]};
+        for (const auto k : indices(frames)) film[k].panels = {frames[k]};
         const Plan plan = follow_plans(film).at(0);
         for (const SceneFile& frame : film)
             EXPECT_EQ(frame.panels[0].effects.multiple, !leaves_out(plan, "multiple"));
@@ -138,7 +139,7 @@ TEST(OrderEstimates, AreNotExceededByPicturesOfRandomScenes) {
                       : seed % 3 == 1 ? scenes.adversarial()
                                       : scenes.stack();
         scene.tolerance = 0.03;
-        scene.effects.ringshine = scene.effects.planetshine = false;
+        shine_on_one_another(scene, false);
         for (const auto& [effect, estimate, found, where] : changes_of(scene)) {
             EXPECT_LE(found, estimate + scene.tolerance)
                 << "without " << effect << ", " << where << ", " << seed;
@@ -345,7 +346,7 @@ TEST(PlanReport, CountsNothingForTablesThatAreKept) {
 TEST(PlanReport, CountsTheLightThatRingsAndPlanetExchange) {
     Scene rings = once(small_rings(1));
     const RenderCost apart = report_plans({rings}).cost;
-    rings.effects.ringshine = rings.effects.planetshine = true;
+    shine_on_one_another(rings, true);
     const RenderCost shining = report_plans({rings}).cost;
     EXPECT_GT(shining.light_seconds, 10 * apart.light_seconds);
     EXPECT_EQ(shining.seconds(), shining.light_seconds + shining.ray_seconds);
@@ -362,8 +363,7 @@ TEST(PlanReport, CountsTheTablesThatChannelsShareOnce) {
     EXPECT_EQ(of_two.cost.tables.bytes, of_grey.cost.tables.bytes);
     EXPECT_GT(of_all.cost.tables.bytes, 2 * of_grey.cost.tables.bytes);
     const std::vector<EffectShare>&one = of_two.scenes[0].shares, &other = of_two.scenes[1].shares;
-    for (std::size_t e = 0; e < one.size(); ++e)
-        EXPECT_NEAR(one[e].max, other[e].max, 1e-5) << one[e].name;
+    for (const auto e : indices(one)) EXPECT_NEAR(one[e].max, other[e].max, 1e-5) << one[e].name;
 }
 
 }  // namespace

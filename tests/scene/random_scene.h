@@ -157,7 +157,7 @@ class RandomScene : private RandomParts {
 
     Scene rings() {
         Scene scene = small_rings(1);
-        scene.effects.ringshine = scene.effects.planetshine = true;
+        shine_on_one_another(scene, true);
         scene.layer.components = {phase_function(), phase_function()};
         scene.layer.albedo = {1, between(0.5, 1), between(0.3, 1)};
         Rings& rings = the_rings(scene);
@@ -185,7 +185,7 @@ class RandomScene : private RandomParts {
         Scene scene = small_planet(0, power(-1.5, 1), between(0.5, 1));
         scene.layer.components = {phase_function()};
         if (happens(0.6)) the_planet(scene).surface.colour = colour();
-        if (happens(0.5)) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+        if (happens(0.5)) cover_with_clouds(scene);
         return scene;
     }
     Scene slab() {
@@ -201,7 +201,7 @@ class RandomScene : private RandomParts {
             slab.height = 1;
             scene.camera.position.z = std::abs(scene.camera.position.z);
         }
-        if (happens(0.4)) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+        if (happens(0.4)) cover_with_clouds(scene);
         return scene;
     }
 };

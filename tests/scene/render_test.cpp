@@ -3,6 +3,7 @@
 
 #include <stratus/base/constants.h>
 
+#include "indices.h"
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
@@ -193,12 +194,11 @@ TEST(RenderedSlab, BalancesTheLightBetweenLayerAndGround) {
     const double mu_in = scene.to_sun.z, beam = mu_in * std::exp(-2 / mu_in);
     for (const double albedo : {0.9, 1.0}) {
         scene.layer.albedo = {albedo, albedo, albedo};
-        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
-        const LayerLight light(scene, tables.get());
+        const BakedLight light = light_of_all_directions(scene);
         const Rgb3 down = flux_from(scene, light, {0, 0, -1.5}, 1),
                    up = flux_from(scene, light, {0, 0, -1.5}, -1),
                    above = flux_from(scene, light, {0, 0, 1}, -1);
-        for (std::size_t c = 0; c < 3; ++c) {
+        for (const auto c : three_channels) {
             const double colour = scene.sun_colour[c];
             EXPECT_NEAR(ground[c] * (down[c] + colour * beam) / up[c], 1, 3e-3)
                 << "the ground reflects what falls on it; albedo " << albedo << ", channel " << c;
@@ -245,7 +245,7 @@ TEST(Sun, IsSeenThroughTheLayer) {
     // The disk's light on a surface that faces it is the sun's.
     const double solid_angle = 2 * pi * (1 - std::cos(radians(1)));
     const Rgb3 disk = at(0);
-    for (std::size_t c = 0; c < 3; ++c)
+    for (const auto c : three_channels)
         EXPECT_NEAR(disk[c] * solid_angle / pi,
                     scene.sun_colour[c] * std::exp(-2 * scene.layer.extinction[c] / mu), 1e-9)
             << c;
@@ -362,7 +362,7 @@ TEST(Render, SumsWhatItsRaysSeeOneByOne) {
                 for (int x = 0; x < scene.width; ++x) {
                     const Rgb3 along =
                         radiance_along(scene, light, rays.through(x + 0.5, y + 0.5), scene.to_sun);
-                    for (std::size_t c = 0; c < 3; ++c)
+                    for (const auto c : three_channels)
                         ASSERT_NEAR(image.pixel(x, y)[c], along[c], 1e-5 * along[c])
                             << x << ' ' << y << ' ' << c;
                 }
@@ -392,8 +392,7 @@ struct SampledRow {
     /// Root mean square over the mean light.
     double error() const {
         double squares = 0;
-        for (std::size_t k = 0; k < light.size(); ++k)
-            squares += std::pow(light[k] - reference[k], 2);
+        for (const auto k : indices(light)) squares += std::pow(light[k] - reference[k], 2);
         return std::sqrt(squares * static_cast<double>(light.size())) / sum(reference);
     }
     static double sum(const std::vector<double>& numbers) {
@@ -434,7 +433,7 @@ TEST(Render, ShowsCloudsAtTheHorizonWithoutSpeckle) {
     scene.camera.orthographic = false;
     scene.camera.position = {0, -9, 3};
     scene.camera.look_at = {0, 0, 3};  // the horizon is below row 31
-    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+    cover_with_clouds(scene);
     Slab& slab = the_slab(scene);
     slab.half_size = infinity;
     slab.height = 0.25;

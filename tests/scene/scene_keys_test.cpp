@@ -1,7 +1,6 @@
 #include <stratus/scene/scene.h>
 
 #include <stratus/picture/png.h>
-#include <stratus/scene/scene.h>
 
 #include "keyed_file.h"
 #include "temporary_folder.h"

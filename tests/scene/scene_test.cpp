@@ -1,6 +1,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "small_scene.h"
 #include "temporary_folder.h"
@@ -222,7 +223,7 @@ TEST(SceneFile, TakesAPhaseFunctionForEachChannel) {
             .panels[0]
             .layer;
     ASSERT_EQ(layer.channels.size(), 3u);
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         const PhaseFunction own = parse_phase_function(std::string("mie:radius=8um,wavelength=") +
                                                        std::array{"2um", "1um", "0.5um"}[c]);
         EXPECT_EQ(layer.channels[c].text(), own.text());
@@ -540,7 +541,7 @@ planet.surface = { wind = 9, colour = 0.04 }
     const Rgb colour = ocean(1).colour;
     const double channels[] = {double{colour.r}, double{colour.g}, double{colour.b}};
     const double given[] = {0.04, 0.02, 0.03};
-    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(channels[c] - mirrored, given[c], 1e-7) << c;
+    for (const auto c : three_channels) EXPECT_NEAR(channels[c] - mirrored, given[c], 1e-7) << c;
     const Geometry glint{0.6, 0.6, 0};
     EXPECT_NEAR((*ocean(1).mirror)(glint)-ocean(1).mirror_albedo, (*facets)(glint)-mirrored, 1e-9);
 }
@@ -630,7 +631,7 @@ TEST(Film, ChangesNumbersLinearlyBetweenKeysAndAllElseAtThem) {
     ASSERT_EQ(film.size(), 9u);
     EXPECT_EQ(parse_scene(moving).frames, 9);
     const double x[] = {3, 3, 3, 4, 5, 6, 7, 7, 7};
-    for (std::size_t k = 0; k < film.size(); ++k) {
+    for (const auto k : indices(film)) {
         const Scene& scene = film[k].panels.at(0);
         EXPECT_DOUBLE_EQ(scene.camera.position.x, x[k]) << k;
         EXPECT_DOUBLE_EQ(scene.camera.position.y, 7 - x[k]) << k;

@@ -2,6 +2,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
+#include "indices.h"
 #include "shell_photons.h"
 #include "small_scene.h"
 #include "subjects.h"
@@ -9,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstddef>
 
 namespace stratus {
 namespace {
@@ -47,8 +47,8 @@ TEST_P(ShellAndPhotons, AgreeAsStated) {
     constexpr double sigmas = 4, faint = 0.01;
     for (const double phase_angle : {30.0, 90.0, 150.0}) {
         const Scene scene = shell(height, optical_depth, 0.99, phase_angle), first = once(scene);
-        const auto tables = bake_for({scene});
-        const LayerLight light(scene, tables[0].get()), single(first, nullptr);
+        const BakedLight light(scene);
+        const LayerLight single(first, nullptr);
         for (const double impact :
              {-0.5, 0.0, 0.5, 0.9, 0.99, 1 + 0.3 * height, 1 + 0.8 * height}) {
             const ShellLight photons = photons_at(scene, impact);
@@ -88,7 +88,7 @@ TEST(Shell, OfNoHeightIsPlane) {
         const Ray ray{{5, impact, 0.2}, {-1, 0, 0}};
         const Rgb3 got = radiance_along(thin, light, ray, thin.to_sun),
                    expected = radiance_along(plane, flat, ray, plane.to_sun);
-        for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(got[c] / expected[c], 1, 1e-3);
+        for (const auto c : three_channels) EXPECT_NEAR(got[c] / expected[c], 1, 1e-3);
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include <stratus/base/constants.h>
 
+#include "all_near.h"
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ namespace {
 /// One mixture of the components, so that tables are small.
 Scene shining() {
     Scene scene = small_rings(1);
-    scene.effects.ringshine = scene.effects.planetshine = true;
+    shine_on_one_another(scene, true);
     scene.to_sun = direction_at(radians(25), radians(40));
     scene.sun_colour = {1, 0.5, 0.25};
     scene.layer.albedo = {1, 0.8, 0.6};
@@ -33,7 +34,7 @@ Scene shining() {
 }
 
 Scene without_shine(Scene scene) {
-    scene.effects.ringshine = scene.effects.planetshine = false;
+    shine_on_one_another(scene, false);
     return scene;
 }
 
@@ -82,7 +83,7 @@ void expect_ringshine(const Scene& scene) {
             });
             const Rgb3 got = shine.ringshine(point);
             constexpr double accuracy = 5e-3;
-            for (std::size_t c = 0; c < 3; ++c)
+            for (const auto c : three_channels)
                 EXPECT_NEAR(scene.sun_colour[c] * got[c], expected[c],
                             accuracy * std::max(expected[c], 1e-3))
                     << latitude << ' ' << longitude << ' ' << c;
@@ -106,7 +107,7 @@ TEST(Ringshine, LightsTheNightSide) {
     const LayerLight light(scene, nullptr);
     const Rgb3 seen = radiance_along(scene, light, {eye, -point}, scene.to_sun);
     const double albedo[] = {0.5, 0.25, 0.75};
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (const auto c : three_channels) {
         EXPECT_GT(seen[c], 1e-4);
         EXPECT_NEAR(seen[c], albedo[c] * scene.sun_colour[c] * light.ringshine(point)[c], 1e-9);
     }
@@ -161,7 +162,7 @@ void expect_planetshine(Scene scene, const LayerTables* all_tables) {
                     const Rgb3 expected = expected_planetshine(dark, light, point, to_eye),
                                direct = radiance_along(dark, light, ray, scene.to_sun),
                                all = radiance_along(scene, shine, ray, scene.to_sun);
-                    for (std::size_t c = 0; c < 3; ++c)
+                    for (const auto c : three_channels)
                         EXPECT_NEAR(all[c], direct[c] + expected[c],
                                     scene.tolerance * std::max(all[c], faint))
                             << elevation << ' ' << radius << ' ' << longitude << ' ' << to_camera;
@@ -257,8 +258,7 @@ TEST(Ringshine, LeavesWhiteCloudsAsItFellOnThem) {
     rings.surface.colour = {1, 1, 1};
     rings.planet_layer->albedo = {1, 1, 1};
     scene.effects.planetshine = false;
-    const auto tables = bake_for({scene});
-    const LayerLight light(scene, tables[0].get());
+    const BakedLight light(scene);
     for (const double latitude : {-20.0, 35.0}) {
         const Vector3 point = on_globe(latitude, 215, 0.1), normal = normal_of(point, 0.1);
         ASSERT_LT(dot(normal, scene.to_sun), 0);
@@ -267,7 +267,7 @@ TEST(Ringshine, LeavesWhiteCloudsAsItFellOnThem) {
                                   scene.to_sun);
         });
         const Rgb3 fallen = light.ringshine(point);
-        for (std::size_t c = 0; c < 3; ++c)
+        for (const auto c : three_channels)
             EXPECT_NEAR(sent[c] / (scene.sun_colour[c] * fallen[c]), 1, 2 * scene.tolerance);
     }
 }
@@ -294,8 +294,7 @@ TEST(CloudsWithinRings, AreThoseOfThePlanetAloneBesideTransparentRings) {
     EXPECT_EQ(tables[0]->planet->paths, tables[1]->paths);
     const Image expected = render(alone, LayerLight(alone, tables[1].get())),
                 got = render(within, LayerLight(within, tables[0].get()));
-    for (std::size_t n = 0; n < got.rgb.size(); ++n)
-        EXPECT_NEAR(got.rgb[n], expected.rgb[n], 1e-6f) << n;
+    expect_all_near(got.rgb, expected.rgb, 0, 1e-6);
     EXPECT_GT(expected.rgb[3 * 136], 0.1f);
 }
 
@@ -314,8 +313,7 @@ TEST(CloudsWithinRings, WithoutDepthLeaveLambertsLaw) {
     const Scene bare = once(shining()), clear = cloudy(bare, 0);
     const Image expected = render(bare, LayerLight(bare, nullptr)),
                 got = render(clear, LayerLight(clear, nullptr));
-    for (std::size_t n = 0; n < got.rgb.size(); ++n)
-        EXPECT_NEAR(got.rgb[n], expected.rgb[n], 1e-6f) << n;
+    expect_all_near(got.rgb, expected.rgb, 0, 1e-6);
 }
 
 // From afar and from close by, off the lit side and through the rings.
@@ -338,7 +336,7 @@ TEST(RingOrders, OfPicturesAreThoseOfSingleRays) {
                 const Ray ray{scene.camera.position, normalised(point - scene.camera.position)};
                 const Rgb3 expected = radiance_along(scene, looked_up, ray, scene.to_sun),
                            got = radiance_along(large, tabulated, ray, scene.to_sun);
-                for (std::size_t c = 0; c < 3; ++c)
+                for (const auto c : three_channels)
                     EXPECT_NEAR(got[c], expected[c],
                                 0.1 * scene.tolerance * std::max(expected[c], faint))
                         << distance << ' ' << elevation << ' ' << radius << ' ' << c;

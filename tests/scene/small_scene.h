@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stratus/base/constants.h>
+#include <stratus/scene/layer_light.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
 
@@ -9,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace stratus {
 
@@ -21,6 +23,13 @@ inline SceneFile parse_scene(const std::string& text, const std::string& directo
 auto& the_planet(auto& scene) { return std::get<Planet>(scene.subject); }
 auto& the_rings(auto& scene) { return std::get<Rings>(scene.subject); }
 auto& the_slab(auto& scene) { return std::get<Slab>(scene.subject); }
+
+inline void cover_with_clouds(Scene& scene) {
+    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+}
+inline void shine_on_one_another(Scene& scene, bool shine) {
+    scene.effects.ringshine = scene.effects.planetshine = shine;
+}
 
 /// A planet of unit radius before an orthographic camera, the picture 2 wide and high.
 inline Scene small_planet(double phase_angle_deg, double optical_depth, double albedo) {
@@ -65,7 +74,7 @@ inline Scene small_rings(double optical_depth) {
     rings.profile = {{1.5, 2.5}, {optical_depth, optical_depth}, {0.5, 0.3}, {0.1, 0.3}};
     rings.surface.colour = {0.5f, 0.25f, 0.75f};
     scene.subject = rings;
-    scene.effects.ringshine = scene.effects.planetshine = false;
+    shine_on_one_another(scene, false);
     return scene;
 }
 
@@ -91,6 +100,22 @@ inline std::unique_ptr<LayerTables> bake_layer_tables(const Recipe& recipe) {
     auto tables = std::make_unique<LayerTables>();
     tables->paths[0] = bake_layer_table(recipe);
     return tables;
+}
+
+struct TablesOfLight {
+    std::shared_ptr<const LayerTables> tables;
+};
+
+/// The light of a scene and the tables that it needs, baked for what its camera sees or given.
+struct BakedLight : TablesOfLight, LayerLight {
+    explicit BakedLight(const Scene& scene) : BakedLight(scene, bake_for({scene})[0]) {}
+    BakedLight(const Scene& scene, std::shared_ptr<const LayerTables> given)
+        : TablesOfLight{std::move(given)}, LayerLight(scene, tables.get()) {}
+};
+
+/// For lookups beside what a scene's camera sees.
+inline BakedLight light_of_all_directions(const Scene& scene) {
+    return BakedLight(scene, bake_layer_tables(of_all_directions(*needed_recipe(scene))));
 }
 
 /// All effects but orders n >= 2: nothing is baked.

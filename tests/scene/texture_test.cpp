@@ -1,6 +1,6 @@
 #include <stratus/scene/texture.h>
 
-#include <stratus/base/instruction_set.h>
+#include "instruction_sets.h"
 
 #include <gtest/gtest.h>
 
@@ -87,7 +87,7 @@ double plain_noise(Vector3 p, unsigned seed) {
 }
 
 TEST(Noise, IsPerlinsOnEveryProcessor) {
-    for (const auto set : {InstructionSet::generic, InstructionSet::avx2, InstructionSet::avx512}) {
+    for (const auto set : instruction_sets) {
         const InstructionSetLimit limit(set);
         for (int k = 0; k < 2000; ++k) {
             const double far = k % 4 == 3 ? 1e12 : 1;  // where cells pass 2^32

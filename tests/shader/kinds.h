@@ -8,6 +8,7 @@
 #include "small_table.h"
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 namespace stratus::test {
@@ -101,5 +102,17 @@ inline const std::vector<Kind>& stacks() {
 /// path law is the difference of numbers nearly alike.
 inline const Kind droplets{"droplets",
                            "mie:radius=10um,variance=0.1,wavelength=0.55um,material=water", false};
+
+/// Of all of these, by their names.
+inline std::vector<Kind> kinds_of(const std::vector<std::string>& names) {
+    std::vector<Kind> all = kinds(), found;
+    all.insert(all.end(), stacks().begin(), stacks().end());
+    all.push_back(droplets);
+    for (const std::string& name : names)
+        for (const Kind& kind : all)
+            if (kind.name == name) found.push_back(kind);
+    return found;
+}
+inline Kind kind_of(const std::string& name) { return kinds_of({name}).at(0); }
 
 }  // namespace stratus::test

@@ -3,6 +3,7 @@
 #include <stratus/shader/shader.h>
 #include <stratus/table/member_and_ground.h>
 
+#include "indices.h"
 #include "kinds.h"
 #include "lookups.h"
 #include "refusal.h"
@@ -121,7 +122,7 @@ TEST_F(LookupHeader, LooksUpAsTheRuntime) {
         const Differences off = differences(lights_of(rows), by_runtime(table, lookups));
         EXPECT_LE(off.median, 1e-6);
         EXPECT_LE(off.worst, std::string(kind.name) == "droplets" ? 1e-3 : 1e-4);
-        for (std::size_t n = 0; n < rows.size(); ++n) {
+        for (const auto n : indices(rows)) {
             const double r = double{rows[n].light[0]} + double{rows[n].light[1]};
             EXPECT_NEAR(double{rows[n].brdf} * pi, r,
                         1e-3 * r + 1e-6);  // cosines near 1 are rounded
@@ -136,9 +137,9 @@ TEST_F(LookupHeader, LooksUpAsTheRuntime) {
 }
 
 TEST_F(LookupHeader, LooksUpAMemberOfAFamily) {
-    Kind other = kinds()[0];
+    Kind other = kind_of("rings");
     other.phase = "rayleigh";
-    const Table family = mixed(table_of(kinds()[0]), table_of(other));
+    const Table family = mixed(table_of(kind_of("rings")), table_of(other));
     const std::vector<char> file = pack(table_at(family, {0.4})), whole = pack(family);
     const PackedTable table(file);
     const std::vector<Lookup> lookups = random_lookups(table, 500);
@@ -152,8 +153,8 @@ TEST_F(LookupHeader, GivesNotANumberForOne) {
     std::vector<Lookup> lookups(5, {0.9f, 1, 0.5f, 0.6f, 1});
     lookups[0].albedo = lookups[1].optical_depth = lookups[2].mu_in = lookups[3].mu_out =
         lookups[4].azimuth = NAN;
-    for (const std::size_t kind : {std::size_t{0}, std::size_t{4}, std::size_t{5}})
-        for (const TableRow& row : found<TableRow>(pack(table_of(kinds()[kind])), lookups)) {
+    for (const Kind& kind : kinds_of({"rings", "sampled_phase", "over_surface"}))
+        for (const TableRow& row : found<TableRow>(pack(table_of(kind)), lookups)) {
             for (const float one : row.light) EXPECT_TRUE(std::isnan(one));
             EXPECT_TRUE(std::isnan(row.brdf));
         }
@@ -181,7 +182,7 @@ TEST_F(LookupHeader, BindsALayerAndDrawsItsDirections) {
         }
         const std::vector<LayerRow> rows = found<LayerRow>(file, alike, layer);
         double sum = 0, squares = 0, sphere = 0, sphere_squares = 0;
-        for (std::size_t n = 0; n < rows.size(); ++n) {
+        for (const auto n : indices(rows)) {
             const LayerRow& row = rows[n];
             const Lookup& at = alike[n];
             const double r = table.reflection(w, tau, at.geometry()).total(),
@@ -212,14 +213,14 @@ TEST_F(LookupHeader, BindsALayerAndDrawsItsDirections) {
 }
 
 TEST_F(LookupHeader, RefusesLayersOutsideTheTable) {
-    const std::vector<char> finite = pack(table_of(kinds()[2]));
+    const std::vector<char> finite = pack(table_of(kind_of("finite")));
     const std::string bytes(finite.begin(), finite.end());
     expect_holds(refusal(bytes, "1 1 100 1 1 1"), "Layer: optical_depth must be in [0, 8");
     expect_holds(refusal(bytes, "1 1 1 1 1.5 1"), "Layer: albedo must be in [");
     expect_holds(refusal(bytes, "1 1 1 1 nan 1"), "got nan");
     // Over a layer without end or an ocean no law is known of thinner layers than the first.
-    for (const std::size_t over : {6u, 9u}) {
-        const std::vector<char> thick = pack(table_of(kinds()[over]));
+    for (const Kind& over : kinds_of({"over_layer", "over_ocean"})) {
+        const std::vector<char> thick = pack(table_of(over));
         expect_holds(refusal({thick.begin(), thick.end()}, "1 0.01 1 1 1 1"),
                      "Layer: optical_depth must be in [0.05, 8");
     }
@@ -230,12 +231,12 @@ TEST_F(LookupHeader, RefusesLayersOutsideTheTable) {
     const std::vector<char> deep = pack(endless);
     expect_holds(refusal({deep.begin(), deep.end()}, "1 1 1 1 1 1"),
                  "Layer: optical_depth must be in [inf, inf], got 1");
-    const std::vector<char> narrowed = pack(table_of(kinds()[7]));
+    const std::vector<char> narrowed = pack(table_of(kind_of("narrowed")));
     expect_holds(refusal({narrowed.begin(), narrowed.end()}, "1 1 1 1 1 1"), "all directions");
 }
 
 TEST_F(LookupHeader, RefusesFilesThatAreNone) {
-    const std::vector<char> packed = pack(table_of(kinds()[0]));
+    const std::vector<char> packed = pack(table_of(kind_of("rings")));
     const std::string file(packed.begin(), packed.end());
     const auto changed = [&](const std::string& from, const std::string& to) {
         std::string bytes = file;

@@ -4,6 +4,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/table/packed_table.h>
 
+#include "../base/indices.h"
 #include "../base/uniform.h"
 
 #include <algorithm>
@@ -67,7 +68,7 @@ struct Differences {
 inline Differences differences(const std::vector<Light>& found, const std::vector<Light>& expected,
                                double floor = 1e-6) {
     std::vector<double> all;
-    for (std::size_t n = 0; n < expected.size(); ++n)
+    for (const auto n : indices(expected))
         for (const std::size_t side : {std::size_t{0}, std::size_t{2}}) {
             const auto total = [&](const std::vector<Light>& light) {
                 return double{light[n][side]} + double{light[n][side + 1]};

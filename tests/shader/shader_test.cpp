@@ -5,6 +5,7 @@
 #include <stratus/table/member_and_ground.h>
 
 #include "filtered_as_cxx.h"
+#include "indices.h"
 #include "kinds.h"
 #include "lookups.h"
 #include "refusal.h"
@@ -70,11 +71,11 @@ TEST(Shader, IsTheRuntimeBehindDeepDroplets) {
 }
 
 TEST(Shader, TakesOneMixtureOfATable) {
-    Kind other = kinds()[0];
+    Kind other = kind_of("rings");
     other.phase = "rayleigh";
     Table second = table_of(other);
     for (float& sample : second.reflection_multiple) sample *= 1.2f;
-    const Table mixture = mixed(table_of(kinds()[0]), second);
+    const Table mixture = mixed(table_of(kind_of("rings")), second);
     const PackedTable packed(pack(mixture)), one(pack(table_at(mixture, {0.4})));
     const std::vector<Lookup> lookups = random_lookups(one, 1000);
     const Differences off = differences(as_cxx(one, lookups), by_runtime(packed, lookups, 0.4));
@@ -159,8 +160,9 @@ TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ShaderLayerOf,
-                         testing::Values(kinds()[0], kinds()[1], kinds()[2], kinds()[3], kinds()[5],
-                                         kinds()[6], stacks()[0], stacks()[1], droplets),
+                         testing::ValuesIn(kinds_of({"rings", "isotropic", "finite", "path_law",
+                                                     "over_surface", "over_layer", "stack",
+                                                     "stack_over_surface", "droplets"})),
                          row_name);
 
 class FilteredLayerOf : public testing::TestWithParam<Kind> {};
@@ -184,7 +186,7 @@ std::vector<Light> filtered_light(const PackedTable& table, const std::vector<Lo
 /// The share of differences, relative to the runtime's, above 2e-3.
 double share_off(const std::vector<Light>& found, const std::vector<Light>& expected) {
     int off = 0, all = 0;
-    for (std::size_t n = 0; n < found.size(); ++n)
+    for (const auto n : indices(found))
         for (std::size_t k = 0; k < 4; ++k) {
             if (expected[n][k] == 0 && found[n][k] == 0) continue;
             ++all;
@@ -216,8 +218,9 @@ TEST_P(FilteredLayerOf, IsTheTableAtThatLayerByFourFetches) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayerOf,
-                         testing::Values(kinds()[0], kinds()[1], kinds()[2], kinds()[3], kinds()[5],
-                                         kinds()[6], kinds()[8], stacks()[0], stacks()[2]),
+                         testing::ValuesIn(kinds_of({"rings", "isotropic", "finite", "path_law",
+                                                     "over_surface", "over_layer", "one_side",
+                                                     "stack", "stack_over_layer"})),
                          row_name);
 
 class FilteredLayersOf : public testing::TestWithParam<Kind> {};
@@ -257,8 +260,8 @@ TEST_P(FilteredLayersOf, AreTheTableByAtMost32Fetches) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, FilteredLayersOf,
-                         testing::Values(kinds()[0], kinds()[1], kinds()[3], kinds()[5], kinds()[6],
-                                         kinds()[8]),
+                         testing::ValuesIn(kinds_of({"rings", "isotropic", "path_law",
+                                                     "over_surface", "over_layer", "one_side"})),
                          row_name);
 
 TEST(Shader, CountsArgumentsOutOfRangeAsTheNearest) {
@@ -328,7 +331,7 @@ TEST(Shader, FiltersThePathLawOfTheNarrowestPeaks) {
 }
 
 TEST(Shader, HasFilteredLayersWithoutEnd) {
-    const PackedTable table(pack(table_of(kinds()[0])));
+    const PackedTable table(pack(table_of(kind_of("rings"))));
     shader::FilteredAsCxx shader(filtered_layers(table));
     for (const Lookup& at : random_lookups(table, 300)) {
         const auto r = shader.stratus_reflection(at.albedo, 1e9f, at.mu_in, at.mu_out, at.azimuth);
@@ -339,7 +342,7 @@ TEST(Shader, HasFilteredLayersWithoutEnd) {
 }
 
 TEST(Shader, SharesFilteredLightAmongAlbedos) {
-    shader::FilteredAsCxx shader(filtered_layers(PackedTable(pack(table_of(kinds()[0])))));
+    shader::FilteredAsCxx shader(filtered_layers(PackedTable(pack(table_of(kind_of("rings"))))));
     const shader::vec3 wi{0.6f, 0, 0.8f};
     for (const float z : {0.5f, -0.5f}) {
         const shader::vec3 wo{0, std::sqrt(1 - z * z), z};
@@ -354,7 +357,7 @@ TEST(Shader, SharesFilteredLightAmongAlbedos) {
 
 TEST(Shader, HasFilteredLayersOfFewAzimuths) {
     for (const int azimuths : {2, 3, 4}) {
-        Kind few = kinds()[0];
+        Kind few = kind_of("rings");
         few.azimuths = azimuths;
         const PackedTable table(pack(table_of(few)));
         const FilteredLight layer = filtered_layer(table, make_medium(table));
@@ -383,29 +386,29 @@ TEST(Shader, WritesTheSameNumbersInEveryLocale) {
 }
 
 TEST(Shader, RefusesWhatItDoesNotRead) {
-    const Table table = table_of(kinds()[0]);
+    const Table table = table_of(kind_of("rings"));
     const PackedTable mixture(pack(mixed(table, table)));
     expect_refusal(
         [&] { shader_textures(mixture); },
         "shader: TABLE must be of one phase function: table_at(), --at, got one of a family");
-    const PackedTable narrowed(pack(table_of(kinds()[7])));
+    const PackedTable narrowed(pack(table_of(kind_of("narrowed"))));
     expect_refusal(
         [&] { shader_layer(narrowed, three_layers); },
         "shader: TABLE must be one of all directions, which are sampled, got one narrowed");
-    const PackedTable rings(pack(table_of(kinds()[0])));
+    const PackedTable rings(pack(table_of(kind_of("rings"))));
     const FilteredLight layer = filtered_layer(rings, make_medium(rings));
-    const PackedTable stack(pack(table_of(stacks()[0])));
+    const PackedTable stack(pack(table_of(kind_of("stack"))));
     expect_refusal([&] { filtered_layers(stack); },
                    "shader: TABLE must be of one layer, whose depth and albedo vary, got a stack");
     expect_refusal([&] { shader_text(ShaderLanguage::osl, &layer); },
                    "shader: --filtered must be with glsl or hlsl, got osl");
-    const PackedTable finite(pack(table_of(kinds()[2])));
+    const PackedTable finite(pack(table_of(kind_of("finite"))));
     expect_refusal([&] { shader_layer(finite, {{100, 1, 1}, {1, 1, 1}}); }, "100");
 }
 
 #ifdef STRATUS_RUN_CHROMIUM
 TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
-    const PackedTable table(pack(table_of(kinds()[0])));
+    const PackedTable table(pack(table_of(kind_of("rings"))));
     const RgbBsdf bsdf(RgbSlice(table.view(), make_medium(table)));
     const std::vector<Lookup> lookups = random_lookups(table, 1000);
     const std::vector<Light> found = by_browser(with_layer(table), lookups, R"glsl(
@@ -414,7 +417,7 @@ TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
         light = vec4(drawn.wo.xz, drawn.pdf, stratus_layer_pdf(wi, drawn.wo));
     )glsl");
     std::vector<double> off;
-    for (std::size_t n = 0; n < lookups.size(); ++n) {
+    for (const auto n : indices(lookups)) {
         const Lookup& at = lookups[n];
         const auto expected = bsdf.sample({std::sqrt((1 - at.mu_in) * (1 + at.mu_in)), 0, at.mu_in},
                                           at.mu_out, at.azimuth / 6.2831854f, at.albedo);
@@ -429,7 +432,7 @@ TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
 }
 
 TEST(ShaderInABrowser, FiltersABoundLayer) {
-    const PackedTable table(pack(table_of(kinds()[3])));  // with a path law
+    const PackedTable table(pack(table_of(kind_of("path_law"))));  // with a path law
     const FilteredLight layer = filtered_layer(table, make_medium(table));
     const std::vector<Lookup> lookups = random_lookups(table, 1000);
     const std::vector<Light> found = by_browser(layer.textures, lookups, R"glsl(
@@ -442,7 +445,7 @@ TEST(ShaderInABrowser, FiltersABoundLayer) {
 }
 
 TEST(ShaderInABrowser, FiltersLayersOfAnyDepth) {
-    const PackedTable table(pack(table_of(without_infinity(kinds()[3]))));
+    const PackedTable table(pack(table_of(without_infinity(kind_of("path_law")))));
     const FilteredLight layers = filtered_layers(table);
     const std::vector<Lookup> lookups = random_lookups(table, 1000);
     const std::vector<Light> found = by_browser(layers.textures, lookups, both_sides, &layers);
@@ -461,8 +464,8 @@ TEST_P(ShaderInABrowserOf, IsTheRuntime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ShaderInABrowserOf,
-                         testing::Values(kinds()[0], kinds()[3], kinds()[6], stacks()[0],
-                                         stacks()[2]),
+                         testing::ValuesIn(kinds_of({"rings", "path_law", "over_layer", "stack",
+                                                     "stack_over_layer"})),
                          row_name);
 #endif
 

@@ -5,6 +5,7 @@
 #include <stratus/table/member_and_ground.h>
 #include <stratus/table/packed_table.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "small_table.h"
 
@@ -125,7 +126,7 @@ void expect_same_at(const Table& table, const FamilyPoint& point) {
 TEST(Family, HasATableOfItsOwnAtEveryPoint) {
     Table table = lobes();
     const std::size_t albedos = table.albedo.values.size();
-    for (std::size_t n = 0; n < table.diffusion_exponent.size(); ++n)  // T falls unlike in members
+    for (const auto n : indices(table.diffusion_exponent))  // T falls unlike in members
         table.diffusion_exponent[n] *= 1 - 0.1 * static_cast<double>(n / albedos);
     prepare(table);
     for (const double g : {0.2, 0.37, 0.9}) expect_same_at(table, {g});

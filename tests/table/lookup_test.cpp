@@ -15,16 +15,12 @@ namespace {
 
 constexpr double float_rounding = 1e-6;  // of samples, weights and 1024 products
 
-Scattered look_up(const Table& table, Side side, const Point& p) {
-    return scattering(table.view(), side, p.albedo, p.optical_depth, geometry(p));
-}
-
 Scattered look_up_reflection(const Table& table, const Point& p) {
-    return look_up(table, Side::reflection, p);
+    return scattering_at(table, Side::reflection, p);
 }
 
 Scattered look_up_transmission(const Table& table, const Point& p) {
-    return look_up(table, Side::transmission, p);
+    return scattering_at(table, Side::transmission, p);
 }
 
 /// Points at random within albedo [0.19, 1], depths [lowest, highest], cosines [0.01, 1], azimuth
@@ -65,17 +61,11 @@ TEST(Lookup, ReproducesSamplesAtTheNodes) {
                             (p.optical_depth < infinity ? p.optical_depth : 11));
     };
     const Table table = filled({5, 4, 6, 3, 5}, {0.5, 8, true}, uneven, uneven);
-    for (const double w : table.albedo.values)
-        for (const double tau : table.optical_depth.values)
-            for (const double mu_in : table.mu_in.values)
-                for (const double mu_out : table.mu_out.values)
-                    for (const double azimuth : table.azimuth.values) {
-                        const Point p{w, tau, mu_in, mu_out, azimuth};
-                        EXPECT_NEAR(look_up_reflection(table, p).multiple, uneven(p),
-                                    float_rounding);
-                        EXPECT_NEAR(look_up_transmission(table, p).multiple,
-                                    tau < infinity ? uneven(p) : 0, float_rounding);
-                    }
+    for (const Point& p : sample_points(table)) {
+        EXPECT_NEAR(look_up_reflection(table, p).multiple, uneven(p), float_rounding);
+        EXPECT_NEAR(look_up_transmission(table, p).multiple,
+                    p.optical_depth < infinity ? uneven(p) : 0, float_rounding);
+    }
 }
 
 TEST(Lookup, OverALowerBoundaryIsExactForCubicsThemselves) {
@@ -83,8 +73,7 @@ TEST(Lookup, OverALowerBoundaryIsExactForCubicsThemselves) {
     for (const Point& p : random_points(2000, 0.5, 8)) {
         const Scattered found = look_up_reflection(table, p);
         EXPECT_NEAR(found.multiple / cubic(p), 1, float_rounding);
-        const double phase =
-            table.phase_function(cos_scattering_angle_reflected({p.mu_in, p.mu_out, p.azimuth}));
+        const double phase = table.phase_function(cos_scattering_angle_reflected(geometry(p)));
         EXPECT_DOUBLE_EQ(found.single,
                          single_reflection(phase, p.albedo, p.optical_depth, p.mu_in, p.mu_out) +
                              0.3 * direct_transmittance(p.optical_depth, p.mu_in) *
@@ -139,7 +128,7 @@ TEST(Lookup, IsExactForCubicsTimesTheDiffusionScale) {
     const Table table = of_cubics();
     for (const Point& p : random_points(2000, 0.5, 8))
         for (const Side side : both_sides)
-            EXPECT_NEAR(look_up(table, side, p).multiple / scaled_cubic(side, p), 1,
+            EXPECT_NEAR(scattering_at(table, side, p).multiple / scaled_cubic(side, p), 1,
                         3 * float_rounding);
 }
 
@@ -148,7 +137,7 @@ TEST(Lookup, AddsTheClosedFormOfSingleScattering) {
     for (const Point& p : random_points(50, 0.5, 8))
         for (const Side side : both_sides) {
             const double phase = table.phase_function(cos_scattering_angle(side, geometry(p)));
-            const Scattered found = look_up(table, side, p);
+            const Scattered found = scattering_at(table, side, p);
             EXPECT_EQ(found.single,
                       single_scattering(side, phase, p.albedo, p.optical_depth, p.mu_in, p.mu_out));
             EXPECT_EQ(found.total(), found.single + found.multiple);
@@ -168,7 +157,8 @@ TEST(Lookup, FollowsSmoothFunctionsToFourthOrder) {
         for (const Point& p : random_points(3000, 0.25, 4))
             for (const Side side : both_sides) {
                 const double expected = small_table_scale(side, p) * smooth(p);
-                error = std::max(error, std::abs(look_up(table, side, p).multiple / expected - 1));
+                error = std::max(error,
+                                 std::abs(scattering_at(table, side, p).multiple / expected - 1));
             }
         return error;
     };
@@ -259,7 +249,8 @@ TEST(Lookup, ClampsToTheDeepestSampleWithoutOneAtInfinity) {
     const Table table = of_cubics();
     const Point last{0.7, 8, 0.4, 0.6, 1}, beyond{0.7, infinity, 0.4, 0.6, 1};
     for (const Side side : both_sides)
-        EXPECT_EQ(look_up(table, side, beyond).multiple, look_up(table, side, last).multiple);
+        EXPECT_EQ(scattering_at(table, side, beyond).multiple,
+                  scattering_at(table, side, last).multiple);
 }
 
 TEST(Lookup, ReadsATableOfASemiInfiniteLayerAlone) {
@@ -286,7 +277,7 @@ TEST(Lookup, FollowsItsScalesBelowTheFirstDepth) {
         p.optical_depth *= ratio;
         const double growth = thin_growth(p.optical_depth) / thin_growth(first.optical_depth);
         for (const Side side : both_sides)
-            EXPECT_NEAR(look_up(table, side, p).multiple /
+            EXPECT_NEAR(scattering_at(table, side, p).multiple /
                             (small_table_scale(side, p) * growth * cubic(first)),
                         1, float_rounding);
     }
@@ -296,10 +287,10 @@ TEST(Lookup, FallsAsTheSquareOfDepthTimesItsLogarithmInThinLayers) {
     const Table table = of_cubics();
     const Point thin{0.7, 1e-9, 0.4, 0.6, 1}, thinner{0.7, 1e-12, 0.4, 0.6, 1};
     for (const Side side : both_sides) {
-        const double thick = look_up(table, side, thin).multiple;
+        const double thick = scattering_at(table, side, thin).multiple;
         const double growth = thin_growth(1e-12) / thin_growth(1e-9);
-        EXPECT_NEAR(look_up(table, side, thinner).multiple / thick, 1e-6 * growth, 1e-12);
-        EXPECT_EQ(look_up(table, side, {0.7, 0, 0.4, 0.6, 1}).total(), 0);
+        EXPECT_NEAR(scattering_at(table, side, thinner).multiple / thick, 1e-6 * growth, 1e-12);
+        EXPECT_EQ(scattering_at(table, side, {0.7, 0, 0.4, 0.6, 1}).total(), 0);
     }
 }
 
@@ -307,7 +298,8 @@ TEST(Lookup, ClampsCosinesAndAlbedoOfTheMultiplePartAlone) {
     const Table table = of_cubics();
     const Point edge{0.19, 2, 0.01, 0.6, 1}, outside{0.05, 2, 0.001, 0.6, 1};
     for (const Side side : both_sides)
-        EXPECT_EQ(look_up(table, side, edge).multiple, look_up(table, side, outside).multiple);
+        EXPECT_EQ(scattering_at(table, side, edge).multiple,
+                  scattering_at(table, side, outside).multiple);
     EXPECT_NE(look_up_reflection(table, edge).single, look_up_reflection(table, outside).single);
 }
 
@@ -350,9 +342,9 @@ TEST(Lookup, ReadsShortAxesAndNothingBeyondThem) {
             inside.optical_depth =
                 std::clamp(p.optical_depth, counts.optical_depth == 1 ? 8 : 0.5, 8.0);
             for (const Side side : both_sides) {
-                const double found = look_up(table, side, inside).multiple;
+                const double found = scattering_at(table, side, inside).multiple;
                 ASSERT_NEAR(found / small_table_scale(side, inside), 1, 1e-5);
-                look_up(table, side, p);
+                scattering_at(table, side, p);
             }
         }
     }

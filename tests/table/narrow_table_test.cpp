@@ -5,6 +5,7 @@
 #include <stratus/table/lookup.h>
 #include <stratus/table/packed_table.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "row_name.h"
 #include "small_table.h"
@@ -94,10 +95,8 @@ class NarrowTable : public testing::TestWithParam<Directions> {
 TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
     for (const Point& p : points(300))
         for (const Side side : both_sides) {
-            const double expected =
-                scattering(full().view(), side, p.albedo, p.optical_depth, geometry(p)).total();
-            const double found =
-                scattering(table_.view(), side, p.albedo, p.optical_depth, geometry(p)).total();
+            const double expected = scattering_at(full(), side, p).total();
+            const double found = scattering_at(table_, side, p).total();
             // Both interpolate; the coarser has 28 cosines and 17 azimuths.
             EXPECT_NEAR(found, expected, 0.5 * small_table_tolerance * expected)
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
@@ -106,8 +105,7 @@ TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
 
 TEST_P(NarrowTable, IsSymmetricInAzimuth) {
     for (const Point& p : points(20)) {
-        const double once =
-            reflection(table_.view(), p.albedo, p.optical_depth, geometry(p)).multiple;
+        const double once = scattering_at(table_, Side::reflection, p).multiple;
         for (const double other : {-p.azimuth, 2 * pi - p.azimuth, 2 * pi + p.azimuth})
             EXPECT_NEAR(
                 reflection(table_.view(), p.albedo, p.optical_depth, {p.mu_in, p.mu_out, other})
@@ -125,7 +123,7 @@ TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
         std::vector<float> many(at.size());
         for (const Side side : both_sides) {
             slice.scattering(side, at.size(), all.mu_in, all.mu_out, all.azimuth, many.data());
-            for (std::size_t n = 0; n < at.size(); ++n) {
+            for (const auto n : indices(at)) {
                 const double expected = scattering(table_.view(), side, layer.albedo,
                                                    layer.optical_depth, geometry(at[n]))
                                             .total();
@@ -144,12 +142,10 @@ TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
     std::vector<float> total(at.size());
     for (const Side side : both_sides) {
         packed.scattering(side, arrays.view(), total.data());
-        for (std::size_t n = 0; n < at.size(); ++n) {
+        for (const auto n : indices(at)) {
             const Point& p = at[n];
-            const double expected =
-                scattering(table_.view(), side, p.albedo, p.optical_depth, geometry(p)).total();
-            const double found =
-                packed.scattering(side, p.albedo, p.optical_depth, geometry(p)).total();
+            const double expected = scattering_at(table_, side, p).total();
+            const double found = scattering_at(packed, side, p).total();
             EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01))
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
             EXPECT_NEAR(total[n], found, 2e-5 * std::max(found, 0.01));

@@ -6,6 +6,7 @@
 #include <stratus/base/tensor_file.h>
 #include <stratus/bsdf/slice.h>
 
+#include "all_near.h"
 #include "refusal.h"
 #include "small_table.h"
 #include "table/packed_parts.h"
@@ -56,11 +57,7 @@ TEST(PackedFile, HoldsWhatTheTableSays) {
     EXPECT_EQ(header.diffusion_exponent, table.diffusion_exponent);
     EXPECT_EQ(header.attributes.at("title"), "small");
     EXPECT_EQ(header.tolerance, table.tolerance);
-    const Table unpacked = packed.unpacked();
-    ASSERT_EQ(unpacked.reflection_multiple.size(), table.reflection_multiple.size());
-    for (std::size_t n = 0; n < table.reflection_multiple.size(); ++n)
-        EXPECT_NEAR(unpacked.reflection_multiple[n], table.reflection_multiple[n],
-                    1e-3 * table.reflection_multiple[n]);
+    expect_all_near(packed.unpacked().reflection_multiple, table.reflection_multiple, 1e-3);
 }
 
 /// A file with some of its strings or numbers changed.
@@ -117,10 +114,8 @@ TEST(PackedFile, KeepsWhatRoundingToHalvesLeaves) {
     Forged file(table);
     for (const char* const side : {"reflection/functions", "transmission/functions"})
         EXPECT_EQ(file.tensors_.at(side).type, TensorType::f16);
-    const Table unpacked = PackedTable(file.bytes()).unpacked();
-    for (std::size_t n = 0; n < table.reflection_multiple.size(); ++n)
-        EXPECT_NEAR(unpacked.reflection_multiple[n], table.reflection_multiple[n],
-                    1e-5 * table.reflection_multiple[n]);
+    expect_all_near(PackedTable(file.bytes()).unpacked().reflection_multiple,
+                    table.reflection_multiple, 1e-5);
 }
 
 TEST(PackedFile, IsRestatedWithTheSameNumbers) {

@@ -1,10 +1,11 @@
 #include <stratus/table/packed_table.h>
 
 #include <stratus/base/constants.h>
-#include <stratus/base/instruction_set.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/kernels/packed.h>
 
+#include "indices.h"
+#include "instruction_sets.h"
 #include "row_name.h"
 #include "small_table.h"
 #include "uniform.h"
@@ -56,7 +57,7 @@ void expect_lookups(const PackedTable& packed, const TableView& view,
                     const std::vector<Point>& at) {
     for (const Point& p : at)
         for (const Side side : both_sides) {
-            const Scattered found = packed.scattering(side, p.albedo, p.optical_depth, geometry(p)),
+            const Scattered found = scattering_at(packed, side, p),
                             expected =
                                 scattering(view, side, p.albedo, p.optical_depth, geometry(p));
             const double scale = std::max(expected.total(), 0.01);
@@ -113,7 +114,7 @@ Table forward_filled() {
     table.azimuth = make_axis(AxisScale::square_root, 0, pi, usual.azimuth);
     table.albedo = make_axis(AxisScale::fourth_root_of_complement, table.albedo.values.front(),
                              table.albedo.values.back(), usual.albedo);
-    for (std::size_t a = 0; a < table.albedo.values.size(); ++a)
+    for (const auto a : indices(table.albedo.values))
         table.diffusion_exponent[a] = small_table_exponent(table.albedo.values[a]);
     table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
     table.tolerance = small_table_tolerance;
@@ -155,7 +156,7 @@ void expect_alike_one_many_and_three(const Table& table) {
     std::vector<float> total(at.size());
     for (const Side side : both_sides) {
         packed.scattering(side, points, total.data());
-        for (std::size_t n = 0; n < at.size(); ++n) {
+        for (const auto n : indices(at)) {
             const Geometry here{points.mu_in[n], points.mu_out[n], points.azimuth[n]};
             const double w = points.albedo[n], depth = points.optical_depth[n],
                          one = packed.scattering(side, w, depth, here).total();
@@ -214,30 +215,27 @@ TEST_P(PackedTableInstructionSets, AgreeWithTheGenericOne) {
         std::vector<double> all;
         for (const Point& p : at)
             for (const Side side : both_sides)
-                all.push_back(
-                    packed.scattering(side, p.albedo, p.optical_depth, geometry(p)).total());
+                all.push_back(scattering_at(packed, side, p).total());
         return all;
     };
     const std::vector<double> found = totals();
     const InstructionSetLimit generic(InstructionSet::generic);
     const std::vector<double> expected = totals();
-    for (std::size_t n = 0; n < found.size(); ++n)  // roundings of sums of products alone
+    for (const auto n : indices(found))  // roundings of sums of products alone
         EXPECT_NEAR(found[n], expected[n], 1e-6 * std::max(1.0, expected[n]));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets,
-                         testing::Values(InstructionSet::generic, InstructionSet::avx2,
-                                         InstructionSet::avx512),
-                         [](const auto& row) { return instruction_set_name(row.param); });
+INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets, testing::ValuesIn(instruction_sets),
+                         instruction_set_row);
 
 TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
     const Table table = packable(usual, to_infinity);
     const PackedTable packed(pack(table));
     for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
-        const Geometry back{p.mu_out, p.mu_in, p.azimuth};
+        const Point back{p.albedo, p.optical_depth, p.mu_out, p.mu_in, p.azimuth};
         for (const Side side : both_sides)
-            EXPECT_EQ(packed.scattering(side, p.albedo, p.optical_depth, geometry(p)).multiple,
-                      packed.scattering(side, p.albedo, p.optical_depth, back).multiple);
+            EXPECT_EQ(scattering_at(packed, side, p).multiple,
+                      scattering_at(packed, side, back).multiple);
     }
 }
 
@@ -264,9 +262,8 @@ TEST(PackedTable, UsesNeighboursOfUnderflowingSamples) {
     const Table table = packable({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
     const PackedTable packed(pack(table));
     for (const Point& p : random_lookups(table, 200, 20, 400)) {
-        const double found = packed.transmission(p.albedo, p.optical_depth, geometry(p)).multiple;
-        const double expected =
-            transmission(table.view(), p.albedo, p.optical_depth, geometry(p)).multiple;
+        const double found = scattering_at(packed, Side::transmission, p).multiple;
+        const double expected = scattering_at(table, Side::transmission, p).multiple;
         EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01));
     }
 }
@@ -316,7 +313,7 @@ TEST(PackedTable, JoinsMixturesAsLookupsDo) {
     const Table one = packable(usual, to_eight);
     const Table other = packable(usual, to_eight, "henyey_greenstein:g=0.5");
     Table table = mixed(one, other);
-    for (std::size_t a = 0; a < one.albedo.values.size(); ++a)  // those of the first member
+    for (const auto a : indices(one.albedo.values))  // those of the first member
         table.diffusion_exponent[a] *= 1.3;
     prepare(table);
     const PackedTable packed(pack(table));

@@ -4,6 +4,7 @@
 #include <stratus/base/direction.h>
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
+#include <stratus/table/lookup.h>
 #include <stratus/table/metadata.h>
 #include <stratus/table/packed_table.h>
 #include <stratus/table/table.h>
@@ -65,16 +66,22 @@ inline Table empty_table(const Counts& counts, const Depths& depths) {
 
 using FunctionOfPoint = std::function<double(const Point&)>;
 
-inline std::vector<float> tabulate(const Table& table, const FunctionOfPoint& function) {
-    std::vector<float> samples;
-    samples.reserve(table.sample_count());
+/// All samples of a table, in its order.
+inline std::vector<Point> sample_points(const Table& table) {
+    std::vector<Point> points;
+    points.reserve(table.sample_count());
     for (const double w : table.albedo.values)
         for (const double tau : table.optical_depth.values)
             for (const double mu_in : table.mu_in.values)
                 for (const double mu_out : table.mu_out.values)
                     for (const double azimuth : table.azimuth.values)
-                        samples.push_back(
-                            static_cast<float>(function({w, tau, mu_in, mu_out, azimuth})));
+                        points.push_back({w, tau, mu_in, mu_out, azimuth});
+    return points;
+}
+
+inline std::vector<float> tabulate(const Table& table, const FunctionOfPoint& function) {
+    std::vector<float> samples;
+    for (const Point& p : sample_points(table)) samples.push_back(static_cast<float>(function(p)));
     return samples;
 }
 
@@ -96,6 +103,14 @@ double value_of(const Slice& slice, Side side, const Geometry& at) {
 }
 
 inline Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+
+/// R or T of a table.
+inline Scattered scattering_at(const Table& table, Side side, const Point& p) {
+    return scattering(table.view(), side, p.albedo, p.optical_depth, geometry(p));
+}
+inline Scattered scattering_at(const PackedTable& table, Side side, const Point& p) {
+    return table.scattering(side, p.albedo, p.optical_depth, geometry(p));
+}
 
 /// Points as lookups of many take them: albedo, optical depth, both cosines and azimuth.
 struct PointArrays {

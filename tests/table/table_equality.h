@@ -3,6 +3,8 @@
 
 #include <stratus/table/table.h>
 
+#include "../base/indices.h"
+
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -25,15 +27,19 @@ inline void expect_same(const Axis& a, const Axis& b, const std::string& name) {
     expect_same_bits(a.values, b.values, name);
 }
 
+inline void expect_same(const LowerBoundary& a, const LowerBoundary& b) {
+    EXPECT_EQ(a.kind, b.kind);
+    EXPECT_EQ(a.albedo, b.albedo);
+    EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
+}
+
 /// Axes and every number that was solved for, to the last bit.
 inline void expect_same_bits(const Table& a, const Table& b) {
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
     EXPECT_EQ(a.second_phase_function.text(), b.second_phase_function.text());
-    EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
-    EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
-    EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
+    expect_same(a.lower_boundary, b.lower_boundary);
     ASSERT_EQ(a.family.size(), b.family.size());
-    for (std::size_t k = 0; k < a.family.size(); ++k) {
+    for (const auto k : indices(a.family)) {
         EXPECT_EQ(a.family[k].parameter, b.family[k].parameter);
         EXPECT_EQ(a.family[k].is_discrete, b.family[k].is_discrete);
         expect_same(a.family[k].axis, b.family[k].axis, a.family[k].name());

@@ -3,6 +3,7 @@
 #include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/stack.h>
 
+#include "indices.h"
 #include "row_name.h"
 #include "usual_layers.h"
 
@@ -123,7 +124,7 @@ Answer answer(const std::string& method, int nodes, const std::vector<double>& v
 /// Largest relative change of any value above rounding.
 double largest_change(const std::vector<double>& before, const std::vector<double>& after) {
     double largest = 0;
-    for (std::size_t q = 0; q < after.size(); ++q)
+    for (const auto q : indices(after))
         if (after[q] > 1e-12)
             largest = std::max(largest, std::abs(before[q] - after[q]) / after[q]);
     return largest;
@@ -138,12 +139,12 @@ void expect_all_agree(const std::vector<Answer>& answers) {
             if (error < infinity && error + node_error > 0.25 * value + 1e-3)
                 ADD_FAILURE() << each.method << " states an error that says nothing: " << error
                               << " and " << node_error << " of " << value;
-    for (std::size_t a = 0; a < answers.size(); ++a)
+    for (const auto a : indices(answers))
         for (std::size_t b = 0; b < a; ++b) {
             const Answer &A = answers[a], &B = answers[b];
             const bool same_nodes = A.nodes == B.nodes;
             double worst = 0;
-            for (std::size_t q = 0; q < quantities.size(); ++q) {
+            for (const auto q : indices(quantities)) {
                 const Stated &x = A.stated[q], &y = B.stated[q];
                 double allowed = x.error + y.error;
                 if (!same_nodes) allowed += x.node_error + y.node_error;
@@ -248,7 +249,7 @@ std::vector<double> sum_orders(const Layer& of, SolverOptions options, int last,
     for (const LayerSolution& order :
          solve_orders(of.phase_function, of.albedo, of.optical_depth, compared_cosines, options)) {
         const std::vector<double> values = values_of(order);
-        for (std::size_t q = 0; q < sum.size(); ++q) sum[q] += values[q];
+        for (const auto q : indices(sum)) sum[q] += values[q];
         if (last_order) *last_order = values;
     }
     return sum;
@@ -257,7 +258,7 @@ std::vector<double> sum_orders(const Layer& of, SolverOptions options, int last,
 Answer orders(const Layer& of) {
     std::vector<double> last;
     const std::vector<double> sum = sum_orders(of, with_few(), orders_needed(of), &last);
-    for (std::size_t q = 0; q < sum.size(); ++q)  // no order exceeds 0.9 of the one before
+    for (const auto q : indices(sum))  // no order exceeds 0.9 of the one before
         EXPECT_LE(last[q], 1e-11 * sum[q] + 1e-17) << "too few orders of " << quantities[q];
     return answer("orders", with_few().nodes, sum, 1e-10, left_by_few(of));
 }

@@ -5,6 +5,7 @@
 #include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "row_name.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +52,7 @@ TEST_P(CloudFromPhotons, HasTheSolversAureoleAndGlory) {
     const PhotonSolution photons = solve_photons(phase_function, albedo, optical_depth, geometries,
                                                  {.photons = 100'000, .backward_collisions = 8});
 
-    for (std::size_t i = 0; i < geometries.size(); ++i) {
+    for (const auto i : indices(geometries)) {
         const PhotonGeometry& at = photons.geometries[i];
         const bool transmitted = i < aureole.size();
         const PhotonValue& met = transmitted ? at.transmission : at.reflection;

@@ -1,5 +1,6 @@
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "refusal.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +65,7 @@ TEST(DiffusionExponent, IsTheSameForSeveralAlbedos) {
     const std::vector<double> albedos{0, 0.3, 0.99, 1};
     const std::vector<double> exponents = compute_diffusion_exponents(phase, albedos);
     ASSERT_EQ(exponents.size(), albedos.size());
-    for (std::size_t i = 0; i < albedos.size(); ++i)
+    for (const auto i : indices(albedos))
         EXPECT_EQ(exponents[i], diffusion_exponent(phase, albedos[i]));
 }
 

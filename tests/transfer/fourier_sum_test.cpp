@@ -3,6 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "usual_layers.h"
 
@@ -26,17 +27,18 @@ void expect_values_of_pairs(const LayerSolution& layer) {
     for (const Side side : both_sides) {
         const GridValues values = evaluate(layer, side, grid);
         EXPECT_EQ(evaluate_tabulated(layer, side, grid), values.tabulated);
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                for (int k = 0; k < 4; ++k) {
-                    const double phi = grid_azimuths[static_cast<std::size_t>(k)];
-                    const SolvedValue expected = value_at(layer, side, i, j, phi);
-                    const std::size_t at = grid.at(i, j, k);
-                    // Mirrored pairs differ by the rounding of the peak's series.
-                    const double bound = 1e-12 * std::abs(expected.total);
-                    EXPECT_NEAR(values.closed_form[at], expected.single, bound);
-                    EXPECT_NEAR(values.tabulated[at], expected.multiple, bound);
-                }
+        for (int k = 0; const double azimuth : grid_azimuths) {
+            for (const Way& way : ways(3, {azimuth})) {
+                if (way.side != side) continue;
+                const SolvedValue expected = way.of(layer);
+                const std::size_t at = grid.at(way.in, way.out, k);
+                // Mirrored pairs differ by the rounding of the peak's series.
+                const double bound = 1e-12 * std::abs(expected.total);
+                EXPECT_NEAR(values.closed_form[at], expected.single, bound);
+                EXPECT_NEAR(values.tabulated[at], expected.multiple, bound);
+            }
+            ++k;
+        }
     }
 }
 
@@ -78,10 +80,10 @@ void expect_sketch_of_all(const SolverOptions& options, const DirectionGrid& gri
                 solutions.push_back(&layer);
             }
         const auto some = sketch.evaluate_tabulated(solutions);
-        for (std::size_t n = 0; n < some.size(); ++n) {
+        for (const auto n : indices(some)) {
             const std::vector<double> all =
                 evaluate_tabulated(layers[n / layers[0].size()][n % layers[0].size()], side, grid);
-            for (std::size_t k = 0; k < positions.size(); ++k)
+            for (const auto k : indices(positions))
                 EXPECT_NEAR(some[n][k], all[positions[k]], 1e-12 * std::abs(all[positions[k]]))
                     << n << ' ' << positions[k];
         }

@@ -1,9 +1,10 @@
 // Identities that hold for any layer: symmetries, and agreement of the solver with itself.
 #include <stratus/base/constants.h>
-#include <stratus/base/instruction_set.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
+#include "instruction_sets.h"
 #include "usual_layers.h"
 
 #include <Eigen/LU>
@@ -21,10 +22,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-double total(const LayerSolution& layer, Side side, int in, int out, double azimuth) {
-    return value_at(layer, side, in, out, azimuth).total;
-}
-
 // ---- symmetries --------------------------------------------------------------------------------
 
 /// By classic doubling: the products of the harmonic scheme are symmetric by construction.
@@ -33,14 +30,10 @@ TEST(SolveLayer, IsReciprocal) {
         for (const double tau : {1e-6, 0.1, 8.0, infinity}) {
             const LayerSolution layer =
                 solve_layer(phase_function, 0.95, tau, cosines, {.scheme = Scheme::classic});
-            for (const Side side : both_sides)
-                for (int in = 0; in < layer.mu.size(); ++in)
-                    for (int out = 0; out < in; ++out)
-                        for (const double azimuth : azimuths) {
-                            const double there = total(layer, side, in, out, azimuth);
-                            EXPECT_NEAR(total(layer, side, out, in, azimuth), there, 1e-13 * there)
-                                << tau << ' ' << in << ' ' << out;
-                        }
+            for (const Way& way : ways(5)) {
+                const double there = way.of(layer).total;
+                EXPECT_NEAR(way.back().of(layer).total, there, 1e-13 * there) << tau << ' ' << way;
+            }
         }
 }
 
@@ -50,17 +43,14 @@ TEST(LayerSolution, SumsSingleAndMultipleScattering) {
             solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8, truncate));
         ASSERT_EQ(layer.truncation.fraction > 0, truncate != Truncate::nothing);
         ASSERT_EQ(layer.truncation.narrow, truncate == Truncate::smooth);
-        for (int in = 0; in < layer.mu.size(); ++in)
-            for (const double azimuth : azimuths) {
-                const Geometry at{layer.mu(in), layer.mu(2), azimuth};
-                for (const Side side : both_sides) {
-                    const SolvedValue value = value_at(layer, side, in, 2, azimuth);
-                    EXPECT_EQ(value.single,
-                              single_scattering(side, forward(cos_scattering_angle(side, at)), 0.9,
-                                                0.7, at.mu_in, at.mu_out));
-                    EXPECT_NEAR(value.single + value.multiple, value.total, 1e-15 * value.total);
-                }
-            }
+        for (const Way& way : ways(5)) {
+            const SolvedValue value = way.of(layer);
+            const Geometry at = way.geometry(layer);
+            EXPECT_EQ(value.single,
+                      single_scattering(way.side, forward(cos_scattering_angle(way.side, at)), 0.9,
+                                        0.7, at.mu_in, at.mu_out));
+            EXPECT_NEAR(value.single + value.multiple, value.total, 1e-15 * value.total);
+        }
     }
 }
 
@@ -71,28 +61,25 @@ TEST(LayerSolution, GivesTheSameValuesForManyAzimuths) {
         for (const Side side : both_sides) {
             const std::vector<SolvedValue> values = layer.values(side, 1, 3, azimuths);
             ASSERT_EQ(values.size(), azimuths.size());
-            for (std::size_t k = 0; k < azimuths.size(); ++k)
-                EXPECT_EQ(values[k].total, total(layer, side, 1, 3, azimuths[k]));
+            for (const auto k : indices(azimuths))
+                EXPECT_EQ(values[k].total, value_at(layer, side, 1, 3, azimuths[k]).total);
         }
     }
 }
 
 TEST(LayerSolution, ReportsThePeakCorrections) {
     const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8));
-    for (int in = 0; in < layer.mu.size(); ++in)
-        for (int out = 0; out < layer.mu.size(); ++out)
-            for (const Side side : both_sides) {
-                const double cosine =
-                    cos_scattering_angle(side, {layer.mu(in), layer.mu(out), 1.1});
-                double orders = 0, factor = 1;  // the Fourier sum alone
-                for (int m = 0; const AzimuthalMode& mode : layer.modes[side]) {
-                    orders += factor * std::cos(1.1 * m++) * mode(in, out);
-                    factor = 2;
-                }
-                const SolvedValue value = value_at(layer, side, in, out, 1.1);
-                EXPECT_NEAR(orders + layer.peak_correction(side, in, out)(forward(cosine), cosine),
-                            value.multiple, 1e-13 * value.total);
-            }
+    for (const Way& way : ways(5, {1.1})) {
+        const auto& [side, in, out, azimuth] = way;
+        const double cosine = cos_scattering_angle(side, way.geometry(layer));
+        double orders = 0, factor = 1;  // the Fourier sum alone
+        for (int m = 0; const AzimuthalMode& mode : layer.modes[side]) {
+            orders += factor * std::cos(azimuth * m++) * mode(in, out);
+            factor = 2;
+        }
+        EXPECT_NEAR(orders + layer.peak_correction(side, in, out)(forward(cosine), cosine),
+                    way.of(layer).multiple, 1e-13 * way.of(layer).total);
+    }
     const PeakCorrection none =
         solve_layer(rayleigh, 0.9, 0.7, cosines).peak_correction(Side::reflection, 0, 1);
     EXPECT_EQ(none.single, 0);
@@ -105,7 +92,7 @@ TEST(SolveLadder, EqualsSolveLayerAtEveryDepth) {
     const std::vector<double> albedos{0.3, 0.99, 1};
     const auto ladder = solve_ladder(forward, albedos, {0.05, 10, true}, cosines, with_nodes(16));
     ASSERT_EQ(ladder.size(), 3u);
-    for (std::size_t a = 0; a < albedos.size(); ++a) {
+    for (const auto a : indices(albedos)) {
         ASSERT_EQ(ladder[a].size(), 11u);
         for (std::size_t d = 0; d < 11; ++d) {
             const double tau = d == 10 ? infinity : std::ldexp(0.05, static_cast<int>(d));
@@ -127,9 +114,9 @@ TEST(SolveLadder, SolvesTheDepthsThatAreAskedForAlone) {
     for (const std::size_t d : depths) asked[d] = true;
     const auto some =
         solve_ladder(forward, albedos, {0.05, 12, true, asked}, cosines, with_nodes(16));
-    for (std::size_t a = 0; a < albedos.size(); ++a) {
+    for (const auto a : indices(albedos)) {
         ASSERT_EQ(some[a].size(), depths.size());
-        for (std::size_t n = 0; n < depths.size(); ++n) {
+        for (const auto n : indices(depths)) {
             EXPECT_EQ(some[a][n].optical_depth, all[a][depths[n]].optical_depth);
             EXPECT_LE(difference(some[a][n], all[a][depths[n]]), 1e-11) << depths[n];
         }
@@ -162,10 +149,8 @@ TEST_P(InstructionSets, GiveTheSameValues) {
         }
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, InstructionSets,
-                         testing::Values(InstructionSet::generic, InstructionSet::avx2,
-                                         InstructionSet::avx512),
-                         [](const auto& row) { return instruction_set_name(row.param); });
+INSTANTIATE_TEST_SUITE_P(Each, InstructionSets, testing::ValuesIn(instruction_sets),
+                         instruction_set_row);
 
 TEST(SolveLayer, StopsWhenModesAreNegligible) {
     SolverOptions all = with_nodes(24);
@@ -202,15 +187,12 @@ TEST(SolveLayer, IsIndependentOfExtraDirections) {
         std::vector<double> more = cosines;
         for (const double mu : {0.0001, 0.05, 0.3, 0.30000001, 0.5, 0.75, 0.999})
             more.push_back(mu);
-        LayerSolution among = solve_layer(forward, 0.97, tau, more, with_nodes(16));
-        for (int in = 0; in < alone.mu.size(); ++in) {
+        const LayerSolution among = solve_layer(forward, 0.97, tau, more, with_nodes(16));
+        for (int in = 0; in < 5; ++in)
             EXPECT_NEAR(among.plane_albedo(in), alone.plane_albedo(in), 1e-14);
-            for (int out = 0; out < alone.mu.size(); ++out)
-                for (const Side side : both_sides) {
-                    const double expected = total(alone, side, in, out, 1);
-                    EXPECT_NEAR(total(among, side, in, out, 1), expected, 1e-14 * expected)
-                        << tau << ' ' << in << ' ' << out;
-                }
+        for (const Way& way : ways(5, {1})) {
+            const double expected = way.of(alone).total;
+            EXPECT_NEAR(way.of(among).total, expected, 1e-14 * expected) << tau << ' ' << way;
         }
         EXPECT_NEAR(among.spherical_albedo, alone.spherical_albedo, 1e-15);
     }
@@ -222,16 +204,14 @@ TEST(SolveLayer, UsesTheGaussNodesByDefault) {
     EXPECT_EQ(layer.mu, VectorXd(nodes.mu));
     const std::vector<double> asked(nodes.mu.begin(), nodes.mu.end());
     const LayerSolution extra = solve_layer(rayleigh, 0.9, 1, asked, with_nodes(12));
-    for (int in = 0; in < 12; ++in)
-        for (int out = 0; out < 12; ++out)
-            for (const Side side : both_sides) {
-                const double expected = total(extra, side, in, out, 1);
-                // On the diagonal the matrices of the Gauss nodes also hold the beam, whose
-                // rounding is 1e-16 / (2 mu weight), large at the first nodes.
-                const double rounding =
-                    1e-13 * expected + (in == out ? 1e-15 / (nodes.s(in) * nodes.s(in)) : 0);
-                EXPECT_NEAR(total(layer, side, in, out, 1), expected, rounding) << in << ' ' << out;
-            }
+    for (const Way& way : ways(12, {1})) {
+        const double expected = way.of(extra).total, s = nodes.s(way.in);
+        // On the diagonal the matrices of the Gauss nodes also hold the beam, whose rounding is
+        // 1e-16 / (2 mu weight), large at the first nodes.
+        EXPECT_NEAR(way.of(layer).total, expected,
+                    1e-13 * expected + (way.in == way.out ? 1e-15 / (s * s) : 0))
+            << way;
+    }
 }
 
 #ifdef __SSE2__

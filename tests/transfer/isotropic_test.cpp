@@ -133,22 +133,19 @@ TEST(SolveIsotropic, AcceptsRepeatedCosines) {
     }
 }
 
-TEST(SolveIsotropic, TransmitsOnlyTheBeamAtDepthZero) {
-    const IsotropicSolution layer = solve_isotropic(1, 0, isotropic_cosines);
-    EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
-    EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
-    EXPECT_EQ(layer.spherical_albedo, 0);
-    EXPECT_NEAR(layer.total_transmittance, 1, 1e-15);
-    EXPECT_EQ(layer.X.minCoeff(), 1);
-    EXPECT_EQ(layer.Y.minCoeff(), 1);
-}
-
-TEST(SolveIsotropic, TransmitsOnlyTheBeamAtAlbedoZero) {
-    const IsotropicSolution layer = solve_isotropic(0, 2, isotropic_cosines);
-    EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
-    EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
-    for (int i = 0; i < layer.mu.size(); ++i)
-        EXPECT_DOUBLE_EQ(layer.Y(i), std::exp(-2 / layer.mu(i))) << layer.mu(i);
+TEST(SolveIsotropic, TransmitsOnlyTheBeamAtDepthZeroAndAlbedoZero) {
+    const IsotropicSolution empty = solve_isotropic(1, 0, isotropic_cosines),
+                            black = solve_isotropic(0, 2, isotropic_cosines);
+    for (const IsotropicSolution& layer : {empty, black}) {
+        EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
+        EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
+    }
+    EXPECT_EQ(empty.spherical_albedo, 0);
+    EXPECT_NEAR(empty.total_transmittance, 1, 1e-15);
+    EXPECT_EQ(empty.X.minCoeff(), 1);
+    EXPECT_EQ(empty.Y.minCoeff(), 1);
+    for (int i = 0; i < black.mu.size(); ++i)
+        EXPECT_DOUBLE_EQ(black.Y(i), std::exp(-2 / black.mu(i))) << black.mu(i);
 }
 
 TEST(SolveIsotropic, RefusesArgumentsOutOfRange) {

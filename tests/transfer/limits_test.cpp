@@ -65,14 +65,10 @@ TEST(SolveLayer, ReachesTheConservativeInfiniteLayerAsOneOverDepth) {
         EXPECT_NEAR(infinite.plane_albedo(in), 1, 1e-13);
     const double tau = 1e10;
     const LayerSolution deep = solve_layer(forward, 1, tau, cosines);
-    for (int in = 0; in < deep.mu.size(); ++in)
-        for (int out = 0; out < deep.mu.size(); ++out) {
-            const double R = infinite.reflection(in, out, 1).total;
-            // escape functions below 3, over (1 - g) tau
-            EXPECT_NEAR(deep.reflection(in, out, 1).total, R, 10 / (0.25 * tau));
-            EXPECT_NEAR(deep.reflection(in, out, 1).total + deep.transmission(in, out, 1).total, R,
-                        1e-12 * R);
-        }
+    const Eigen::ArrayXd R = all_radiances(infinite, {1}).head(25), both = all_radiances(deep, {1});
+    // escape functions below 3, over (1 - g) tau
+    EXPECT_LE((both.head(25) - R).abs().maxCoeff(), 10 / (0.25 * tau));
+    expect_near(both.head(25) + both.tail(25), R, 1e-12 * R);
 }
 
 TEST(SolveLayer, IsContinuousWhereDoublingStops) {

@@ -36,18 +36,14 @@ TEST(MarkovChain, MatchesTheSolverWithinItsStatedError) {
                                                 with_nodes(8, Truncate::nothing));
         const MarkovSolution chain =
             solve_markov(saturn, 0.99, optical_depth, chain_cosines, chain_of(8, 32));
-        for (int in = 0; in < 5; ++in)
-            for (int out = 0; out < 5; ++out)
-                for (const double azimuth : chain_azimuths)
-                    for (const Side side : both_sides) {
-                        const auto [value, error] = value_at(chain, side, in, out, azimuth);
-                        const SolvedValue expected = value_at(layer, side, in, out, azimuth);
-                        // 1e-10: omitted modes
-                        EXPECT_NEAR(value.total, expected.total, error + 1e-10 * expected.total)
-                            << in << ' ' << out << ' ' << azimuth;
-                        EXPECT_EQ(value.single, expected.single);
-                        EXPECT_LT(error, 0.05 * expected.total + 1e-6) << "stated error too large";
-                    }
+        for (const Way& way : ways(5, chain_azimuths)) {
+            const auto [value, error] = way.of(chain);
+            const SolvedValue expected = way.of(layer);
+            // 1e-10: omitted modes
+            EXPECT_NEAR(value.total, expected.total, error + 1e-10 * expected.total) << way;
+            EXPECT_EQ(value.single, expected.single);
+            EXPECT_LT(error, 0.05 * expected.total + 1e-6) << "stated error too large";
+        }
         for (int i = 0; i < 5; ++i) {
             EXPECT_NEAR(chain.layer.plane_albedo(i), layer.plane_albedo(i), chain.flux_error);
             EXPECT_NEAR(chain.layer.diffuse_transmittance(i), layer.diffuse_transmittance(i),
@@ -75,14 +71,13 @@ TEST(MarkovChain, SumsItsOrdersToItsInverse) {
     const MarkovSolution one_by_one =
         solve_markov(phase_function, 0.9, 2, chain_cosines, chain_of(6, 4, 300));
     ASSERT_EQ(one_by_one.order.size(), 299u);
-    for (int in = 0; in < 5; ++in)
-        for (const double azimuth : chain_azimuths)
-            for (const Side side : both_sides) {
-                double sum = 0;
-                for (int n = 300; n > 0; --n) sum += one_by_one.of_order(side, n, in, 2, azimuth);
-                for (const MarkovSolution* of : {&all, &one_by_one})
-                    EXPECT_NEAR(value_at(*of, side, in, 2, azimuth).value.total / sum, 1, 1e-12);
-            }
+    for (const auto& [side, in, out, azimuth] : ways(5, chain_azimuths)) {
+        if (out != 2) continue;
+        double sum = 0;
+        for (int n = 300; n > 0; --n) sum += one_by_one.of_order(side, n, in, 2, azimuth);
+        for (const MarkovSolution* of : {&all, &one_by_one})
+            EXPECT_NEAR(value_at(*of, side, in, 2, azimuth).value.total / sum, 1, 1e-12);
+    }
 }
 
 /// Order 2 of an isotropic layer from its source function: light of depth t' that scatters again at
@@ -116,20 +111,18 @@ double second_order(Side side, double albedo, double tau, double mu0, double mu)
 TEST(MarkovChain, HasTheSecondOrderOfTheIsotropicLayer) {
     for (const double tau : {0.1, 1.0, 4.0}) {
         const MarkovSolution chain = solve_markov({}, 0.8, tau, chain_cosines, chain_of(24, 32, 2));
-        for (int in = 0; in < 5; ++in)
-            for (int out = 0; out < 5; ++out)
-                for (const Side side : both_sides) {
-                    const double mu0 = chain.layer.mu(in), mu = chain.layer.mu(out),
-                                 expected = second_order(side, 0.8, tau, mu0, mu),
-                                 error = value_at(chain, side, in, out, 0).error;
-                    // 1e-8: error of 24 nodes
-                    EXPECT_NEAR(chain.of_order(side, 2, in, out, 0), expected,
-                                error + 1e-8 * expected)
-                        << tau << ' ' << mu0 << ' ' << mu;
-                    if (side == Side::reflection) {
-                        EXPECT_LT(error, 5e-3 * expected);
-                    }
-                }
+        for (const Way& way : ways(5, {0})) {
+            const auto& [mu0, mu, azimuth] = way.geometry(chain.layer);
+            const double expected = second_order(way.side, 0.8, tau, mu0, mu),
+                         error = way.of(chain).error;
+            // 1e-8: error of 24 nodes
+            EXPECT_NEAR(chain.of_order(way.side, 2, way.in, way.out, 0), expected,
+                        error + 1e-8 * expected)
+                << tau << ' ' << way;
+            if (way.side == Side::reflection) {
+                EXPECT_LT(error, 5e-3 * expected);
+            }
+        }
     }
 }
 
@@ -156,12 +149,10 @@ TEST(MarkovChain, ConvergesAsTheSquareOfTheSublayers) {
 TEST(MarkovChain, IsReciprocalAndConservesEnergy) {
     const MarkovSolution chain =
         solve_markov(PhaseFunction::rayleigh(), 1, 1, chain_cosines, chain_of(8, 16));
-    for (int in = 0; in < 5; ++in)
-        for (int out = 0; out < in; ++out)
-            for (const Side side : both_sides) {
-                const double there = value_at(chain, side, in, out, 1).value.total;
-                EXPECT_NEAR(value_at(chain, side, out, in, 1).value.total, there, 1e-11 * there);
-            }
+    for (const Way& way : ways(5, {1})) {
+        const double there = way.of(chain).value.total;
+        EXPECT_NEAR(way.back().of(chain).value.total, there, 1e-11 * there);
+    }
     EXPECT_NEAR(chain.layer.spherical_albedo + chain.layer.total_transmittance, 1,
                 2 * chain.flux_error);
     EXPECT_LT(chain.flux_error, 1e-3);

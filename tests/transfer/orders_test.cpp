@@ -80,17 +80,15 @@ TEST(NeumannOrders, StartWithTheClosedForm) {
         const PhaseFunction phase_function = parse_phase_function(text);
         const LayerSolution first =
             solve_orders(phase_function, 0.9, 0.7, order_cosines, up_to_order(12, 1))[0];
-        for (int i = 0; i < 5; ++i)
-            for (const double azimuth : order_azimuths)
-                for (const Side side : both_sides) {
-                    const Geometry at{first.mu(i), 0.3, azimuth};
-                    const double expected =
-                        single_scattering(side, phase_function(cos_scattering_angle(side, at)), 0.9,
-                                          0.7, at.mu_in, 0.3);
-                    // subtracting single scattering from the modes leaves rounding
-                    EXPECT_NEAR(value_at(first, side, i, 2, azimuth).total, expected,
-                                1e-13 * (expected + 1));
-                }
+        for (const Way& way : ways(5, order_azimuths)) {
+            if (way.out != 2) continue;
+            const Geometry at = way.geometry(first);
+            const double expected =
+                single_scattering(way.side, phase_function(cos_scattering_angle(way.side, at)), 0.9,
+                                  0.7, at.mu_in, 0.3);
+            // subtracting single scattering from the modes leaves rounding
+            EXPECT_NEAR(way.of(first).total, expected, 1e-13 * (expected + 1));
+        }
     }
 }
 
@@ -137,13 +135,12 @@ TEST(SolveLayer, StopsAtTheRequestedOrder) {
             solve_layer(phase_function, 0.9, tau, order_cosines, up_to_order(10, 3));
         const auto orders =
             solve_orders(phase_function, 0.9, tau, order_cosines, up_to_order(10, 3));
-        for (const double azimuth : order_azimuths)
-            for (const Side side : both_sides) {
-                double sum = 0;
-                for (const LayerSolution& order : orders)
-                    sum += value_at(order, side, 1, 3, azimuth).total;
-                EXPECT_NEAR(value_at(stopped, side, 1, 3, azimuth).total, sum, 1e-14 * sum);
-            }
+        for (const Way& way : ways(5, order_azimuths)) {
+            if (way.in != 1 || way.out != 3) continue;
+            double sum = 0;
+            for (const LayerSolution& order : orders) sum += way.of(order).total;
+            EXPECT_NEAR(way.of(stopped).total, sum, 1e-14 * sum);
+        }
         EXPECT_LT(stopped.spherical_albedo + stopped.total_transmittance, 1 + 1e-15);
     }
 }

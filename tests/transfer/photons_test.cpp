@@ -3,6 +3,7 @@
 #include <stratus/transfer/reference/solvers.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "refusal.h"
 #include "shell_photons.h"
 #include "usual_layers.h"
@@ -22,7 +23,7 @@ const std::vector<Geometry> geometries{
     {0.5, 0.9, 0}, {0.5, 0.5, 2}, {0.5, 0.15, 1}, {0.15, 0.5, pi}, {0.5, 1.0, 0}};
 
 int index_of(double mu) {
-    for (std::size_t i = 0; i < photon_cosines.size(); ++i)
+    for (const auto i : indices(photon_cosines))
         if (photon_cosines[i] == mu) return static_cast<int>(i);
     return -1;
 }
@@ -90,7 +91,7 @@ TEST_P(PhotonsInALayer, MatchTheSolver) {
     const LayerSolution layer =
         solve_layer(phase_function, of.albedo, of.optical_depth, photon_cosines);
     expect_radiances(photons, layer);
-    for (std::size_t b = 0; b < photons.mu_in.size(); ++b) {
+    for (const auto b : indices(photons.mu_in)) {
         const int in = index_of(photons.mu_in[b]);
         expect_meets(photons.plane[b].albedo, layer.plane_albedo(in), "plane albedo");
         expect_meets(photons.plane[b].transmittance, layer.diffuse_transmittance(in),
@@ -206,7 +207,7 @@ TEST(Photons, FromBothEndsEqualNextEventEstimationOrderByOrder) {
             options.seed = 2;
             const PhotonSolution met =
                 solve_photons(phase_function, 0.9, optical_depth, geometries, options);
-            for (std::size_t i = 0; i < geometries.size(); ++i)
+            for (const auto i : indices(geometries))
                 for (const auto side :
                      {&PhotonGeometry::reflection, &PhotonGeometry::transmission}) {
                     const PhotonValue &a = met.geometries[i].*side,

@@ -3,6 +3,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "usual_layers.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +89,7 @@ TEST_P(PublishedValues, AreMatchedToTheDigitsPrinted) {
         if (fields[0] != GetParam()) continue;
         ASSERT_EQ(fields.size(), columns.size()) << line;
         std::map<std::string, std::string> row;
-        for (std::size_t c = 0; c < fields.size(); ++c) row[columns[c]] = fields[c];
+        for (const auto c : indices(fields)) row[columns[c]] = fields[c];
         const std::string& printed = row.at("value");
         const double unit =
             std::pow(10.0, -static_cast<double>(printed.size() - printed.find('.') - 1));

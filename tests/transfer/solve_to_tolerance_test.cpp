@@ -5,6 +5,7 @@
 #include <stratus/transfer/solve.h>
 
 #include "csv_rows.h"
+#include "indices.h"
 #include "random_problems.h"
 #include "refusal.h"
 #include "usual_layers.h"
@@ -51,7 +52,7 @@ TEST(SolveToTolerance, StatesErrorsThatAreTrueOfRandomLayersAndStacks) {
             ASSERT_EQ(expected.size(), problem.geometries.size());
             const SolvedGeometries solved = solve_geometries(problem.layers, problem.boundary,
                                                              problem.geometries, to(tolerance));
-            for (std::size_t i = 0; i < expected.size(); ++i) {
+            for (const auto i : indices(expected)) {
                 const SolvedGeometry& at = solved.at[i];
                 const double R = expected[i].at(2), T = expected[i].at(3);
                 honesty.count(at.reflection.total, at.reflection_error, R);
@@ -111,7 +112,7 @@ TEST(SolveToTolerance, KnowsTheErrorOfFixedNodes) {
         for (const int nodes : {1, 3, 7, 8, 12, 24, 32, 50}) {
             const SolvedGeometries solved = solve(phase, 0.99, 4, geometries, with_nodes(nodes));
             EXPECT_EQ(solved.nodes, nodes);
-            for (std::size_t i = 0; i < geometries.size(); ++i) {
+            for (const auto i : indices(geometries)) {
                 const double expected = fine.at[i].reflection.total;
                 EXPECT_NEAR(solved.at[i].reflection.total, expected,
                             1.5 * solved.at[i].reflection_error + 1e-12)

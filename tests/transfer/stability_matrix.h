@@ -7,6 +7,8 @@
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/truncation.h>
 
+#include "../base/indices.h"
+
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -39,8 +41,7 @@ inline const std::vector<double> stability_cosines{1e-6, 0.01, 0.3, 1};
 /// Smallest value of the phase series that the solver used, as a share of its largest one.
 inline double lowest_of_series(const std::vector<double>& moments) {
     std::vector<double> coefficients = moments;
-    for (std::size_t l = 0; l < moments.size(); ++l)
-        coefficients[l] *= 2 * static_cast<double>(l) + 1;
+    for (const auto l : indices(moments)) coefficients[l] *= 2 * static_cast<double>(l) + 1;
     double lowest = 0, highest = 0;
     for (int k = -1000; k <= 1000; ++k) {
         const double sum = sum_legendre(coefficients, k / 1000.0);

@@ -3,6 +3,7 @@
 #include <stratus/table/member_and_ground.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
+#include "indices.h"
 #include "reference/photon_path.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +41,7 @@ class StackPhotons {
             if (is_ground) depth = depth_;
             const std::size_t k = layer_at(depth);
             if (!is_ground) weight *= layers_[k].albedo;
-            for (std::size_t e = 0; e < exits.size(); ++e) {
+            for (const auto e : indices(exits)) {
                 const double out = exits[e].mu_out, sine = std::sqrt(1 - out * out);
                 const Direction exit{sine * std::cos(exits[e].azimuth),
                                      sine * std::sin(exits[e].azimuth), out};
@@ -62,7 +63,7 @@ class StackPhotons {
             }
             if (weight < 0.05) weight = random_() < 0.5 ? 2 * weight : 0;
         }
-        for (std::size_t e = 0; e < exits.size(); ++e) tallies[e].add(seen[e]);
+        for (const auto e : indices(exits)) tallies[e].add(seen[e]);
         albedo.add(weight);
     }
 
@@ -105,7 +106,7 @@ void expect_photons_agree(const std::vector<StackLayer>& layers, const LowerBoun
         SolverOptions options;
         options.tolerance = 1e-4;
         const SolvedGeometries solved = solve_geometries(layers, ground, exits, options);
-        for (std::size_t e = 0; e < exits.size(); ++e) {
+        for (const auto e : indices(exits)) {
             const Estimate met = tallies[e].estimate(photon_count);
             EXPECT_LT(met.standard_error, most_error * met.value);
             EXPECT_NEAR(solved.at[e].reflection.total, met.value, 3.5 * met.standard_error)

@@ -5,6 +5,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "layer.h"
 #include "refusal.h"
 #include "uniform.h"
@@ -178,14 +179,12 @@ TEST(Stack, IsUnchangedBySplittingADeepConservativeLayer) {
         for (const double share : {1e-6, 0.3}) {
             const StackSolution parts =
                 solve_stack(split(layer, {share, 1 - share}), nothing, cosines, stack_options(16));
-            for (int in = 0; in < whole.mu.size(); ++in)
-                for (int out = 0; out < whole.mu.size(); ++out) {
-                    const double R = whole.reflection(in, out, 1).total;
-                    const double T = whole.transmission(in, out, 1).total;
-                    EXPECT_NEAR(parts.reflection(in, out, 1).total, R, 1e-12 * R);
-                    EXPECT_NEAR(parts.transmission(in, out, 1).total, T, 1e-16 * tau * T)
-                        << tau << ' ' << share;
-                }
+            for (const Way& way : ways(5, {1})) {
+                const double expected = way.of(whole).total;
+                const double rounding = way.side == Side::reflection ? 1e-12 : 1e-16 * tau;
+                EXPECT_NEAR(way.of(parts).total, expected, rounding * expected)
+                    << tau << ' ' << share << ' ' << way;
+            }
         }
     }
 }
@@ -234,18 +233,14 @@ TEST(Stack, OfManyLayersIsReciprocalFromBothSides) {
     EXPECT_NEAR(above.spherical_albedo_below, under.spherical_albedo, 1e-13);
     EXPECT_NEAR(under.spherical_albedo_below, above.spherical_albedo, 1e-13);
     EXPECT_NEAR(under.total_transmittance / above.total_transmittance, 1, 1e-12);
-    for (int in = 0; in < above.mu.size(); ++in)
-        for (int out = 0; out < above.mu.size(); ++out)
-            for (const double azimuth : azimuths) {
-                const double R = above.reflection(in, out, azimuth).total;
-                EXPECT_GT(R, 0);
-                const SolvedValue T = above.transmission(in, out, azimuth);
-                const SolvedValue back = under.transmission(out, in, azimuth);
-                EXPECT_GT(T.total, 0);
-                EXPECT_NEAR(back.total, T.total, 1e-12 * T.total);
-                EXPECT_NEAR(back.single, T.single, 1e-12 * T.single);
-                EXPECT_NEAR(T.single + T.multiple, T.total, 1e-14 * T.total);
-            }
+    for (const Way& way : ways(5)) {
+        const SolvedValue T = way.of(above), back = way.back().of(under);
+        EXPECT_GT(T.total, 0);
+        if (way.side == Side::reflection) continue;
+        EXPECT_NEAR(back.total, T.total, 1e-12 * T.total);
+        EXPECT_NEAR(back.single, T.single, 1e-12 * T.single);
+        EXPECT_NEAR(T.single + T.multiple, T.total, 1e-14 * T.total);
+    }
 }
 
 // ---- ground ------------------------------------------------------------------------------------
@@ -364,13 +359,11 @@ TEST(Stack, ScattersOnceWhenThin) {
          {nothing, LowerBoundary::surface(1e-7), LowerBoundary::layer(haze, 1e-8)}) {
         const StackSolution stack = solve_stack({{rayleigh, 0.9, tau}, {haze, 0.7, 2 * tau}},
                                                 boundary, {0.3, 0.8}, stack_options(16));
-        for (int in = 0; in < 2; ++in)
-            for (const double azimuth : azimuths)
-                for (const Side side : both_sides) {
-                    if (side == Side::transmission && boundary.is_present()) continue;
-                    const SolvedValue value = value_at(stack, side, in, 1, azimuth);
-                    EXPECT_NEAR(value.total / value.single, 1, 1e-4) << in;  // O(tau log tau / mu)
-                }
+        for (const Way& way : ways(2)) {
+            if (way.out == 0 || (way.side == Side::transmission && boundary.is_present())) continue;
+            const SolvedValue value = way.of(stack);
+            EXPECT_NEAR(value.total / value.single, 1, 1e-4) << way;  // O(tau log tau / mu)
+        }
     }
 }
 
@@ -380,7 +373,7 @@ TEST(SolveLadder, OverABoundaryEqualsStacksOfOneLayer) {
          {LowerBoundary::surface(0.4), LowerBoundary::layer(haze, 0.9)}) {
         const auto ladder =
             solve_ladder(rayleigh, albedos, {0.1, 8, true}, cosines, stack_options(16), boundary);
-        for (std::size_t a = 0; a < albedos.size(); ++a)
+        for (const auto a : indices(albedos))
             for (std::size_t d = 0; d < 8; ++d) {
                 const StackSolution stack =
                     solve_stack({{rayleigh, albedos[a], ladder[a][d].optical_depth}}, boundary,

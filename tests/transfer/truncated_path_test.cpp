@@ -3,6 +3,7 @@
 #include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
+#include "indices.h"
 #include "usual_layers.h"
 
 #include <boost/math/quadrature/tanh_sinh.hpp>
@@ -82,11 +83,10 @@ TEST(TruncatedPath, VanishesWithoutScatteringAndEndsWithTheTruncatedSeries) {
 
 TEST(SumLegendre, IsTheSumOfThePolynomials) {
     std::vector<double> coefficients(1000);
-    for (std::size_t l = 0; l < coefficients.size(); ++l)
-        coefficients[l] = std::cos(static_cast<double>(l));
+    for (const auto l : indices(coefficients)) coefficients[l] = std::cos(static_cast<double>(l));
     for (const double x : {-1.0, -0.3, 0.0, 0.7, 1.0}) {
         double sum = 0;
-        for (std::size_t l = 0; l < coefficients.size(); ++l)
+        for (const auto l : indices(coefficients))
             sum += coefficients[l] * std::legendre(static_cast<unsigned>(l), x);
         EXPECT_NEAR(sum_legendre(coefficients, x), sum, 1e-11);
     }
@@ -156,7 +156,7 @@ TEST(PeakedPhaseFunctions, MatchTheReference) {
 /// fall to exp(-s (1 - w chi_l)).
 double small_angle_transmission(const std::vector<double>& chi, double tau, double cosine) {
     std::vector<double> light(chi.size());
-    for (std::size_t l = 0; l < chi.size(); ++l)
+    for (const auto l : indices(chi))
         light[l] =
             (2 * static_cast<double>(l) + 1) * (std::exp(-tau * (1 - chi[l])) - std::exp(-tau));
     return sum_legendre(light, cosine) / 4;
@@ -170,7 +170,7 @@ void expect_small_angle_theory(const PhaseFunction& phase, const std::vector<dou
     for (const double angle : degrees) mu.push_back(std::cos(angle * pi / 180));
     for (double tau = 0.1; tau <= deepest; tau *= tau < 10 ? 10 : 2) {
         const LayerSolution layer = solve_layer(phase, 1, tau, mu);
-        for (std::size_t k = 0; k < mu.size(); ++k) {
+        for (const auto k : indices(mu)) {
             const double expected = small_angle_transmission(chi, tau, mu[k]);
             EXPECT_NEAR(layer.transmission(0, static_cast<int>(k), 0).total / expected, 1, limit)
                 << phase.caption() << ", tau " << tau << ", " << degrees[k] << " degrees";

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <ostream>
 #include <vector>
 
 namespace stratus {
@@ -40,6 +41,37 @@ auto value_at(const Solution& of, Side side, int in, int out, double azimuth) {
                                     : of.transmission(in, out, azimuth);
 }
 
+/// A way of light: a side, two cosines of a solution and an azimuth.
+struct Way {
+    Side side;
+    int in, out;
+    double azimuth;
+
+    Way back() const { return {side, out, in, azimuth}; }
+    template <class Solution>
+    auto of(const Solution& solution) const {
+        return value_at(solution, side, in, out, azimuth);
+    }
+    template <class Solution>
+    Geometry geometry(const Solution& solution) const {
+        return {solution.mu(in), solution.mu(out), azimuth};
+    }
+    friend std::ostream& operator<<(std::ostream& text, const Way& way) {
+        return text << (way.side == Side::reflection ? "R " : "T ") << way.in << ' ' << way.out
+                    << ' ' << way.azimuth;
+    }
+};
+
+/// All ways between that many cosines, azimuths fastest.
+inline std::vector<Way> ways(int count, const std::vector<double>& at = azimuths) {
+    std::vector<Way> all;
+    for (const Side side : both_sides)
+        for (int in = 0; in < count; ++in)
+            for (int out = 0; out < count; ++out)
+                for (const double azimuth : at) all.push_back({side, in, out, azimuth});
+    return all;
+}
+
 /// A series of 38 moments, cut off so early that it is negative in places.
 inline std::vector<double> moments_cut_off() {
     std::vector<double> chi{1};
@@ -47,37 +79,36 @@ inline std::vector<double> moments_cut_off() {
     return chi;
 }
 
+/// R, then T, between all cosines.
+template <class Solution>
+Eigen::ArrayXd all_radiances(const Solution& of, const std::vector<double>& at = azimuths) {
+    std::vector<double> all;
+    for (const Way& way : ways(static_cast<int>(of.mu.size()), {0}))
+        for (const SolvedValue& value : of.values(way.side, way.in, way.out, at))
+            all.push_back(value.total);
+    return Eigen::Map<Eigen::ArrayXd>(all.data(), std::ssize(all));
+}
+
 /// Largest relative difference of R and T over all geometries; NaN if any is.
 template <class A, class B>
 double difference(const A& a, const B& b, const std::vector<double>& at = azimuths) {
+    const Eigen::ArrayXd of_a = all_radiances(a, at), of_b = all_radiances(b, at);
     double worst = 0;
-    for (const Side side : both_sides)
-        for (int in = 0; in < a.mu.size(); ++in)
-            for (int out = 0; out < a.mu.size(); ++out) {
-                const auto from_a = a.values(side, in, out, at);
-                const auto from_b = b.values(side, in, out, at);
-                for (std::size_t k = 0; k < at.size(); ++k) {
-                    if (from_a[k].total == from_b[k].total) continue;
-                    const double one = std::abs(from_a[k].total / from_b[k].total - 1);
-                    if (std::isnan(one)) return one;
-                    worst = std::max(worst, one);
-                }
-            }
+    for (int i = 0; i < of_a.size(); ++i) {
+        if (of_a(i) == of_b(i)) continue;
+        const double one = std::abs(of_a(i) / of_b(i) - 1);
+        if (std::isnan(one)) return one;
+        worst = std::max(worst, one);
+    }
     return worst;
 }
 
-/// R, then T, between all cosines; then plane albedos and diffuse transmittances.
+/// Those, then plane albedos and diffuse transmittances.
 template <class Solution>
 Eigen::ArrayXd all_values(const Solution& of, const std::vector<double>& at = azimuths) {
-    std::vector<double> all;
-    for (const Side side : both_sides)
-        for (int in = 0; in < of.mu.size(); ++in)
-            for (int out = 0; out < of.mu.size(); ++out)
-                for (const SolvedValue& value : of.values(side, in, out, at))
-                    all.push_back(value.total);
-    for (const Eigen::VectorXd& fluxes : {of.plane_albedo, of.diffuse_transmittance})
-        all.insert(all.end(), fluxes.begin(), fluxes.end());
-    return Eigen::Map<Eigen::ArrayXd>(all.data(), std::ssize(all));
+    Eigen::ArrayXd all(all_radiances(of, at).size() + 2 * of.mu.size());
+    all << all_radiances(of, at), of.plane_albedo.array(), of.diffuse_transmittance.array();
+    return all;
 }
 
 /// Fails unless every number is within its tolerance.

@@ -145,6 +145,7 @@ struct Answer {
     Scattered reflected{}, transmitted{};
     double background = 0;
     bool clamped = false;
+    double extrapolation_error = 0;  // of layers thinner than the table's
 };
 
 /// Looks the rows of one layer up.
@@ -181,6 +182,15 @@ class LayerLookup {
     Answer at(const Geometry& geometry) const {
         Answer answer;
         answer.clamped = clamped_;
+        if (asked_.multiple)
+            for (const Side side : both_sides)
+                if (side == Side::reflection ? asked_.reflection : asked_.transmission)
+                    answer.extrapolation_error =
+                        std::max(answer.extrapolation_error,
+                                 thin_layer_error(
+                                     table_, side, layer_.albedo,
+                                     effective_optical_depth(layer_.optical_depth, asked_.density),
+                                     geometry));
         if (background_)
             answer.background =
                 double{background_->background(static_cast<float>(geometry.mu_out))};
@@ -270,6 +280,21 @@ void warn_of_clamped(const Query& query, const std::vector<LayerKey>& layers,
         " rows some lie outside the table; multiple scattering there is that of its edge: " + list);
 }
 
+/// Says once how many rows are thinner than the table's layers and off by more than its tolerance.
+void warn_of_extrapolated(const std::vector<Answer>& answers, const TableView& table) {
+    long rows = 0;
+    double most = 0;
+    for (const Answer& answer : answers) {
+        rows += answer.extrapolation_error > table.tolerance;
+        most = std::max(most, answer.extrapolation_error);
+    }
+    if (rows > 0)
+        say("warning: of " + std::to_string(answers.size()) + " rows " + std::to_string(rows) +
+            " are of thinner layers than the table's, whose multiple scattering is extrapolated: R "
+            "or T is off by " +
+            short_number(100 * most, 2) + " % or so at most");
+}
+
 /// A column of an answer, and what stands in it.
 struct AnswerColumn {
     std::string name;
@@ -321,6 +346,7 @@ void run_eval(const EvalOptions& options) {
     const std::vector<Answer> answers = look_up_rows(
         view, layers, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(query, layers, answers, view, asked.density);
+    warn_of_extrapolated(answers, view);
 
     const std::vector<AnswerColumn> answered = answer_columns(effects);
     std::vector<std::string> names;

@@ -68,6 +68,10 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
 double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
                           double mu_out) noexcept;
 
+/// The law of thin layers: what the orders n >= 2 of a layer without a boundary grow with.
+double thin_law(const TableView& table, Side side, double albedo, double optical_depth,
+                const Geometry& geometry) noexcept;
+
 /// Ratio of the light of a thin layer over a surface to that of the thinnest sampled: a surface alone
 /// scatters once, and a thin layer adds in proportion to what it extinguishes.
 double share_of_thinnest(double optical_depth, double thinnest, double mu_in,

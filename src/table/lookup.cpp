@@ -6,6 +6,7 @@
 #include "lookup_arguments.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 
@@ -124,6 +125,27 @@ Scattered scattering(const TableView& table, Side side, double albedo, double op
     const TablePoint point(albedo, optical_depth, geometry);
     if (point.is_unknown()) return {double{not_a_number}, double{not_a_number}};
     return not_negative(looked_up(table, side, point));
+}
+
+double thin_layer_error(const TableView& table, Side side, double albedo, double optical_depth,
+                        const Geometry& geometry) noexcept {
+    const AxisView& depths = table.optical_depth;
+    const double thinnest = depths.lowest;
+    if (table.has_lower_boundary() || depths.count < 2 || albedo == 0 ||
+        !(optical_depth > 0 && optical_depth < thinnest))
+        return 0;
+    const auto rest = [&](double depth) {  // of the orders n >= 2, without the path law
+        double multiple = scattering(table, side, albedo, depth, geometry).multiple;
+        if (table.path_law != nullptr)
+            multiple -= (*table.path_law)(side, albedo, depth, geometry, table.highest_order);
+        return multiple;
+    };
+    const double deeper = std::min(2 * thinnest, depths.highest),
+                 by_law = rest(deeper) * thin_law(table, side, albedo, thinnest, geometry) /
+                          thin_law(table, side, albedo, deeper, geometry),
+                 off = std::abs(by_law / rest(thinnest) - 1) / (deeper - thinnest),
+                 total = scattering(table, side, albedo, optical_depth, geometry).total();
+    return total > 0 ? off * (thinnest - optical_depth) * rest(optical_depth) / total : 0;
 }
 
 }  // namespace stratus

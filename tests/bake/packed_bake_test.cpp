@@ -199,6 +199,37 @@ TEST(PackedBake, FollowsTheLawOfThinLayersBelowItsThinnestSample) {
     }
 }
 
+TEST(PackedBake, EstimatesTheErrorOfTheLawOfThinLayers) {
+    const std::vector<double> mu{0.2, 0.5, 0.9};
+    for (const char* const g : {"-0.3", "0.5", "0.75"}) {
+        const PackedBake baked(
+            parse_recipe("phase_function = 'henyey_greenstein:g=" + std::string(g) +
+                         "'\n"
+                         "tolerance = 1e-2\n"
+                         "optical_depth = { min = 0.25, max = 1 }\n"
+                         "albedo = { min = 1, max = 1 }\n"));
+        const PackedTable table(baked.file);
+        for (const double depth : {0.2, 0.1, 0.01}) {
+            const LayerSolution exact = solve_layer(PhaseFunction::henyey_greenstein(std::stod(g)),
+                                                    1, depth, mu, SolverOptions{.nodes = 64});
+            double most = 0, most_estimated = 0;
+            for (const Side side : both_sides)
+                for (int i = 0; i < 3; ++i)
+                    for (int j = 0; j < 3; ++j) {
+                        const Geometry at{mu[static_cast<std::size_t>(i)],
+                                          mu[static_cast<std::size_t>(j)], 1};
+                        const double expected = exact.values(side, i, j, {at.azimuth})[0].total;
+                        const double found = table.scattering(side, 1, depth, at).total();
+                        most = std::max(most, std::abs(found / expected - 1));
+                        most_estimated = std::max(
+                            most_estimated, thin_layer_error(table.view(), side, 1, depth, at));
+                    }
+            EXPECT_LE(std::abs(std::log2(most_estimated / most)), 1) << g << ' ' << depth;
+        }
+        EXPECT_EQ(thin_layer_error(table.view(), Side::reflection, 1, 0.3, {0.5, 0.5, 1}), 0);
+    }
+}
+
 TEST(PackedBake, GivesTheSameBytesOnAnyNumberOfThreads) {
     const Recipe recipe = resolve(explicit_recipe());
     std::vector<char> files[2];

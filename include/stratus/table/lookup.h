@@ -53,6 +53,12 @@ struct Scattered {
 Scattered scattering(const TableView& table, Side side, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept;
 
+/// Estimated error of R or T of a layer thinner than the table's first sample, relative to it: as much for each
+/// step in depth as the law of thin layers is off from twice that sample's depth to it. 0 between the
+/// samples, and over a lower boundary, where thinner layers follow other laws or none.
+double thin_layer_error(const TableView& table, Side side, double albedo, double optical_depth,
+                        const Geometry& geometry) noexcept;
+
 inline Scattered reflection(const TableView& table, double albedo, double optical_depth,
                             const Geometry& geometry) noexcept {
     return scattering(table, Side::reflection, albedo, optical_depth, geometry);

@@ -204,7 +204,7 @@ TEST(Slice, OverALowerBoundaryOnlyReflects) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.3);
     Table table = empty_table({3, 4, 6, 6, 13}, {0.5, 8, false});
     table.reflection_multiple =
-        tabulate(table, [](const Point& p) { return 0.1 + 0.05 * std::cos(p.azimuth); });
+        tabulate(table, [](const SamplePoint& p) { return 0.1 + 0.05 * std::cos(p.azimuth); });
     for (const LowerBoundary& boundary :
          {LowerBoundary::surface(0.4), LowerBoundary::layer(PhaseFunction::rayleigh(), 0.7)}) {
         table.lower_boundary = boundary;
@@ -271,7 +271,7 @@ TEST(Slice, HoldsArcsNarrowerThanTheAzimuthsFirstProbed) {
     for (const double centre : {2.2, 2.5, 2.7}) {
         Table table = empty_table({2, 2, 8, 8, 129}, {0.5, 2, false});
         table.tolerance = 1e-3;
-        fill(table, [&](const Point& p) {
+        fill(table, [&](const SamplePoint& p) {
             const double x = (p.azimuth - centre) / 0.1;
             return 1 + 0.05 * std::exp(-x * x);
         });

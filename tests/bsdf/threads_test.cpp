@@ -48,24 +48,24 @@ Table every_kind_over_ground() {
 /// A function of a shared table at one point. New lookups are rows of `functions` below.
 struct Function {
     const char* name;
-    double (*value)(const Shared& shared, const Point& p);
+    double (*value)(const Shared& shared, const SamplePoint& p);
 };
 
 const Function functions[] = {
     {"Reflection",
-     [](const Shared& shared, const Point& p) {
+     [](const Shared& shared, const SamplePoint& p) {
          return scattering_at(shared.table, Side::reflection, p).total();
      }},
     {"Transmission",
-     [](const Shared& shared, const Point& p) {
+     [](const Shared& shared, const SamplePoint& p) {
          return scattering_at(shared.table, Side::transmission, p).total();
      }},
     {"ReflectionOverGround",
-     [](const Shared& shared, const Point& p) {
+     [](const Shared& shared, const SamplePoint& p) {
          return scattering_at(shared.over_ground, Side::reflection, p).total();
      }},
     {"Bsdf",
-     [](const Shared& shared, const Point& p) {
+     [](const Shared& shared, const SamplePoint& p) {
          const float mu = static_cast<float>(p.mu_in);
          const Bsdf::SampleOfAngles drawn = shared.bsdf.sample(mu, static_cast<float>(p.mu_out),
                                                                static_cast<float>(p.albedo), 0.5f);
@@ -76,9 +76,9 @@ const Function functions[] = {
 };
 
 /// Below, within and above the finite depths.
-std::vector<Point> random_points(int count) {
+std::vector<SamplePoint> random_points(int count) {
     Uniform share(7);
-    std::vector<Point> points;
+    std::vector<SamplePoint> points;
     for (int i = 0; i < count; ++i)
         points.push_back(
             {share(), 0.1 * std::pow(1000, share()), 1 - share(), 1 - share(), 2 * pi * share()});
@@ -90,10 +90,10 @@ class SharedTable : public testing::TestWithParam<Function> {};
 TEST_P(SharedTable, IsBitIdenticalFromManyThreads) {
     const Table table = every_kind();
     const Shared shared{table, every_kind_over_ground(), Bsdf(bind(table.view(), 2, 0.7))};
-    const std::vector<Point> points = random_points(200);
+    const std::vector<SamplePoint> points = random_points(200);
     const auto values_at_all_points = [&] {
         std::vector<double> values;
-        for (const Point& p : points) values.push_back(GetParam().value(shared, p));
+        for (const SamplePoint& p : points) values.push_back(GetParam().value(shared, p));
         return values;
     };
 

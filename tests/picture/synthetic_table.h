@@ -75,7 +75,7 @@ inline Table make_synthetic_table(const SyntheticOptions& options = {}) {
         }
     }
     const auto turned = [&](const auto& rough) {
-        return tabulate(table, [&](const Point& p) {
+        return tabulate(table, [&](const SamplePoint& p) {
             const double turn =
                 options.azimuths > 1
                     ? 1 + 0.3 * std::sqrt((1 - p.mu_in) * (1 - p.mu_out)) * std::cos(p.azimuth)

@@ -47,11 +47,11 @@ inline Table table_of(const Kind& kind) {
         table.mu_out = make_axis(table.mu_out.scale, 0.2, 0.8, 7);
         table.azimuth = make_axis(AxisScale::square_root, 0.3, 2, kind.azimuths);
     }
-    table.reflection_multiple = tabulate(table, [&](const Point& p) {
+    table.reflection_multiple = tabulate(table, [&](const SamplePoint& p) {
         return over ? shape_over_boundary(p) : small_table_scale(Side::reflection, p) * function(p);
     });
     if (!over && !kind.one_side)
-        table.transmission_multiple = tabulate(table, [&](const Point& p) {
+        table.transmission_multiple = tabulate(table, [&](const SamplePoint& p) {
             return std::isinf(p.optical_depth)
                        ? 0
                        : small_table_scale(Side::transmission, p) * function(p);

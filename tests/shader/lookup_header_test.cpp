@@ -226,7 +226,7 @@ TEST_F(LookupHeader, RefusesLayersOutsideTheTable) {
     }
     Table endless = empty_table({6, 1, 12, 12, 1}, {8, 8, true});
     endless.optical_depth.values = {infinity};
-    endless.reflection_multiple = tabulate(endless, [](const Point&) { return 1; });
+    endless.reflection_multiple = tabulate(endless, [](const SamplePoint&) { return 1; });
     prepare(endless);
     const std::vector<char> deep = pack(endless);
     expect_holds(refusal({deep.begin(), deep.end()}, "1 1 1 1 1 1"),

@@ -36,7 +36,7 @@ Table family_table(const std::vector<FamilyAxis>& axes, const PhaseFunction& fir
     table.diffusion_exponent.clear();
     for (std::size_t m = 0; m < table.member_count(); ++m) {
         const double level = level_of(phase_function_at(first, second, axes, member_at(axes, m)));
-        fill(one, [level](const Point&) { return level; });
+        fill(one, [level](const SamplePoint&) { return level; });
         append_members(table, one);
         table.extrapolation_lengths.push_back(small_table_length);
     }

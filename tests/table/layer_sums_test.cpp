@@ -18,7 +18,7 @@ namespace {
 constexpr Counts sums_counts{15, 24, 20, 20, 13};
 constexpr Depths sums_depths{0.05, 8, false};
 
-double smooth(const Point& p) {
+double smooth(const SamplePoint& p) {
     return 2 + 0.5 * std::sin(2 * p.albedo + std::log(p.optical_depth)) * std::cos(p.azimuth);
 }
 
@@ -52,7 +52,7 @@ double largest_error(const Table& table) {
 
 TEST(LayerSums, HoldAPeakOfFewDirections) {
     // Two samples of azimuth at four cosines: 32 of 2730 directions, whose light varies of its own.
-    const Table table = table_of([](const Point& p) {
+    const Table table = table_of([](const SamplePoint& p) {
         const bool is_in_peak = p.azimuth < 0.3 && std::abs(p.mu_in - p.mu_out) < 1e-6 &&
                                 p.mu_in > 0.3 && p.mu_in < 0.6;
         return smooth(p) * (is_in_peak ? 3 + std::sin(5 * std::log(p.optical_depth)) : 1);
@@ -63,7 +63,7 @@ TEST(LayerSums, HoldAPeakOfFewDirections) {
 TEST(LayerSums, HoldALayerUnlikeAllOthers) {
     const Table usual = table_of(smooth);
     const double albedo = usual.albedo.values[3], depth = usual.optical_depth.values[6];
-    const Table table = table_of([&](const Point& p) {
+    const Table table = table_of([&](const SamplePoint& p) {
         const bool is_unlike = p.albedo == albedo && p.optical_depth == depth;
         return smooth(p) * (is_unlike ? 1.5 + 0.4 * std::cos(4 * (p.mu_in + p.mu_out)) : 1);
     });

@@ -15,19 +15,19 @@ namespace {
 
 constexpr double float_rounding = 1e-6;  // of samples, weights and 1024 products
 
-Scattered look_up_reflection(const Table& table, const Point& p) {
+Scattered look_up_reflection(const Table& table, const SamplePoint& p) {
     return scattering_at(table, Side::reflection, p);
 }
 
-Scattered look_up_transmission(const Table& table, const Point& p) {
+Scattered look_up_transmission(const Table& table, const SamplePoint& p) {
     return scattering_at(table, Side::transmission, p);
 }
 
 /// Points at random within albedo [0.19, 1], depths [lowest, highest], cosines [0.01, 1], azimuth
 /// [0, pi].
-std::vector<Point> random_points(int count, double lowest, double highest) {
+std::vector<SamplePoint> random_points(int count, double lowest, double highest) {
     Uniform share(2024);
-    std::vector<Point> points;
+    std::vector<SamplePoint> points;
     for (int i = 0; i < count; ++i)
         points.push_back({0.19 + 0.81 * share(), lowest * std::pow(highest / lowest, share()),
                           0.01 + 0.99 * share(), 0.01 + 0.99 * share(), pi * share()});
@@ -35,7 +35,7 @@ std::vector<Point> random_points(int count, double lowest, double highest) {
 }
 
 /// A cubic in every coordinate but azimuth, between 1 and 10.
-double cubic(const Point& p) {
+double cubic(const SamplePoint& p) {
     const double w = std::sqrt(1 - p.albedo);
     const double depth = p.optical_depth == infinity ? 0 : std::log2(p.optical_depth) / 4;
     const double in = cosine_coordinate(p.mu_in), out = cosine_coordinate(p.mu_out);
@@ -43,8 +43,10 @@ double cubic(const Point& p) {
            out * (1 + out * out) - 0.5 * w * in * out;
 }
 
-double scaled_cubic(Side side, const Point& p) { return small_table_scale(side, p) * cubic(p); }
-double transmitted_cubic(const Point& p) { return scaled_cubic(Side::transmission, p); }
+double scaled_cubic(Side side, const SamplePoint& p) {
+    return small_table_scale(side, p) * cubic(p);
+}
+double transmitted_cubic(const SamplePoint& p) { return scaled_cubic(Side::transmission, p); }
 
 const Counts five_each = {5, 5, 5, 5, 5};
 const Depths shallow = {0.5, 8, false};
@@ -56,12 +58,12 @@ Table of_cubics() {
 }
 
 TEST(Lookup, ReproducesSamplesAtTheNodes) {
-    const auto uneven = [](const Point& p) {
+    const auto uneven = [](const SamplePoint& p) {
         return 1 + std::sin(40 * p.albedo + 9 * p.mu_in + 5 * p.mu_out + 3 * p.azimuth +
                             (p.optical_depth < infinity ? p.optical_depth : 11));
     };
     const Table table = filled({5, 4, 6, 3, 5}, {0.5, 8, true}, uneven, uneven);
-    for (const Point& p : sample_points(table)) {
+    for (const SamplePoint& p : sample_points(table)) {
         EXPECT_NEAR(look_up_reflection(table, p).multiple, uneven(p), float_rounding);
         EXPECT_NEAR(look_up_transmission(table, p).multiple,
                     p.optical_depth < infinity ? uneven(p) : 0, float_rounding);
@@ -70,7 +72,7 @@ TEST(Lookup, ReproducesSamplesAtTheNodes) {
 
 TEST(Lookup, OverALowerBoundaryIsExactForCubicsThemselves) {
     const Table table = over(LowerBoundary::surface(0.3), filled(five_each, shallow, cubic, cubic));
-    for (const Point& p : random_points(2000, 0.5, 8)) {
+    for (const SamplePoint& p : random_points(2000, 0.5, 8)) {
         const Scattered found = look_up_reflection(table, p);
         EXPECT_NEAR(found.multiple / cubic(p), 1, float_rounding);
         const double phase = table.phase_function(cos_scattering_angle_reflected(geometry(p)));
@@ -83,7 +85,7 @@ TEST(Lookup, OverALowerBoundaryIsExactForCubicsThemselves) {
 }
 
 TEST(Lookup, OverALowerBoundaryFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
-    const auto nearing = [](const Point& p) {
+    const auto nearing = [](const SamplePoint& p) {
         return 2 - reflection_deficit(p.optical_depth, small_table_exponent(p.albedo),
                                       small_table_length);
     };
@@ -91,7 +93,7 @@ TEST(Lookup, OverALowerBoundaryFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
                              filled({5, 5, 3, 3, 3}, {0.5, 8, true}, nearing, nearing));
     for (const double w : table.albedo.values)
         for (const double tau : {8.0, 10.0, 40.0, 1e3, infinity}) {
-            const Point p{w, tau, 0.3, 0.8, 1};
+            const SamplePoint p{w, tau, 0.3, 0.8, 1};
             EXPECT_NEAR(look_up_reflection(table, p).multiple, nearing(p), 1e-6) << tau;
         }
 }
@@ -126,7 +128,7 @@ TEST(Lookup, TreatsANullBoundaryAsAbsent) {
 
 TEST(Lookup, IsExactForCubicsTimesTheDiffusionScale) {
     const Table table = of_cubics();
-    for (const Point& p : random_points(2000, 0.5, 8))
+    for (const SamplePoint& p : random_points(2000, 0.5, 8))
         for (const Side side : both_sides)
             EXPECT_NEAR(scattering_at(table, side, p).multiple / scaled_cubic(side, p), 1,
                         3 * float_rounding);
@@ -134,7 +136,7 @@ TEST(Lookup, IsExactForCubicsTimesTheDiffusionScale) {
 
 TEST(Lookup, AddsTheClosedFormOfSingleScattering) {
     const Table table = of_cubics();
-    for (const Point& p : random_points(50, 0.5, 8))
+    for (const SamplePoint& p : random_points(50, 0.5, 8))
         for (const Side side : both_sides) {
             const double phase = table.phase_function(cos_scattering_angle(side, geometry(p)));
             const Scattered found = scattering_at(table, side, p);
@@ -145,7 +147,7 @@ TEST(Lookup, AddsTheClosedFormOfSingleScattering) {
 }
 
 TEST(Lookup, FollowsSmoothFunctionsToFourthOrder) {
-    const auto smooth = [](const Point& p) {
+    const auto smooth = [](const SamplePoint& p) {
         return std::exp(p.albedo / 2 - 0.3 * std::sqrt(p.mu_in)) * (1 + p.mu_out / (1 + p.mu_out)) *
                (1 + 0.3 * std::cos(p.azimuth) * (1 - p.mu_in) * (1 - p.mu_out)) /
                (1 + 0.2 * p.optical_depth);
@@ -154,7 +156,7 @@ TEST(Lookup, FollowsSmoothFunctionsToFourthOrder) {
         Table table = empty_table({count, count, count, count, count}, {0.25, 4, false});
         fill(table, smooth);
         double error = 0;
-        for (const Point& p : random_points(3000, 0.25, 4))
+        for (const SamplePoint& p : random_points(3000, 0.25, 4))
             for (const Side side : both_sides) {
                 const double expected = small_table_scale(side, p) * smooth(p);
                 error = std::max(error,
@@ -168,9 +170,9 @@ TEST(Lookup, FollowsSmoothFunctionsToFourthOrder) {
 }
 
 TEST(Lookup, IsEvenAndPeriodicInAzimuth) {
-    const auto wavy = [](const Point& p) { return 2 + std::cos(p.azimuth) + p.mu_in; };
+    const auto wavy = [](const SamplePoint& p) { return 2 + std::cos(p.azimuth) + p.mu_in; };
     const Table table = filled({2, 2, 4, 4, 9}, shallow, wavy, wavy);
-    Point p{0.9, 2, 0.4, 0.7, 1.1};
+    SamplePoint p{0.9, 2, 0.4, 0.7, 1.1};
     const Scattered r = look_up_reflection(table, p);
     for (const double same : {-1.1, 2 * pi - 1.1, 2 * pi + 1.1, -4 * pi - 1.1}) {
         p.azimuth = same;
@@ -180,12 +182,12 @@ TEST(Lookup, IsEvenAndPeriodicInAzimuth) {
 }
 
 TEST(Lookup, IsReciprocalWhenItsSamplesAre) {
-    const auto reciprocal = [](const Point& p) {
+    const auto reciprocal = [](const SamplePoint& p) {
         return 1 + 1 / (p.mu_in + p.mu_out) + std::cos(p.azimuth) * p.mu_in * p.mu_out;
     };
     const Table table = filled({3, 3, 7, 7, 7}, shallow, reciprocal, reciprocal);
-    for (const Point& p : random_points(200, 0.5, 8)) {
-        const Point swapped{p.albedo, p.optical_depth, p.mu_out, p.mu_in, p.azimuth};
+    for (const SamplePoint& p : random_points(200, 0.5, 8)) {
+        const SamplePoint swapped{p.albedo, p.optical_depth, p.mu_out, p.mu_in, p.azimuth};
         const double one = look_up_reflection(table, p).total();
         EXPECT_NEAR(look_up_reflection(table, swapped).total() / one, 1, float_rounding);
     }
@@ -193,12 +195,12 @@ TEST(Lookup, IsReciprocalWhenItsSamplesAre) {
 
 // ---- beyond the deepest sample
 
-double limit_of(const Point& p) {
+double limit_of(const SamplePoint& p) {
     return 1 + 0.3 * std::sqrt(1 - p.albedo) + 0.2 * cosine_coordinate(p.mu_in);
 }
-double distance_of(const Point& p) { return 0.5 + cosine_coordinate(p.mu_out); }
+double distance_of(const SamplePoint& p) { return 0.5 + cosine_coordinate(p.mu_out); }
 
-double diffusing(const Point& p) {
+double diffusing(const SamplePoint& p) {
     const double deficit =
         reflection_deficit(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
     return small_table_incidence(p) * (limit_of(p) - distance_of(p) * deficit);
@@ -207,13 +209,13 @@ double diffusing(const Point& p) {
 TEST(Lookup, FollowsTheDiffusionLawFromTheDeepestSampleToInfinity) {
     // Albedo 0.19: the deficit at tau = 4 is 2.7e-4, just above what float samples can tell.
     const Table table = filled({5, 4, 4, 4, 1}, {0.5, 4, true}, diffusing, transmitted_cubic);
-    for (const Point& p : random_points(2000, 4.0001, 4000))
+    for (const SamplePoint& p : random_points(2000, 4.0001, 4000))
         EXPECT_NEAR(look_up_reflection(table, p).multiple / diffusing(p), 1, 1e-5);
 }
 
 TEST(Lookup, ReachesTheSampleAtInfinity) {
     const Table table = filled({5, 4, 4, 4, 1}, {0.5, 4, true}, diffusing, transmitted_cubic);
-    for (Point p : random_points(50, 1, 2)) {
+    for (SamplePoint p : random_points(50, 1, 2)) {
         p.optical_depth = infinity;
         EXPECT_NEAR(look_up_reflection(table, p).multiple / diffusing(p), 1, float_rounding);
         EXPECT_EQ(look_up_transmission(table, p).total(), 0);
@@ -224,7 +226,7 @@ TEST(Lookup, DoesNotMagnifyTheRoundingOfDeepSamples) {
     // From tau = 64 on, layers of all albedos but the highest equal their limit to float's last
     // bit.
     const Table table = filled({16, 8, 4, 4, 1}, {0.5, 64, true}, diffusing, transmitted_cubic);
-    for (Point p : random_points(3000, 64.001, 1e6))
+    for (SamplePoint p : random_points(3000, 64.001, 1e6))
         for (const double below_one : {0.0, 1e-9, 1e-6, 1e-4, 1e-3, 1e-2}) {
             p.albedo = 1 - below_one;
             EXPECT_NEAR(look_up_reflection(table, p).multiple / diffusing(p), 1, 3e-5)
@@ -233,11 +235,11 @@ TEST(Lookup, DoesNotMagnifyTheRoundingOfDeepSamples) {
 }
 
 TEST(Lookup, TransmitsThroughDeepLayersByTheDiffusionLaw) {
-    const auto law = [](const Point& p) {
+    const auto law = [](const SamplePoint& p) {
         return small_table_scale(Side::transmission, p) * distance_of(p);
     };
     const Table table = filled({16, 12, 7, 7, 1}, {0.5, 1024, true}, diffusing, law);
-    for (const Point& p : random_points(3000, 0.5, 1e6)) {
+    for (const SamplePoint& p : random_points(3000, 0.5, 1e6)) {
         const double scale = small_table_scale(Side::transmission, p);
         if (scale < 1e-34) continue;  // below which it may be 0
         EXPECT_NEAR(look_up_transmission(table, p).multiple / law(p), 1, 1e-5)
@@ -247,7 +249,7 @@ TEST(Lookup, TransmitsThroughDeepLayersByTheDiffusionLaw) {
 
 TEST(Lookup, ClampsToTheDeepestSampleWithoutOneAtInfinity) {
     const Table table = of_cubics();
-    const Point last{0.7, 8, 0.4, 0.6, 1}, beyond{0.7, infinity, 0.4, 0.6, 1};
+    const SamplePoint last{0.7, 8, 0.4, 0.6, 1}, beyond{0.7, infinity, 0.4, 0.6, 1};
     for (const Side side : both_sides)
         EXPECT_EQ(scattering_at(table, side, beyond).multiple,
                   scattering_at(table, side, last).multiple);
@@ -255,7 +257,7 @@ TEST(Lookup, ClampsToTheDeepestSampleWithoutOneAtInfinity) {
 
 TEST(Lookup, ReadsATableOfASemiInfiniteLayerAlone) {
     const Table table =
-        filled({4, 0, 4, 4, 3}, {1, 1, true}, diffusing, [](const Point&) { return 0; });
+        filled({4, 0, 4, 4, 3}, {1, 1, true}, diffusing, [](const SamplePoint&) { return 0; });
     double before = 0;
     for (const double tau :
          {0.0, 0.5, 3.0, infinity}) {  // all it knows of finite ones is what they intercept
@@ -271,9 +273,9 @@ TEST(Lookup, ReadsATableOfASemiInfiniteLayerAlone) {
 
 TEST(Lookup, FollowsItsScalesBelowTheFirstDepth) {
     const Table table = of_cubics();
-    const Point first{0.7, 0.5, 0.4, 0.6, 1};
+    const SamplePoint first{0.7, 0.5, 0.4, 0.6, 1};
     for (const double ratio : {0.5, 1e-3, 1e-100}) {
-        Point p = first;
+        SamplePoint p = first;
         p.optical_depth *= ratio;
         const double growth = thin_growth(p.optical_depth) / thin_growth(first.optical_depth);
         for (const Side side : both_sides)
@@ -285,7 +287,7 @@ TEST(Lookup, FollowsItsScalesBelowTheFirstDepth) {
 
 TEST(Lookup, FallsAsTheSquareOfDepthTimesItsLogarithmInThinLayers) {
     const Table table = of_cubics();
-    const Point thin{0.7, 1e-9, 0.4, 0.6, 1}, thinner{0.7, 1e-12, 0.4, 0.6, 1};
+    const SamplePoint thin{0.7, 1e-9, 0.4, 0.6, 1}, thinner{0.7, 1e-12, 0.4, 0.6, 1};
     for (const Side side : both_sides) {
         const double thick = scattering_at(table, side, thin).multiple;
         const double growth = thin_growth(1e-12) / thin_growth(1e-9);
@@ -296,7 +298,7 @@ TEST(Lookup, FallsAsTheSquareOfDepthTimesItsLogarithmInThinLayers) {
 
 TEST(Lookup, ClampsCosinesAndAlbedoOfTheMultiplePartAlone) {
     const Table table = of_cubics();
-    const Point edge{0.19, 2, 0.01, 0.6, 1}, outside{0.05, 2, 0.001, 0.6, 1};
+    const SamplePoint edge{0.19, 2, 0.01, 0.6, 1}, outside{0.05, 2, 0.001, 0.6, 1};
     for (const Side side : both_sides)
         EXPECT_EQ(scattering_at(table, side, edge).multiple,
                   scattering_at(table, side, outside).multiple);
@@ -304,7 +306,7 @@ TEST(Lookup, ClampsCosinesAndAlbedoOfTheMultiplePartAlone) {
 }
 
 TEST(Lookup, OfASideThatIsMissingIsSingleScattering) {
-    const Point p{0.7, 2, 0.4, 0.6, 1};
+    const SamplePoint p{0.7, 2, 0.4, 0.6, 1};
     Table transmits = of_cubics(), reflects = transmits;
     transmits.reflection_multiple.clear();
     EXPECT_EQ(look_up_reflection(transmits, p).multiple, 0);
@@ -329,13 +331,13 @@ TEST(Lookup, StaysWithinTheTableForAnyArgument) {
 
 TEST(Lookup, ReadsShortAxesAndNothingBeyondThem) {
     // Samples equal to their scale: the weights of every stencil must sum to 1 and stay inside.
-    const std::vector<Point> points = random_points(12, 0.1, 30);
+    const std::vector<SamplePoint> points = random_points(12, 0.1, 30);
     for (int shape = 0; shape < 5 * 5 * 5 * 5 * 5; ++shape) {
         const Counts counts{1 + shape % 5, 1 + shape / 5 % 5, 1 + shape / 25 % 5,
                             1 + shape / 125 % 5, 1 + shape / 625};
         const Table table = plain_table(counts, {0.5, 8, shape % 2 == 0});
-        for (const Point& p : points) {
-            Point inside = p;
+        for (const SamplePoint& p : points) {
+            SamplePoint inside = p;
             if (counts.albedo == 1) inside.albedo = 1;
             if (counts.mu_in == 1) inside.mu_in = 1;
             if (counts.mu_out == 1) inside.mu_out = 1;

@@ -17,7 +17,7 @@ namespace {
 Table level_table(double level, double g) {
     Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true});
     table.phase_function = PhaseFunction::henyey_greenstein(g);
-    fill(table, [level](const Point&) { return level; });
+    fill(table, [level](const SamplePoint&) { return level; });
     return table;
 }
 
@@ -87,7 +87,7 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
 }
 
 TEST(Mixture, KnowsNoDeepLayerWhereOnePartIsFarFromItsLimit) {
-    const auto half = [](const Point&) { return 0.5; };
+    const auto half = [](const SamplePoint&) { return 0.5; };
     Table steep = filled({2, 4, 3, 3, 3}, {0.25, 8, false}, half, half), flat = steep;
     steep.diffusion_exponent = {2, 2};
     flat.diffusion_exponent = {0, 0};

@@ -72,15 +72,15 @@ class NarrowTable : public testing::TestWithParam<Directions> {
     Table table_ = table_of(GetParam());
 
     /// Random layers, and directions within the table's.
-    std::vector<Point> points(int count) const {
+    std::vector<SamplePoint> points(int count) const {
         Uniform uniform(3);
         const TableView view = table_.view();
         const auto within = [&](const AxisView& axis) {
             return axis.lowest + uniform() * (axis.highest - axis.lowest);
         };
-        std::vector<Point> all;
+        std::vector<SamplePoint> all;
         for (int n = 0; n < count; ++n) {
-            Point p{};
+            SamplePoint p{};
             p.albedo = within(view.albedo);
             p.optical_depth = 0.05 * std::pow(200, uniform());
             p.mu_in = within(view.mu_in);
@@ -93,7 +93,7 @@ class NarrowTable : public testing::TestWithParam<Directions> {
 };
 
 TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
-    for (const Point& p : points(300))
+    for (const SamplePoint& p : points(300))
         for (const Side side : both_sides) {
             const double expected = scattering_at(full(), side, p).total();
             const double found = scattering_at(table_, side, p).total();
@@ -104,7 +104,7 @@ TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
 }
 
 TEST_P(NarrowTable, IsSymmetricInAzimuth) {
-    for (const Point& p : points(20)) {
+    for (const SamplePoint& p : points(20)) {
         const double once = scattering_at(table_, Side::reflection, p).multiple;
         for (const double other : {-p.azimuth, 2 * pi - p.azimuth, 2 * pi + p.azimuth})
             EXPECT_NEAR(
@@ -115,9 +115,9 @@ TEST_P(NarrowTable, IsSymmetricInAzimuth) {
 }
 
 TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
-    for (const Point& layer : points(4)) {
+    for (const SamplePoint& layer : points(4)) {
         const Slice slice = bind(table_.view(), layer.optical_depth, layer.albedo);
-        const std::vector<Point> at = points(300);
+        const std::vector<SamplePoint> at = points(300);
         const PointArrays arrays(at);
         const PackedPoints all = arrays.view();
         std::vector<float> many(at.size());
@@ -137,13 +137,13 @@ TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
 
 TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
     const PackedTable packed(pack(table_));
-    const std::vector<Point> at = points(200);
+    const std::vector<SamplePoint> at = points(200);
     const PointArrays arrays(at);
     std::vector<float> total(at.size());
     for (const Side side : both_sides) {
         packed.scattering(side, arrays.view(), total.data());
         for (const auto n : indices(at)) {
-            const Point& p = at[n];
+            const SamplePoint& p = at[n];
             const double expected = scattering_at(table_, side, p).total();
             const double found = scattering_at(packed, side, p).total();
             EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01))

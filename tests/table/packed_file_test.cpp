@@ -26,7 +26,7 @@ namespace stratus {
 namespace {
 
 /// What is left of samples once they are divided by all that lookups divide by.
-double packed_shape(const Point& p) { return 2 + p.mu_in * p.mu_out * std::cos(p.azimuth); }
+double packed_shape(const SamplePoint& p) { return 2 + p.mu_in * p.mu_out * std::cos(p.azimuth); }
 
 Table small(const char* phase = "henyey_greenstein:g=0.5") {
     Table table = empty_table({5, 6, 6, 6, 5}, {0.1, 8, true});
@@ -314,7 +314,7 @@ TEST(PackedFile, SharesFunctionsAmongMembers) {
     for (const double share : {0.0, 0.4, 1.0})
         for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.3, 3.1}}) {
             const double level = 1.5 - 0.5 * share;
-            const Point point{0.8, 2, at.mu_in, at.mu_out, at.azimuth};
+            const SamplePoint point{0.8, 2, at.mu_in, at.mu_out, at.azimuth};
             const double expected =
                 level * small_table_scale(Side::reflection, point) * packed_shape(point);
             const TableView view = shared.view().at({share});

@@ -33,14 +33,14 @@ constexpr Counts usual{9, 12, 16, 16, 9};
 constexpr Depths to_eight{0.05, 8, false}, to_infinity{0.05, 8, true};
 
 /// Random lookups, cosines evenly spread over their roots, azimuths over ten turns.
-std::vector<Point> random_lookups(const Table& table, int count, double shallowest,
-                                  double deepest) {
+std::vector<SamplePoint> random_lookups(const Table& table, int count, double shallowest,
+                                        double deepest) {
     const TableView view = table.view();
     Uniform uniform(1);
-    std::vector<Point> all;
+    std::vector<SamplePoint> all;
     for (int n = 0; n < count; ++n) {
         const auto cosine = [&] { return std::pow(0.1 + 0.9 * uniform(), 2); };
-        Point p{};
+        SamplePoint p{};
         p.albedo = view.albedo.lowest + (1 - view.albedo.lowest) * uniform();
         p.optical_depth = shallowest * std::pow(deepest / shallowest, uniform());
         p.mu_in = cosine();
@@ -54,8 +54,8 @@ std::vector<Point> random_lookups(const Table& table, int count, double shallowe
 /// That the lookups of a packed table are those of lookup.h, to the tolerance relative to R or T
 /// but not to less than 1 % of 1.
 void expect_lookups(const PackedTable& packed, const TableView& view,
-                    const std::vector<Point>& at) {
-    for (const Point& p : at)
+                    const std::vector<SamplePoint>& at) {
+    for (const SamplePoint& p : at)
         for (const Side side : both_sides) {
             const Scattered found = scattering_at(packed, side, p),
                             expected =
@@ -139,7 +139,7 @@ Table table_of_ridges() {
 
 TEST_P(PackedTableInstructionSets, AgreeWithLookups) {
     for (const Table& table : {packable(usual, to_eight), table_of_ridges(), forward_filled()}) {
-        std::vector<Point> at = random_lookups(table, 300, 0.05, 8);
+        std::vector<SamplePoint> at = random_lookups(table, 300, 0.05, 8);
         for (std::size_t n = 0; n < 100; ++n) at[n].azimuth /= 100;  // forward
         expect_lookups(PackedTable(pack(table)), table.view(), at);
     }
@@ -149,8 +149,9 @@ TEST_P(PackedTableInstructionSets, AgreeWithLookups) {
 
 void expect_alike_one_many_and_three(const Table& table) {
     const PackedTable packed(pack(table));
-    std::vector<Point> at = random_lookups(table, 1003, 0.01, 40);  // no multiple of any width
-    for (Point& p : at) p.azimuth /= 10;  // floats tell few of more turns apart
+    std::vector<SamplePoint> at =
+        random_lookups(table, 1003, 0.01, 40);  // no multiple of any width
+    for (SamplePoint& p : at) p.azimuth /= 10;  // floats tell few of more turns apart
     const PointArrays arrays(at);
     const PackedPoints points = arrays.view();
     std::vector<float> total(at.size());
@@ -209,11 +210,11 @@ TEST_P(PackedTableInstructionSets, GiveALayerAtTheSamplesAsLookupsDo) {
 
 TEST_P(PackedTableInstructionSets, AgreeWithTheGenericOne) {
     const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
-    const std::vector<Point> at = random_lookups(table, 200, 0.01, 40);
+    const std::vector<SamplePoint> at = random_lookups(table, 200, 0.01, 40);
     const auto totals = [&] {  // kernels are chosen when a table is opened
         const PackedTable packed(pack(table));
         std::vector<double> all;
-        for (const Point& p : at)
+        for (const SamplePoint& p : at)
             for (const Side side : both_sides)
                 all.push_back(scattering_at(packed, side, p).total());
         return all;
@@ -231,8 +232,8 @@ INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets, testing::ValuesIn(inst
 TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
     const Table table = packable(usual, to_infinity);
     const PackedTable packed(pack(table));
-    for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
-        const Point back{p.albedo, p.optical_depth, p.mu_out, p.mu_in, p.azimuth};
+    for (const SamplePoint& p : random_lookups(table, 200, 0.01, 40)) {
+        const SamplePoint back{p.albedo, p.optical_depth, p.mu_out, p.mu_in, p.azimuth};
         for (const Side side : both_sides)
             EXPECT_EQ(scattering_at(packed, side, p).multiple,
                       scattering_at(packed, side, back).multiple);
@@ -251,7 +252,7 @@ TEST(PackedTable, ScattersNothingAtZeroDepthOrAlbedo) {
 TEST(PackedTable, ApproachesInfiniteDepthAsDiffusionDoes) {
     const Table table = packable(usual, to_infinity);
     const PackedTable packed(pack(table));
-    std::vector<Point> at = random_lookups(table, 100, 8, 1e5);
+    std::vector<SamplePoint> at = random_lookups(table, 100, 8, 1e5);
     for (int n = 0; n < 20; ++n) at[static_cast<std::size_t>(n)].optical_depth = infinity;
     at[0].albedo = at[30].albedo = 1;
     expect_lookups(packed, table.view(), at);
@@ -261,7 +262,7 @@ TEST(PackedTable, UsesNeighboursOfUnderflowingSamples) {
     // T of the lower albedos is below 1e-35 at the deepest samples.
     const Table table = packable({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
     const PackedTable packed(pack(table));
-    for (const Point& p : random_lookups(table, 200, 20, 400)) {
+    for (const SamplePoint& p : random_lookups(table, 200, 20, 400)) {
         const double found = scattering_at(packed, Side::transmission, p).multiple;
         const double expected = scattering_at(table, Side::transmission, p).multiple;
         EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01));
@@ -318,7 +319,7 @@ TEST(PackedTable, JoinsMixturesAsLookupsDo) {
     prepare(table);
     const PackedTable packed(pack(table));
     for (const double mixture : {0.0, 0.3, 1.0})
-        for (const Point& p : random_lookups(table, 50, 0.05, 8)) {
+        for (const SamplePoint& p : random_lookups(table, 50, 0.05, 8)) {
             const Geometry at = geometry(p);
             const TableView view = table.view().at({mixture});
             const PackedLayers three{{p.albedo, p.albedo, p.albedo},

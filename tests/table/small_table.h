@@ -17,7 +17,7 @@
 namespace stratus {
 
 /// Where a sample stands.
-struct Point {
+struct SamplePoint {
     double albedo, optical_depth, mu_in, mu_out, azimuth;
 };
 
@@ -64,11 +64,11 @@ inline Table empty_table(const Counts& counts, const Depths& depths) {
     return table;
 }
 
-using FunctionOfPoint = std::function<double(const Point&)>;
+using FunctionOfPoint = std::function<double(const SamplePoint&)>;
 
 /// All samples of a table, in its order.
-inline std::vector<Point> sample_points(const Table& table) {
-    std::vector<Point> points;
+inline std::vector<SamplePoint> sample_points(const Table& table) {
+    std::vector<SamplePoint> points;
     points.reserve(table.sample_count());
     for (const double w : table.albedo.values)
         for (const double tau : table.optical_depth.values)
@@ -81,7 +81,8 @@ inline std::vector<Point> sample_points(const Table& table) {
 
 inline std::vector<float> tabulate(const Table& table, const FunctionOfPoint& function) {
     std::vector<float> samples;
-    for (const Point& p : sample_points(table)) samples.push_back(static_cast<float>(function(p)));
+    for (const SamplePoint& p : sample_points(table))
+        samples.push_back(static_cast<float>(function(p)));
     return samples;
 }
 
@@ -102,13 +103,13 @@ double value_of(const Slice& slice, Side side, const Geometry& at) {
     return double{slice.scattering(side, in, out, azimuth)};
 }
 
-inline Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+inline Geometry geometry(const SamplePoint& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
 
 /// R or T of a table.
-inline Scattered scattering_at(const Table& table, Side side, const Point& p) {
+inline Scattered scattering_at(const Table& table, Side side, const SamplePoint& p) {
     return scattering(table.view(), side, p.albedo, p.optical_depth, geometry(p));
 }
-inline Scattered scattering_at(const PackedTable& table, Side side, const Point& p) {
+inline Scattered scattering_at(const PackedTable& table, Side side, const SamplePoint& p) {
     return table.scattering(side, p.albedo, p.optical_depth, geometry(p));
 }
 
@@ -116,8 +117,8 @@ inline Scattered scattering_at(const PackedTable& table, Side side, const Point&
 struct PointArrays {
     std::vector<float> of[5];
 
-    explicit PointArrays(const std::vector<Point>& points) {
-        for (const Point& p : points) {
+    explicit PointArrays(const std::vector<SamplePoint>& points) {
+        for (const SamplePoint& p : points) {
             const double all[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
             for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(all[q]));
         }
@@ -156,13 +157,13 @@ inline Table mixed(const Table& first, const Table& second) {
 }
 
 /// What a lookup divides samples by along albedo and both cosines.
-inline double small_table_incidence(const Point& p) {
+inline double small_table_incidence(const SamplePoint& p) {
     return p.albedo * intercepted_share(p.optical_depth, p.mu_in) *
            intercepted_share(p.optical_depth, p.mu_out);
 }
 
 /// All that a lookup divides samples of a side by: what is left is interpolated.
-inline double small_table_scale(Side side, const Point& p) {
+inline double small_table_scale(Side side, const SamplePoint& p) {
     const auto scale = side == Side::reflection ? reflection_scale : transmission_scale;
     return small_table_incidence(p) *
            scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
@@ -171,8 +172,8 @@ inline double small_table_scale(Side side, const Point& p) {
 /// Fills both sides with all that lookups divide by, times what they interpolate, `shape`.
 inline void fill(Table& table, const FunctionOfPoint& shape) {
     const auto samples = [&](Side side) {
-        return tabulate(table,
-                        [&](const Point& p) { return small_table_scale(side, p) * shape(p); });
+        return tabulate(
+            table, [&](const SamplePoint& p) { return small_table_scale(side, p) * shape(p); });
     };
     table.reflection_multiple = samples(Side::reflection);
     table.transmission_multiple = samples(Side::transmission);
@@ -180,7 +181,7 @@ inline void fill(Table& table, const FunctionOfPoint& shape) {
 }
 
 /// Between 1 and 3, smooth, even in azimuth, symmetric in the cosines.
-inline double smooth_shape(const Point& p) {
+inline double smooth_shape(const SamplePoint& p) {
     const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
     const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
     return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
@@ -188,14 +189,14 @@ inline double smooth_shape(const Point& p) {
 }
 
 /// R of the like over a lower boundary, where nothing is divided out.
-inline double shape_over_boundary(const Point& p) {
+inline double shape_over_boundary(const SamplePoint& p) {
     return 0.1 * smooth_shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo +
            0.05 * smooth_shape(p);
 }
 
 /// A ridge over the cosines that moves with the layer: layers have so many functions that packing takes
 /// rows of the most (table/kernels/packed.h).
-inline double ridge(const Point& p) {
+inline double ridge(const SamplePoint& p) {
     const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1,
                  across = (p.mu_in + p.mu_out) / 2 - 0.2 - 0.6 * depth - 0.2 * p.albedo;
     return 1 + std::exp(-1000 * across * across) * (2 + std::cos(p.azimuth)) / 3;
@@ -207,7 +208,7 @@ constexpr Counts samples_of_ridges{13, 20, 20, 20, 9};
 /// A table that is all that lookups divide by, and 1 in between.
 inline Table plain_table(const Counts& counts, const Depths& depths) {
     Table table = empty_table(counts, depths);
-    fill(table, [](const Point&) { return 1; });
+    fill(table, [](const SamplePoint&) { return 1; });
     return table;
 }
 
@@ -227,7 +228,7 @@ inline Table smooth_table(bool with_azimuth, AxisScale azimuth_scale = AxisScale
     else
         table.phase_function = PhaseFunction::isotropic();
     table.tolerance = small_table_tolerance;
-    fill(table, [](const Point& p) {
+    fill(table, [](const SamplePoint& p) {
         return 1 + 0.3 * p.albedo + 0.2 * std::sqrt(p.mu_in + p.mu_out) +
                0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *
                    std::cos(p.azimuth);

@@ -54,8 +54,8 @@ TEST(Prepare, ComputesCosineWeightsAtEveryDepth) {
 TEST(Prepare, DropsSamplesBelowTheRangeOfFloat) {
     Table table = empty_table({2, 3, 1, 1, 1}, {1, 1024, false});
     table.albedo.values[0] = 0;
-    table.transmission_multiple =
-        tabulate(table, [](const Point& p) { return small_table_scale(Side::transmission, p); });
+    table.transmission_multiple = tabulate(
+        table, [](const SamplePoint& p) { return small_table_scale(Side::transmission, p); });
     prepare(table);
     EXPECT_GT(table.reflection_weight[0], 1);    // albedo 0 scatters nothing, but weighs
     EXPECT_GT(table.transmission_weight[5], 1);  // albedo 1: 0.7 / 1024.7

@@ -196,9 +196,7 @@ double intercepted(const Recipe& recipe, double optical_depth, double mu) {
 
 double sample_scale(const Probes& probes, Side side, double optical_depth, double exponent) {
     if (probes.recipe.lower_boundary.is_present()) return 1;
-    return side == Side::reflection
-               ? reflection_scale(optical_depth, exponent, probes.extrapolation_length)
-               : transmission_scale(optical_depth, exponent, probes.extrapolation_length);
+    return diffusion_scale(side, optical_depth, exponent, probes.extrapolation_length);
 }
 
 }  // namespace stratus

@@ -22,12 +22,8 @@ double beyond_deepest(const TableView& table, Side which, double albedo, double 
             exponent += double{table.members.weight[m]} * double{around.weight[l]} *
                         table.diffusion_exponent[table.members.member[m] * table.albedo.count +
                                                  around.first + l];
-    const auto scale = which == Side::reflection ? reflection_scale : transmission_scale;
-    const auto at = [&](double depth) {
-        return scale(depth, std::max(0.0, exponent), table.extrapolation_length);
-    };
-    const double deepest = at(table.optical_depth.highest);
-    return deepest > 0 ? at(optical_depth) / deepest : 0;
+    return share_beyond_deepest(which, optical_depth, table.optical_depth.highest,
+                                std::max(0.0, exponent), table.extrapolation_length);
 }
 
 /// The orders n >= 2 of a layer on one side, from a packed table.

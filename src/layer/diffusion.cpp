@@ -34,6 +34,21 @@ double reflection_scale(double optical_depth, double diffusion_exponent,
     return 1 / (1 + d + d * d);
 }
 
+double diffusion_scale(Side side, double optical_depth, double diffusion_exponent,
+                       double extrapolation_length) noexcept {
+    const auto scale = side == Side::reflection ? reflection_scale : transmission_scale;
+    return scale(optical_depth, diffusion_exponent, extrapolation_length);
+}
+
+double share_beyond_deepest(Side side, double optical_depth, double deepest,
+                            double diffusion_exponent, double extrapolation_length) noexcept {
+    const auto at = [&](double depth) {
+        return diffusion_scale(side, depth, diffusion_exponent, extrapolation_length);
+    };
+    const double of_deepest = at(deepest);
+    return of_deepest > 0 ? at(optical_depth) / of_deepest : 0;
+}
+
 double thin_growth(double optical_depth) noexcept {
     constexpr double numerator = 2.51629;  // exp(3/2 - gamma)
     return std::log1p(numerator / std::max(optical_depth, 1e-30));

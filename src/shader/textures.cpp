@@ -230,8 +230,7 @@ std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
             "one of a family");
     Texels texels;
     for (const Side side : both_sides)
-        if (side == Side::reflection ? view.has_reflection() : view.has_transmission())
-            texels.halves = texels.halves && table.side(side).halves;
+        if (view.has(side)) texels.halves = texels.halves && table.side(side).halves;
     const SharedTexels shared = append_shared(table, false, false, texels);
     for (const Side side : both_sides)
         append_side(table, side, shared, false, table.side(side).max_finite_depth, texels);
@@ -255,12 +254,8 @@ double share_by_law(const TableView& table, Side side, double exponent, double a
     if (albedo == 0 && !table.keeps_light()) return 0;
     const AxisView& depths = table.optical_depth;
     if (depths.ends_at_infinity || !(optical_depth > depths.highest)) return 1;
-    const auto at = [&](double depth) {
-        const auto scale = side == Side::reflection ? reflection_scale : transmission_scale;
-        return scale(depth, exponent, table.extrapolation_length);
-    };
-    const double deepest = at(depths.highest);
-    return deepest > 0 ? at(optical_depth) / deepest : 0;
+    return share_beyond_deepest(side, optical_depth, depths.highest, exponent,
+                                table.extrapolation_length);
 }
 
 /// The orders n >= 2 of the colours side by side. Returns the first texel.
@@ -339,7 +334,7 @@ ShaderTexture bound_layer(const PackedTable& table, const Medium<3>& medium,
         layer[size(c)] = {finite(medium.optical_depth[c]), static_cast<float>(medium.albedo[c]), 0,
                           0};
     for (const Side side : both_sides)
-        if (side == Side::reflection ? view.has_reflection() : view.has_transmission()) {
+        if (view.has(side)) {
             const float first = append_orders(lookup, view, side, medium, layer);
             component(layer[3], static_cast<int>(side)) = first;
         }

@@ -207,10 +207,10 @@ double directional_factor(const TableView& table, const LayerBlend& blend, doubl
 double thin_law(const TableView& table, Side side, double albedo, double optical_depth,
                 const Geometry& geometry) noexcept {
     const LayerQuery layer = make_query(table, albedo, optical_depth, table.members.member[0]);
-    const auto scale = side == Side::reflection ? reflection_scale : transmission_scale;
     return thin_growth(optical_depth) * intercepted_share(optical_depth, geometry.mu_in) *
            intercepted_share(optical_depth, geometry.mu_out) *
-           scale(optical_depth, layer.diffusion_exponent, layer.extrapolation_length);
+           diffusion_scale(side, optical_depth, layer.diffusion_exponent,
+                           layer.extrapolation_length);
 }
 
 double share_of_thinnest(double optical_depth, double thinnest, double mu_in,

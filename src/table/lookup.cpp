@@ -104,7 +104,7 @@ Scattered looked_up(const TableView& table, Side side, const TablePoint& point) 
     if (table.has_lower_boundary() && table.lower_boundary->has_closed_form())
         scattered.single +=
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
-    const bool held = side == Side::reflection ? table.has_reflection() : table.has_transmission();
+    const bool held = table.has(side);
     if (table.packed != nullptr)
         scattered.multiple =
             table.packed->multiple(side, albedo, optical_depth, geometry, table.members);

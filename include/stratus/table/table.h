@@ -86,6 +86,9 @@ struct TableView {
     bool has_transmission() const noexcept {
         return transmission_multiple != nullptr || packed_transmission;
     }
+    bool has(Side side) const noexcept {
+        return side == Side::reflection ? has_reflection() : has_transmission();
+    }
     bool has_lower_boundary() const noexcept {
         return lower_boundary != nullptr && lower_boundary->is_present();
     }

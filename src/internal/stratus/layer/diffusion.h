@@ -7,6 +7,8 @@
 // through these two functions; what is left after dividing by them is smooth.
 #pragma once
 
+#include <stratus/base/direction.h>
+
 #include <cmath>
 
 namespace stratus {
@@ -29,6 +31,14 @@ double reflection_deficit(double optical_depth, double diffusion_exponent,
 /// layers to 1 at infinity; in deep layers 1 - d, to the second order.
 double reflection_scale(double optical_depth, double diffusion_exponent,
                         double extrapolation_length) noexcept;
+
+/// The scale of that side.
+double diffusion_scale(Side side, double optical_depth, double diffusion_exponent,
+                       double extrapolation_length) noexcept;
+
+/// Ratio of the light of a layer deeper than the deepest sample to that of the deepest.
+double share_beyond_deepest(Side side, double optical_depth, double deepest,
+                            double diffusion_exponent, double extrapolation_length) noexcept;
 
 /// How the orders n >= 2 of thin layers outgrow tau^2: the mean of E1(|t - t'|) over pairs of depths
 /// t, t' in the layer, which light joins along the horizontal (derived here).

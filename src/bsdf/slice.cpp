@@ -151,9 +151,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
         for (const Side which : both_sides) {
             const bool asked =
                 which == Side::reflection ? effects.reflection : effects.transmission;
-            const bool held =
-                which == Side::reflection ? table.has_reflection() : table.has_transmission();
-            if (!asked || !held) continue;
+            if (!asked || !table.has(which)) continue;
             check_coverage(table, which, outside);
             bind_orders(table, which);
         }
@@ -200,21 +198,26 @@ void SliceOf<channels>::bind_layers(const StackLayers& layers, Side which) {
 
 template <int channels>
 void SliceOf<channels>::check_coverage(const TableView& table, Side which, OutsideTable outside) {
-    const auto check = [&](bool known, const char* argument, const std::string& allowed,
-                           double value) {
-        require(known || outside == OutsideTable::clamp, bind_caller, argument, allowed, value);
-        if (!known) clamped_ = true;
+    const auto check = [&](bool known, const char* argument, const auto& allowed, double value) {
+        if (known) return;
+        if (outside == OutsideTable::refuse)
+            require(false, bind_caller, argument, allowed(), value);
+        clamped_ = true;
     };
     for (std::size_t k = 0; k < table.chosen.size(); ++k) {
         const FamilyAxis& axis = (*table.family)[k];
-        check(holds(axis, table.chosen[k]), axis.name(), allowed_text(axis), table.chosen[k]);
+        check(
+            holds(axis, table.chosen[k]), axis.name(), [&] { return allowed_text(axis); },
+            table.chosen[k]);
     }
     for (int c = 0; c < channels; ++c) {
         const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
         if (is_scattered_once(table, albedo, depth)) continue;
-        check(holds(table.albedo, albedo), "albedo", allowed_albedo(table), albedo);
-        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth(table),
-              depth);
+        check(
+            holds(table.albedo, albedo), "albedo", [&] { return allowed_albedo(table); }, albedo);
+        check(
+            is_depth_known(table, which, albedo, depth), "optical_depth",
+            [&] { return allowed_depth(table); }, depth);
     }
 }
 

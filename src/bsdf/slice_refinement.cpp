@@ -154,9 +154,12 @@ void sum_rows(const Stencil& stencil, int samples, int columns, const Row& row, 
 
 /// Cubic along one axis: a row of `samples`.
 void refine_row(const float* from, int samples, const Stencils& stencils, float* to) {
-    for (const Stencil& stencil : stencils)
-        sum_rows(
-            stencil, samples, 1, [&](int i) { return from + i; }, to++);
+    const int last = std::min(stencil_size, samples) - 1;
+    for (const Stencil& stencil : stencils) {
+        const float *const at = from + stencil.first, *const weight = stencil.weight;
+        *to++ = weight[0] * at[0] + weight[1] * at[std::min(1, last)] +
+                weight[2] * at[std::min(2, last)] + weight[3] * at[last];
+    }
 }
 
 /// Cubic along the azimuths of a sheet.
@@ -199,6 +202,7 @@ Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
 /// Errors relative to the totals at the same places, which are spread evenly over the axes.
 class RelativeErrors {
   public:
+    void reserve(int count) { errors_.reserve(size(count)); }
     void add(double error, double total) { errors_.push_back({std::abs(error), total}); }
 
     /// Returns what 99.9 % of the errors stay below, relative to totals of at least `floor`.
@@ -351,6 +355,8 @@ class Refinement {
         const Sheet finer =
             refined_in(thinned_azimuth(sheet, azimuth_step), stencils_at(places, along));
         const int columns = finer.count[2];
+        errors.lines.reserve(probed_along_mu * sheet.count[1] * columns);
+        errors.cubics.reserve(probed_along_mu * sheet.count[1] * columns);
         std::vector<double> others, shares, azimuths;
         for (int j = 0; j < sheet.count[1]; ++j) {
             others.push_back(across.value(j));

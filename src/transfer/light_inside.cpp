@@ -149,7 +149,8 @@ class InsideRun : StackSolver {
                 if (solution_.levels[l].pieces_above == k)
                     record(mode, l, light_between(above, below[k], N), kernels);
             if (k == pieces || std::isinf(layer_modes_.depths()[k])) break;
-            above = add(above, layer_modes_.layer(k, mode), N);
+            above =
+                k == 0 ? layer_modes_.layer(0, mode) : add(above, layer_modes_.layer(k, mode), N);
         }
     }
 

@@ -134,9 +134,11 @@ bool is_member_outside(const TableView& table, const LayerKey& layer) {
     return false;
 }
 
-/// True where a layer lies between the table's samples.
-bool is_sampled(const TableView& table, const LayerKey& layer) {
-    return !is_outside(table.optical_depth, layer.optical_depth) &&
+/// True where a layer lies between the table's samples, or is thinner: lookups extrapolate these.
+bool is_looked_up(const TableView& table, const LayerKey& layer) {
+    const bool is_thin = layer.optical_depth < table.optical_depth.lowest && !table.keeps_light() &&
+                         !table.is_stack();
+    return (is_thin || !is_outside(table.optical_depth, layer.optical_depth)) &&
            !is_outside(table.albedo, layer.albedo) && !is_member_outside(table, layer);
 }
 
@@ -165,7 +167,7 @@ class LayerLookup {
             background_ = bound(effects);
         }
         const bool plain = asked.density == 0 && !asked.opposition.is_present();
-        if (plain && (!asked.multiple || is_sampled(table, layer))) return;
+        if (plain && (!asked.multiple || is_looked_up(table, layer))) return;
         if (asked.single) {
             Effects effects = asked;
             effects.multiple = effects.background = false;

@@ -25,13 +25,20 @@ class PackedTable:
         first, last = scale(samples[0]), scale(samples[-1])
         count, mirrored = max(least, len(samples)), name == "azimuth" and len(samples) > 1
         p = (count - 1) * (scale(np.clip(value, samples[0], samples[-1])) - first) / (last - first) if first < last else 0.0
-        before = max(0, min(int(p), count - 2))
+        before = max(0, min(int(p - 1e-9), count - 2))
         at = (before - 1 if mirrored else max(0, min(before - 1, count - 4))) + np.arange(4 if mirrored else min(4, count))
         return before, at, np.array([np.prod([(p - j) / (i - j) for j in at if j != i]) for i in at])
 
     def multiple(self, side, albedo, tau, mu_in, mu_out, azimuth):
         """R or T of the orders n >= 2; side is "reflection" or "transmission"."""
         (a, albedos, ca), (t, depths, ct) = self.stencil("albedo", albedo), self.stencil("optical_depth", tau)
+        thinnest, deeper = self.array["optical_depth"][0], self.array["optical_depth"][: 3][-1]
+        deeper, growth = min(2 * thinnest, deeper), lambda depth: np.log1p(2.51629 / depth)
+        if tau < thinnest < deeper:
+            x = 0.8 * (tau - thinnest) / (deeper - thinnest)
+            ct = (1 - x) / growth(thinnest) * ct + x / growth(deeper) * self.stencil("optical_depth", deeper)[2]
+        elif tau < thinnest:
+            ct = ct / growth(thinnest)
         block = self.array[side + "/block_of_cell"][a, t]
         first_albedo, _, first_depth, depth_count, _, first_row = self.array[side + "/blocks"][block]
         rows = first_row + (albedos[:, None] - first_albedo) * depth_count + depths - first_depth
@@ -47,7 +54,6 @@ class PackedTable:
         fall = np.sinh(k * q) / np.sinh(k * (tau + q)) if k else q / (tau + q)
         d = np.expm1(2 * k * q) / np.expm1(2 * k * (tau + q)) if k else fall
         scale = fall if side == "transmission" else 1 / (1 + d + d**2)
-        thinnest = self.array["optical_depth"][0]
-        scale *= np.log1p(2.51629 / min(tau, thinnest)) / np.log1p(2.51629 / thinnest)  # 1 from there on
+        scale *= growth(tau) if tau < thinnest else 1
         return albedo * scale * np.expm1(-tau / mu_in) * np.expm1(-tau / mu_out) * np.einsum(
             "f,i,j,k,ijkf", coefficients, ci, cj, ck, functions)

@@ -16,13 +16,14 @@ using Text = shader::AsCxx;
 constexpr int depth_units = 16, unit_steps = 12;  // of the depths; a block is a unit at least
 constexpr int albedo_steps = 64, sketch_directions = 600;
 constexpr double most_left = 1e-3;
+constexpr float thinnest_share = 0.0625f;  // of the table's first depth, as in the text
 
 /// Layers evenly in the coordinates that their weights are read by.
 struct LayerGrid {
-    int finer = 0;  // than the table's albedos, of which there may be one
-    float offset;   // of the coordinate of the depth, log2(tau / (tau + offset))
-    std::vector<float> albedo, depth;
-    std::vector<int> range;  // where the depths that no block spans begin; and their number
+    int finer = 0;                     // than the table's albedos, of which there may be one
+    float offset;                      // of the coordinate of the depth, log2(tau / (tau + offset))
+    std::vector<float> albedo, depth;  // before the table's depths one by extrapolation
+    std::vector<int> range;  // where the depths that no block spans begin, and where they end
 
     LayerGrid(Text& exact, int side, bool may_jump) {
         const vec4 albedo_axis = exact.stratus_field(side, 3), ends = exact.stratus_field(side, 9);
@@ -40,6 +41,7 @@ struct LayerGrid {
             const std::vector<float> jumps = table_jumps(exact, side);
             part.insert(part.begin() + 1, jumps.begin(), jumps.end());
         }
+        depth.push_back(depth_at(part.front()) * thinnest_share);
         const float units = depth_units / std::max(part.back() - part.front(), 1e-6f);
         for (std::size_t p = 0; p + 1 < part.size(); ++p) {
             constexpr float inside = 1e-6f;  // of the range, so that it is the range's own block
@@ -146,20 +148,24 @@ class Sketch {
     }
 };
 
-/// Between two of the grid's depths.
+/// Between two of the grid's depths; the first block has the extrapolated one, too.
 struct Block {
     int first, last;
     LayerBasis basis;
+
+    int first_layer() const { return first == 1 ? 0 : first; }
 };
 
 Block block_between(const Sketch& sketch, const LayerGrid& grid, int first, int last) {
+    Block block{first, last, {}};
     BlockLayers layers{};
     for (std::size_t a = 0; a < grid.albedo.size(); ++a)
-        for (int d = first; d <= last; ++d) {
+        for (int d = block.first_layer(); d <= last; ++d) {
             layers.values.push_back(&sketch.values[grid.number(a, d)]);
             layers.importance.push_back(&sketch.importance[grid.number(a, d)]);
         }
-    return {first, last, greedy_basis(layers, 4 * filtered_words, most_left / 10)};
+    block.basis = greedy_basis(layers, 4 * filtered_words, most_left / 10);
+    return block;
 }
 
 /// Adds the blocks of a range from the thinnest on, each as deep as twelve functions suffice for.
@@ -218,19 +224,19 @@ SideBlocks side_blocks(Text& exact, Text& numbers, std::size_t rows, int side, b
     for (const Block& block : blocks) {
         const float first = grid.coordinate(grid.depth[size(block.first)]),
                     last = grid.coordinate(grid.depth[size(block.last)]);
-        const int depths = block.last - block.first + 1;
-        const float per_unit = last > first ? exactly(depths - 1) / (last - first) : 0;
-        made.blocks.emplace_back(last, exactly(made.columns) + 0.5f - first * per_unit, per_unit,
-                                 0.0f);
-        made.columns += depths;
+        const int steps = block.last - block.first, before = block.first - block.first_layer();
+        const float per_unit = last > first ? exactly(steps) / (last - first) : 0;
+        made.blocks.emplace_back(last, exactly(made.columns + before) + 0.5f - first * per_unit,
+                                 per_unit, 0.0f);
+        made.columns += before + steps + 1;
     }
     const std::size_t columns = size(made.columns), words = filtered_words;
     made.rows.resize(blocks.size() * words * rows);
     made.weights.resize(words * grid.albedo.size() * columns);
     std::size_t column = 0;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
-        const auto& [first, last, basis] = blocks[b];
-        const int depths = last - first + 1;
+        const LayerBasis& basis = blocks[b].basis;
+        const int first = blocks[b].first_layer(), depths = blocks[b].last - first + 1;
         std::vector<std::vector<float>> functions;
         for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
             const int pivot = basis.pivot[f], d = first + pivot % depths;

@@ -85,41 +85,38 @@ float stratus_deficit(float exponent, float depth) {
            (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
 }
 
-float stratus_transmission_factor(float albedo, float depth, float exponent, StratusPath path) {
-    vec4 range = stratus_field(STRATUS_TRANSMISSION, 9);
-    vec4 kind = stratus_field(STRATUS_TRANSMISSION, 10);
-    float within = stratus_clamp(depth, 1e-30f, kind.x);
-    float into = stratus_extinguished(min(depth, kind.x) / path.mu_in);
-    float outgoing = stratus_extinguished(min(depth, kind.x) / path.mu_out);
-    StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * kind.w));
-    StratusAttenuation deep = stratus_attenuation(exponent * within);
+// How transmission falls with depth.
+float stratus_fall(float exponent, float depth) {
+    float length = stratus_w(stratus_field(STRATUS_TRANSMISSION, 10));
+    StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * length));
+    StratusAttenuation deep = stratus_attenuation(exponent * depth);
     float twice = deep.extinguished * (deep.transmitted + 1.0f);
-    return into * outgoing * deep.transmitted * edge.extinguished /
-           (edge.extinguished + twice - edge.extinguished * twice) *
-           stratus_thin_growth(depth, range.z) * stratus_clamp(albedo, range.x, range.y);
+    return deep.transmitted * edge.extinguished /
+           (edge.extinguished + twice - edge.extinguished * twice);
 }
 
 // The divisor of functions and coefficients.
 float stratus_factor(int side, float albedo, float depth, float exponent, StratusPath path) {
-    if (side == STRATUS_TRANSMISSION)
-        return stratus_transmission_factor(albedo, depth, exponent, path);
-    vec4 range = stratus_field(STRATUS_REFLECTION, 9);
-    vec4 kind = stratus_field(STRATUS_REFLECTION, 10);
+    vec4 range = stratus_field(side, 9);
+    vec4 kind = stratus_field(side, 10);
     float reach = kind.y > 0.0f ? min(depth, kind.x) : depth;
     float into = stratus_extinguished(reach / path.mu_in);
     float back = stratus_extinguished(reach / path.mu_out);
-    if (kind.y > 0.0f) {
-        float d = stratus_deficit(exponent, stratus_clamp(depth, 1e-30f, kind.x));
-        float scale = depth > range.w && stratus_w(stratus_field(STRATUS_REFLECTION, 4)) > 0.0f
-                          ? 1.0f
-                          : 1.0f / (d * (d + 1.0f) + 1.0f);
-        return into * back * scale * stratus_thin_growth(depth, range.z) *
-               stratus_clamp(albedo, range.x, range.y);
+    if (kind.y == 0.0f) {
+        float thinnest = stratus_extinguished(range.z / path.mu_in) +
+                         stratus_extinguished(range.z / path.mu_out);
+        return kind.z > 0.0f ? min((into + back) / thinnest, 1.0f) : 1.0f;
     }
-    if (kind.z == 0.0f) return 1.0f;
-    float thinnest = stratus_extinguished(range.z / path.mu_in) +
-                     stratus_extinguished(range.z / path.mu_out);
-    return min((into + back) / thinnest, 1.0f);
+    float scale = 1.0f;  // of the reflection beyond the deepest finite depth
+    float within = stratus_clamp(depth, 1e-30f, kind.x);
+    if (side == STRATUS_TRANSMISSION) {
+        scale = stratus_fall(exponent, within);
+    } else if (depth <= range.w || stratus_w(stratus_field(side, 4)) == 0.0f) {
+        float d = stratus_deficit(exponent, within);
+        scale = 1.0f / (d * (d + 1.0f) + 1.0f);
+    }
+    return into * back * scale * stratus_thin_growth(depth, range.z) *
+           stratus_clamp(albedo, range.x, range.y);
 }
 
 // Reflection between the deepest finite sample and infinity, as diffusion has it: the share of the
@@ -229,7 +226,6 @@ float stratus_along_albedo(int side, float albedo) {
     return stratus_along_axis(axis, -(axis.w > 0.0f ? sqrt(root) : root));
 }
 
-// The exponent of diffusion.
 float stratus_diffusion_exponent(int side, StratusPlace albedo) {
     float exponent = 0.0f;
     for (int k = 0; k < 4; ++k)
@@ -245,6 +241,13 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
     float within = stratus_clamp(depth, 1e-30f, stratus_x(stratus_field(side, 10)));
     StratusPlace in_depth =
         stratus_place(depth_axis, stratus_along_axis(depth_axis, stratus_log2(within)));
+    float thinnest = stratus_z(stratus_field(side, 9)), deeper = stratus_w(stratus_field(side, 6));
+    if (depth < thinnest && deeper > thinnest) {  // linear in depth, but for the growth
+        float share = 0.8f * (depth - thinnest) / (deeper - thinnest);
+        in_depth.weight = stratus_cubic(stratus_along_axis(depth_axis, stratus_log2(deeper))) *
+                              (share * stratus_thin_growth(thinnest, deeper)) +
+                          vec4(1.0f - share, 0.0f, 0.0f, 0.0f);
+    }
     StratusCoefficients found;
     found.exponent = stratus_diffusion_exponent(side, in_albedo);
     // first texels of functions and coefficients, depths of a row of these, its first depth
@@ -436,7 +439,8 @@ StratusSeen stratus_seen(int side, float depth, StratusPath path) {
         if (place > stratus_x(stratus_filter(4 + 24 * side + k))) block = k + 1;
     vec4 columns = stratus_filter(4 + 24 * side + block);  // blocks have their ends to themselves
     StratusSeen seen;
-    seen.column = columns.y + place * columns.z;
+    float thinner = stratus_clamp(1.0f - depth / max(stratus_z(stratus_field(side, 9)), 1e-30f), 0.0f, 0.9375f);
+    seen.column = columns.y + place * columns.z - thinner / 0.9375f;
     for (int word = 0; word < 3; ++word) {
         seen.word[word] = vec4(0.0f, 0.0f, 0.0f, 0.0f);
         if (stratus_x(stratus_field(side, 14)) > 0.0f)  // the table has this side

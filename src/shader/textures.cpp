@@ -176,7 +176,7 @@ void append_side(const PackedTable& table, Side which, const SharedTexels& share
         of_axis(side.albedo, exactly(side.fourth_root_of_albedo)),
         of_axis(side.optical_depth, exactly(side.ends_at_infinity)),
         of_axis(side.mu_in, exactly(side.symmetric)),
-        of_axis(side.mu_out, 0),
+        of_axis(side.mu_out, side.divided ? static_cast<float>(side.thin.deeper) : 0),
         {side.azimuth_first, side.azimuth_step_inverse, exactly(side.azimuths),
          exactly(side.square_root_of_azimuth)},
         {side.azimuth_window, side.last_azimuth_window, exactly(side.row_step),

@@ -74,13 +74,22 @@ struct BlendBuilder {
 
     /// Cubic along optical depth within the finite samples. A depth without a usable sample hands
     /// its share to the one above it.
-    void add_depths(double scale) noexcept {
-        const Stencil depth = table.optical_depth.stencil(query.optical_depth);
+    void add_depths(double optical_depth, double scale) noexcept {
+        const Stencil depth = table.optical_depth.stencil(optical_depth);
         double handed_on = 0;
         for (int t = used_samples(table.optical_depth) - 1; t >= 0; --t) {
             const double share = scale * double{depth.weight[t]} + handed_on;
             handed_on = add_depth(depth.first + t, share) ? 0 : share;
         }
+    }
+
+    /// A layer thinner than all samples, but for what `growth` of the blend counts.
+    void add_thin(double scale, bool with_order_1) noexcept {
+        const ThinLayers thin = thin_layers(table.optical_depth);
+        const ThinLayers::Weights weights = with_order_1 ? thin.all_orders(query.optical_depth)
+                                                         : thin.higher_orders(query.optical_depth);
+        add_depths(thin.thinnest, scale * weights.of_thinnest);
+        add_depths(thin.deeper, scale * weights.of_deeper);
     }
 
     /// Between the deepest finite sample and the one at infinity the distance from the limit dies
@@ -156,36 +165,42 @@ FamilyStencil transmitted_members(const TableView& table, FamilyStencil members,
     return members;
 }
 
+ThinLayers thin_layers(const AxisView& depths) noexcept {
+    const double deeper = std::min(2 * depths.lowest, depths.value(std::min(3, depths.count) - 1));
+    return {depths.lowest, deeper, thin_growth(depths.lowest) / thin_growth(deeper)};
+}
+
 LayerBlend layer_blend(const TableView& table, Side side, double albedo, double optical_depth,
-                       BeyondDeepest beyond) noexcept {
+                       BeyondDeepest beyond, bool with_order_1) noexcept {
     const AxisView& depths = table.optical_depth;
     const bool is_lit = side == Side::reflection;
     LayerBlend blend;
     blend.samples = is_lit ? table.reflection_multiple : table.transmission_multiple;
     blend.optical_depth = depth_in(table, optical_depth, beyond);
     const double depth = blend.optical_depth;
+    const bool is_thin = depths.count > 0 && depth < depths.lowest;
     const FamilyStencil members =
         is_lit ? table.members : transmitted_members(table, table.members, albedo, depth);
     for (int m = 0; m < members.count; ++m) {
         const LayerQuery query = make_query(table, albedo, depth, members.member[m]);
-        const double exponent = query.diffusion_exponent, length = query.extrapolation_length;
+        const double scale =
+            table.has_lower_boundary()
+                ? 1
+                : query.albedo * diffusion_scale(side, depth, query.diffusion_exponent,
+                                                 query.extrapolation_length);
         BlendBuilder terms{table, is_lit ? table.reflection_weight : table.transmission_weight,
                            query, double{members.weight[m]}, blend};
         if (is_lit && depths.ends_at_infinity && (depths.count == 0 || depth > depths.highest)) {
             terms.add_between_last_and_infinity();
-        } else if (is_lit) {
-            terms.add_depths(table.has_lower_boundary()
-                                 ? 1
-                                 : query.albedo * reflection_scale(depth, exponent, length));
+        } else if (is_thin && !table.has_lower_boundary()) {
+            terms.add_thin(scale, with_order_1);
+        } else if (!is_lit && depth > depths.highest) {
+            terms.add_depth(depths.count - 1, scale);
         } else if (depths.count > 0) {  // a semi-infinite layer transmits nothing
-            const double scale = query.albedo * transmission_scale(depth, exponent, length);
-            if (depth > depths.highest)
-                terms.add_depth(depths.count - 1, scale);
-            else
-                terms.add_depths(scale);
+            terms.add_depths(depth, scale);
         }
     }
-    if (depths.count == 0 || !(depth < depths.lowest)) return blend;
+    if (!is_thin) return blend;
     if (!table.has_lower_boundary())
         blend.growth = thin_growth(depth) / thin_growth(depths.lowest);
     else
@@ -233,7 +248,7 @@ std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
     const double clamped_albedo = std::clamp(albedo, table.albedo.lowest, table.albedo.highest);
     if (clamped_albedo == 0) return sum;
     const LayerBlend blend = layer_blend(table, Side::transmission, albedo, optical_depth,
-                                         BeyondDeepest::follows_diffusion);
+                                         BeyondDeepest::follows_diffusion, true);
     for (int n = 0; n < blend.count; ++n) {
         const BlendTerm& term = blend.term[n];
         const std::ptrdiff_t layer = term.first / layer_size(table);

@@ -3,6 +3,7 @@
 // samples that float cannot hold. The fluxes that a table holds are summed up likewise.
 #pragma once
 
+#include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/table.h>
 
@@ -30,10 +31,10 @@ struct BlendTerm {
 };
 
 /// The terms that a lookup adds up, each over (mu_in, mu_out, azimuth) times the table's weights of
-/// its depth along both directions: at most 16 members by 4 albedos by 4 depths.
+/// its depth along both directions: at most 16 members by 4 albedos by 4 depths, by 5 of thin layers.
 struct LayerBlend {
     const float* samples;  // of the side
-    BlendTerm term[FamilyStencil::max_count * stencil_size * stencil_size];
+    BlendTerm term[FamilyStencil::max_count * stencil_size * (1 + stencil_size)];
     int count = 0;
     double optical_depth = 0;  // clamped to the table
     double growth =
@@ -60,9 +61,13 @@ double fall_from_member(double optical_depth, double exponent, double chosen_exp
 FamilyStencil transmitted_members(const TableView& table, FamilyStencil members, double albedo,
                                   double optical_depth) noexcept;
 
-/// Needs a table that has this side.
+/// The deeper layer is an octave deeper, if the first three samples reach so far.
+ThinLayers thin_layers(const AxisView& depths) noexcept;
+
+/// Needs a table that has this side. `with_order_1`: of fluxes, which a table holds in all orders.
 LayerBlend layer_blend(const TableView& table, Side side, double albedo, double optical_depth,
-                       BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
+                       BeyondDeepest beyond = BeyondDeepest::is_clamped,
+                       bool with_order_1 = false) noexcept;
 
 /// Factor of the sum along both directions: the divisor of the samples.
 double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,

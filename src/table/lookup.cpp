@@ -134,18 +134,23 @@ double thin_layer_error(const TableView& table, Side side, double albedo, double
     if (table.has_lower_boundary() || depths.count < 2 || albedo == 0 ||
         !(optical_depth > 0 && optical_depth < thinnest))
         return 0;
-    const auto rest = [&](double depth) {  // of the orders n >= 2, without the path law
+    const auto over_law = [&](double depth) {  // orders n >= 2, without the path law
         double multiple = scattering(table, side, albedo, depth, geometry).multiple;
         if (table.path_law != nullptr)
             multiple -= (*table.path_law)(side, albedo, depth, geometry, table.highest_order);
-        return multiple;
+        return multiple / thin_law(table, side, albedo, depth, geometry);
     };
-    const double deeper = std::min(2 * thinnest, depths.highest),
-                 by_law = rest(deeper) * thin_law(table, side, albedo, thinnest, geometry) /
-                          thin_law(table, side, albedo, deeper, geometry),
-                 off = std::abs(by_law / rest(thinnest) - 1) / (deeper - thinnest),
+    const double last = std::min(4 * thinnest, depths.highest), middle = std::sqrt(thinnest * last),
+                 of_thinnest = over_law(thinnest), of_middle = over_law(middle),
+                 slope = (of_middle - of_thinnest) / (middle - thinnest),
+                 next_slope = (over_law(last) - of_middle) / (last - middle),
+                 bend = (next_slope - slope) / (last - thinnest),
+                 on_parabola = of_thinnest + (optical_depth - thinnest) *
+                                                 (slope + bend * (optical_depth - middle)),
+                 off = std::abs(on_parabola - over_law(optical_depth)) *
+                       thin_law(table, side, albedo, optical_depth, geometry),
                  total = scattering(table, side, albedo, optical_depth, geometry).total();
-    return total > 0 ? off * (thinnest - optical_depth) * rest(optical_depth) / total : 0;
+    return off > 0 ? off / std::max(off, total) : 0;
 }
 
 }  // namespace stratus

@@ -172,7 +172,9 @@ void set_axes(const TableView& table, std::size_t m, Side which, SideMemory& sid
     view.min_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.lowest);
     view.max_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.highest);
     view.min_depth = depth.count > 0 ? static_cast<float>(depth.lowest) : 0;
-    view.inverse_growth = 1 / thin_growth(depth.lowest);
+    view.thin = depth.count > 0 ? thin_layers(depth) : ThinLayers{};
+    view.thin_place = (static_cast<float>(std::log2(view.thin.deeper)) - view.optical_depth.first) *
+                      view.optical_depth.inverse_step;
     view.ends_at_infinity = which == Side::reflection && depth.ends_at_infinity;
     view.max_finite_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
     view.max_depth = depth.ends_at_infinity ? 1e30f : view.max_finite_depth;

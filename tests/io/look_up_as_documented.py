@@ -62,6 +62,10 @@ def rise(tau, k, q):
     return 1 / (1 + d + d**2)
 
 
+def growth(tau):
+    return np.log1p(2.51629 / tau)
+
+
 def legendre_sum(coefficients, c):
     return np.polynomial.legendre.legval(c, coefficients)
 
@@ -169,15 +173,19 @@ class Table:
                     near = law(finite[last], exponents[a]) * value(a, last)
                     total, carried = total + carried * deficit(tau, k, q) / of_last * (near - limit), 0
         elif last >= 0:
-            in_depth = self.stencil("optical_depth", tau) if tau <= finite[last] else ([last], [1])
-            for t, depth_weight in reversed(list(zip(*in_depth))):
-                weight, left, carried = depth_weight + carried, 0, 0
-                for a, c in zip(a_samples, a_weights):
-                    left += weight * c
-                    if divisor(a, t) >= 1e-35:
-                        total, left = total + left * value(a, t), 0
-                carried = weight if left else 0
-            total *= law(tau, k)
+            first, deeper = finite[0], min(2 * finite[0], finite[:3][-1])
+            x = 0.8 * (tau - first) / (deeper - first) if tau < first < deeper and not plain else 0
+            for depth, share_of_depth in ((first, 1 - x), (deeper, x * growth(first) / growth(deeper))) if x else ((tau, 1),):
+                in_depth = self.stencil("optical_depth", depth) if depth <= finite[last] else ([last], [1])
+                carried = 0
+                for t, depth_weight in reversed(list(zip(*in_depth))):
+                    weight, left, carried = share_of_depth * depth_weight + carried, 0, 0
+                    for a, c in zip(a_samples, a_weights):
+                        left += weight * c
+                        if divisor(a, t) >= 1e-35:
+                            total, left = total + left * value(a, t), 0
+                    carried = weight if left else 0
+            total *= law(tau, k) * (growth(tau) / growth(first) if tau < first and not plain else 1)
         factor = 1 if plain else np.clip(row["albedo"], albedos[0], albedos[-1]) * share(tau, mu[0]) * share(tau, mu[1])
         if self.boundary == "lambert surface" and last >= 0 and tau < finite[0]:
             factor = sum(share(tau, m) for m in mu) / sum(share(finite[0], m) for m in mu)
@@ -204,6 +212,8 @@ def random_row(table, random):
     row = {name: random.uniform(values[0], values[-1]) for name, values in table.finite.items() if len(values)}
     low, high = table.finite["optical_depth"][[0, -1]]
     row["optical_depth"] = np.exp(random.uniform(np.log(low), np.log(high)))
+    if random.uniform() < 0.2 and table.boundary != "semi-infinite layer":
+        row["optical_depth"] = low * random.uniform(0.01, 1)
     if np.isinf(table.data["optical_depth"][-1]):
         row["optical_depth"] = random.choice([row["optical_depth"], high * random.uniform(1, 4), np.inf])
     return row

@@ -59,8 +59,7 @@ TEST(Family, OfGIsTheTableOfThatG) {
         const TableView view = table.view().at({g});
         for (const double depth : {0.05, 0.9, 8.0, 20.0, infinity})
             for (const Geometry& at : three_geometries) {
-                const double growth = thin_growth(std::min(depth, table.optical_depth.values[0])) /
-                                      thin_growth(table.optical_depth.values[0]);
+                const double growth = thin_line(table, depth);
                 const double scale = growth * level_of(phase_function) *
                                      small_table_scale(Side::reflection, {0.9, depth, at.mu_in,
                                                                           at.mu_out, at.azimuth});

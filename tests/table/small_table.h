@@ -169,6 +169,15 @@ inline double small_table_scale(Side side, const SamplePoint& p) {
            scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
 }
 
+/// What a lookup of a layer thinner than all samples makes of what it interpolates there: divided by
+/// the growth of thin layers a line from the first depth and one an octave deeper.
+inline double thin_line(const Table& table, double depth, double first = 1, double deeper = 1) {
+    const double thinnest = table.optical_depth.values[0], share = 0.8 * (thinnest - depth) / thinnest;
+    if (share <= 0) return first;
+    return thin_growth(depth) * ((1 + share) * first / thin_growth(thinnest) -
+                                 share * deeper / thin_growth(2 * thinnest));
+}
+
 /// Fills both sides with all that lookups divide by, times what they interpolate, `shape`.
 inline void fill(Table& table, const FunctionOfPoint& shape) {
     const auto samples = [&](Side side) {

@@ -12,9 +12,9 @@
 // Outside the table a lookup clamps to its edge: cosines below the first sample, albedo and the
 // upper end of optical depth are clamped for the multiply scattered part (single scattering stays
 // exact), and so are directions outside a table that was narrowed to some. Below the first optical
-// depth the multiply scattered part follows what it is divided by, in thin layers tau^2, times the
-// growth of thin layers (thin_growth, diffusion.h): from a thinnest sample of 0.01 the median over
-// directions is 5 % off, and grazing ones by up to a factor of 2.7. Over a surface it is in
+// depth the multiply scattered part is what it is divided by, in thin layers tau^2, and the growth of thin
+// layers (thin_growth, diffusion.h) times a line in optical depth (ThinLayers, there): from a thinnest sample
+// of 0.01 the median over directions is 5 % off, and grazing ones by up to a factor of 2.7. Over a surface it is in
 // proportion to what the layer extinguishes; over a semi-infinite layer it is clamped. Slices extend a table further, and refuse what it does not know (slice.h).
 //
 // Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
@@ -53,8 +53,8 @@ struct Scattered {
 Scattered scattering(const TableView& table, Side side, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept;
 
-/// Estimated error of R or T of a layer thinner than the table's first sample, relative to it: as much for each
-/// step in depth as the law of thin layers is off from twice that sample's depth to it. 0 between the
+/// Estimated error of R or T of a layer thinner than the table's first sample, relative to it, [0, 1]: how far
+/// the line by which it is extrapolated is from the parabola through two octaves above. 0 between the
 /// samples, and over a lower boundary, where thinner layers follow other laws or none.
 double thin_layer_error(const TableView& table, Side side, double albedo, double optical_depth,
                         const Geometry& geometry) noexcept;

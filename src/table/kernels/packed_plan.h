@@ -198,6 +198,23 @@ void follow_diffusion(const PackedSide& side, const LayerBlock& block, const Pac
                          clamped(point.albedo, side.min_albedo, side.max_albedo);
 }
 
+/// Lookup n of a plan, thinner than the first sample (ThinLayers, diffusion.h).
+template <int width>
+void extrapolate_thin(const PackedSide& side, double depth, int n, Plan<width>& plan) {
+    const ThinLayers& thin = side.thin;
+    const ThinLayers::Weights weights = thin.higher_orders(depth);
+    float deeper[stencil_size];
+    cubic_weights(side.thin_place, deeper);
+    for (int l = 0; l < stencil_size; ++l) {
+        const float of_albedo = plan.layer_weight[stencil_size * l][n];
+        for (int t = 0; t < stencil_size; ++t)
+            plan.layer_weight[stencil_size * l + t][n] =
+                of_albedo * static_cast<float>((t == 0 ? weights.of_thinnest : 0) +
+                                               weights.of_deeper * double{deeper[t]});
+    }
+    plan.factor[n] *= static_cast<float>(thin_growth(depth) / thin_growth(thin.thinnest));
+}
+
 /// Which function values of a block a lookup reads, and their weights.
 template <class F>
 struct DirectionWindow {
@@ -282,8 +299,7 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
             plan.factor[n] *= shares_at(side.max_depth, point.mu_in, point.mu_out) /
                               shares_at(point.optical_depth, point.mu_in, point.mu_out);
     } else if (side.divided && point.optical_depth < side.min_depth) {
-        plan.factor[n] *=
-            static_cast<float>(thin_growth(double{point.optical_depth}) * side.inverse_growth);
+        extrapolate_thin(side, double{point.optical_depth}, n, plan);
     }
     const int rows = values_per_pair<azimuthal>(side);
     const int row = side.symmetric ? halved(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;

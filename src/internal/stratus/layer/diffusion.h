@@ -46,4 +46,29 @@ double share_beyond_deepest(Side side, double optical_depth, double deepest,
 /// Accuracy 3 % of the mean up to tau = 1, 14 % at 5; its limit 3/2 - gamma - ln(tau) in thin layers.
 double thin_growth(double optical_depth) noexcept;
 
+/// How a table goes on below its thinnest sample: R and T, divided by all that scales them, change linearly
+/// in optical depth, as from a deeper layer to that sample.
+struct ThinLayers {
+    double thinnest, deeper;  // equal where one depth is all that there is
+    double growth;            // thin_growth of the thinnest over that of the deeper one
+
+    struct Weights {
+        double of_thinnest, of_deeper;
+    };
+
+    /// Of fluxes, which are of all orders.
+    Weights all_orders(double optical_depth) const noexcept {
+        const double share =
+            deeper > thinnest ? (optical_depth - thinnest) / (deeper - thinnest) : 0;
+        return {1 - share, share};
+    }
+
+    /// Of the orders n >= 2, before the growth from the thinnest on. Their slope flattens towards thin
+    /// layers: a fifth less errs least where the thinnest is 0.1 to 1 (measured, isotropic and lobes).
+    Weights higher_orders(double optical_depth) const noexcept {
+        const double share = 0.8 * all_orders(optical_depth).of_deeper;
+        return {1 - share, share * growth};
+    }
+};
+
 }  // namespace stratus

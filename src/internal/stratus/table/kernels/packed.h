@@ -5,6 +5,7 @@
 
 #include <stratus/base/half.h>
 #include <stratus/base/instruction_set.h>
+#include <stratus/layer/diffusion.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/phase/phase_curve.h>
 #include <stratus/table/packed_table.h>
@@ -44,7 +45,8 @@ struct PackedSide {
     PackedAxis optical_depth;  // over log2(tau), finite samples
     float min_albedo, max_albedo;
     float min_depth;         // finite samples; a surface is seen as it is through less
-    double inverse_growth;   // 1 / thin_growth(min_depth), diffusion.h
+    ThinLayers thin;         // those thinner than these
+    float thin_place;        // of the deeper of the two layers by which they are extrapolated
     float max_finite_depth;  // finite samples; beyond it reflection follows the law of diffusion
     float max_depth;         // depths are clamped to it
     bool ends_at_infinity;   // reflection alone

@@ -25,7 +25,7 @@ class PackedTable:
         first, last = scale(samples[0]), scale(samples[-1])
         count, mirrored = max(least, len(samples)), name == "azimuth" and len(samples) > 1
         p = (count - 1) * (scale(np.clip(value, samples[0], samples[-1])) - first) / (last - first) if first < last else 0.0
-        before = max(0, min(int(p - 1e-9), count - 2))
+        before = max(0, min(int(p - 1e-9), count - 2))  # a sample belongs to the cell below it
         at = (before - 1 if mirrored else max(0, min(before - 1, count - 4))) + np.arange(4 if mirrored else min(4, count))
         return before, at, np.array([np.prod([(p - j) / (i - j) for j in at if j != i]) for i in at])
 

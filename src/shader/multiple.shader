@@ -439,8 +439,10 @@ StratusSeen stratus_seen(int side, float depth, StratusPath path) {
         if (place > stratus_x(stratus_filter(4 + 24 * side + k))) block = k + 1;
     vec4 columns = stratus_filter(4 + 24 * side + block);  // blocks have their ends to themselves
     StratusSeen seen;
-    float thinner = stratus_clamp(1.0f - depth / max(stratus_z(stratus_field(side, 9)), 1e-30f), 0.0f, 0.9375f);
-    seen.column = columns.y + place * columns.z - thinner / 0.9375f;
+    // A layer of a sixteenth of the first depth stands before it.
+    float share = depth / max(stratus_z(stratus_field(side, 9)), 1e-30f);
+    seen.column = columns.y + place * columns.z -
+                  stratus_clamp((1.0f - share) / 0.9375f, 0.0f, 1.0f);
     for (int word = 0; word < 3; ++word) {
         seen.word[word] = vec4(0.0f, 0.0f, 0.0f, 0.0f);
         if (stratus_x(stratus_field(side, 14)) > 0.0f)  // the table has this side

@@ -192,11 +192,13 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
                            query, double{members.weight[m]}, blend};
         if (is_lit && depths.ends_at_infinity && (depths.count == 0 || depth > depths.highest)) {
             terms.add_between_last_and_infinity();
+        } else if (depths.count == 0) {
+            continue;  // a semi-infinite layer transmits nothing
         } else if (is_thin && !table.has_lower_boundary()) {
             terms.add_thin(scale, with_order_1);
         } else if (!is_lit && depth > depths.highest) {
             terms.add_depth(depths.count - 1, scale);
-        } else if (depths.count > 0) {  // a semi-infinite layer transmits nothing
+        } else {
             terms.add_depths(depth, scale);
         }
     }

@@ -13,9 +13,11 @@
 // upper end of optical depth are clamped for the multiply scattered part (single scattering stays
 // exact), and so are directions outside a table that was narrowed to some. Below the first optical
 // depth the multiply scattered part is what it is divided by, in thin layers tau^2, and the growth of thin
-// layers (thin_growth, diffusion.h) times a line in optical depth (ThinLayers, there): from a thinnest sample
-// of 0.01 the median over directions is 5 % off, and grazing ones by up to a factor of 2.7. Over a surface it is in
-// proportion to what the layer extinguishes; over a semi-infinite layer it is clamped. Slices extend a table further, and refuse what it does not know (slice.h).
+// layers (thin_growth, diffusion.h) times a line in optical depth (ThinLayers, there): from a thinnest
+// sample of 0.01 down to depths of 1e-6 it is off by 1 % in the median and 37 % at most (isotropic, Rayleigh,
+// Henyey-Greenstein 0.5; cosines from 0.02). Over a surface it is in proportion to what the layer
+// extinguishes; over a semi-infinite layer it is clamped. Slices extend a table further, and refuse what it
+// does not know (slice.h).
 //
 // Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
 // limit), the neighbour of higher albedo, which decays more slowly, is used instead.

@@ -56,15 +56,15 @@ struct ThinLayers {
         double of_thinnest, of_deeper;
     };
 
-    /// Of fluxes, which are of all orders.
+    /// Weights for fluxes, which are of all orders.
     Weights all_orders(double optical_depth) const noexcept {
         const double share =
             deeper > thinnest ? (optical_depth - thinnest) / (deeper - thinnest) : 0;
         return {1 - share, share};
     }
 
-    /// Of the orders n >= 2, before the growth from the thinnest on. Their slope flattens towards thin
-    /// layers: a fifth less errs least where the thinnest is 0.1 to 1 (measured, isotropic and lobes).
+    /// Weights for the orders n >= 2, but for the growth from the thinnest on. Their slope flattens towards
+    /// thin layers: a fifth less errs least where the thinnest is 0.1 to 1 (measured, isotropic and lobes).
     Weights higher_orders(double optical_depth) const noexcept {
         const double share = 0.8 * all_orders(optical_depth).of_deeper;
         return {1 - share, share * growth};

@@ -69,6 +69,8 @@ void SolvedSamples::at(const PerSide<DirectionList>& directions, const Use& use)
 
 void trim_memory() {
 #ifdef __GLIBC__
+    // The first call sets glibc's allocator up where another serves the program, and no two threads may do so at once.
+    [[maybe_unused]] static const auto first = mallinfo2();
     constexpr std::size_t little = 32 << 20;
     if (mallinfo2().fordblks > little) malloc_trim(0);
 #endif

@@ -167,7 +167,7 @@ FamilyStencil transmitted_members(const TableView& table, FamilyStencil members,
 
 ThinLayers thin_layers(const AxisView& depths) noexcept {
     const double deeper = std::min(2 * depths.lowest, depths.value(std::min(3, depths.count) - 1));
-    return {depths.lowest, deeper, thin_growth(depths.lowest) / thin_growth(deeper)};
+    return {depths.lowest, deeper, thin_growth(depths.lowest), thin_growth(deeper)};
 }
 
 LayerBlend layer_blend(const TableView& table, Side side, double albedo, double optical_depth,

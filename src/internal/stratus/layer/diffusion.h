@@ -49,8 +49,8 @@ double thin_growth(double optical_depth) noexcept;
 /// How a table goes on below its thinnest sample: R and T, divided by all that scales them, change linearly
 /// in optical depth, as from a deeper layer to that sample.
 struct ThinLayers {
-    double thinnest, deeper;  // equal where one depth is all that there is
-    double growth;            // thin_growth of the thinnest over that of the deeper one
+    double thinnest, deeper;          // equal where one depth is all that there is
+    double growth, growth_of_deeper;  // thin_growth of either
 
     struct Weights {
         double of_thinnest, of_deeper;
@@ -67,7 +67,7 @@ struct ThinLayers {
     /// thin layers: a fifth less errs least where the thinnest is 0.1 to 1 (measured, isotropic and lobes).
     Weights higher_orders(double optical_depth) const noexcept {
         const double share = 0.8 * all_orders(optical_depth).of_deeper;
-        return {1 - share, share * growth};
+        return {1 - share, share * growth / growth_of_deeper};
     }
 };
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# README and docs/*.md: every file that they link to or name as `src/...`, `tests/...` and the like must exist.
+# README and docs/*.md: every file that they link to or name as `src/...`, `tests/...` and the like must exist, and every test that
+# they run.
 #
-#     docs_name_what_exists.sh SOURCE_FOLDER
+#     docs_name_what_exists.sh SOURCE_FOLDER BUILD_FOLDER
 set -euo pipefail
 cd "$1"
 missing=0
@@ -22,5 +23,8 @@ for document in README.md docs/*.md; do
     while read -r header; do
         [ -n "$(find include src tests -name "$header")" ] || { echo "$document names $header, which does not exist"; missing=1; }
     done < <(grep -oE "${tick}[a-z_0-9]+\.(h|cpp|py)$tick" "$document" | tr -d "$tick")
+    while read -r tests; do
+        ctest --test-dir "$2" -N -R "$tests" | grep -q 'Test *#' || { echo "$document runs tests $tests, of which there are none"; missing=1; }
+    done < <(grep -oE 'ctest --test-dir build -R [A-Za-z0-9_.]+' "$document" | cut -d ' ' -f 5)
 done
 exit $missing

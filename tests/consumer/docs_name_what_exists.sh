@@ -24,7 +24,7 @@ for document in README.md docs/*.md; do
         [ -n "$(find include src tests -name "$header")" ] || { echo "$document names $header, which does not exist"; missing=1; }
     done < <(grep -oE "${tick}[a-z_0-9]+\.(h|cpp|py)$tick" "$document" | tr -d "$tick")
     while read -r tests; do
-        ctest --test-dir "$2" -N -R "$tests" | grep -q 'Test *#' || { echo "$document runs tests $tests, of which there are none"; missing=1; }
+        [ "$(ctest --test-dir "$2" -N -R "$tests" | grep -c 'Test *#')" -gt 0 ] || { echo "$document runs tests $tests, of which there are none"; missing=1; }
     done < <(grep -oE 'ctest --test-dir build -R [A-Za-z0-9_.]+' "$document" | cut -d ' ' -f 5)
 done
 exit $missing

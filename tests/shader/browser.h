@@ -134,7 +134,7 @@ inline void write_page(const std::vector<ShaderTexture>& textures,
 inline std::string run_in_chromium(const std::filesystem::path& page,
                                    const std::filesystem::path& profile) {
     const std::string command =
-        "chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
+        "env -u GLIBC_TUNABLES chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
         "--enable-unsafe-swiftshader --allow-file-access-from-files --user-data-dir='" +
         profile.string() + "' --dump-dom 'file://" + page.string() + "' 2>'" + profile.string() +
         ".log'";

@@ -344,7 +344,9 @@ Choice choose_optical_depth_samples(Probes& probes) {
     const Range range = probes.recipe.optical_depth;
     const double max =
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
-    if (range.min >= max) return {1};
+    constexpr double most = 12;
+    // A cubic's samples end at the only finite depth that is asked for: as close by as can be.
+    if (range.min >= max) return {std::isinf(range.max) ? most : 1};
     FineDepths depths(probes, range.min, max);
     return choose_cheapest(probes, "optical_depth_samples_per_octave",
                            {1, 2, 3, 4, 5, 6, 8, 10, 12},

@@ -131,24 +131,34 @@ double thin_layer_error(const TableView& table, Side side, double albedo, double
                         const Geometry& geometry) noexcept {
     const AxisView& depths = table.optical_depth;
     const double thinnest = depths.lowest;
-    if (table.has_lower_boundary() || depths.count < 2 || albedo == 0 ||
-        !(optical_depth > 0 && optical_depth < thinnest))
+    if (table.keeps_light() || albedo == 0 || !(optical_depth > 0 && optical_depth < thinnest))
         return 0;
+    if (depths.count < 2) return 1;
+    const bool over_surface = table.has_lower_boundary();
+    const auto law = [&](double depth) {
+        return over_surface ? share_of_thinnest(depth, thinnest, geometry.mu_in, geometry.mu_out)
+                            : thin_law(table, side, albedo, depth, geometry);
+    };
     const auto over_law = [&](double depth) {  // orders n >= 2, without the path law
         double multiple = scattering(table, side, albedo, depth, geometry).multiple;
         if (table.path_law != nullptr)
             multiple -= (*table.path_law)(side, albedo, depth, geometry, table.highest_order);
-        return multiple / thin_law(table, side, albedo, depth, geometry);
+        return multiple / law(depth);
     };
     const double last = std::min(4 * thinnest, depths.highest), middle = std::sqrt(thinnest * last),
-                 of_thinnest = over_law(thinnest), of_middle = over_law(middle),
-                 slope = (of_middle - of_thinnest) / (middle - thinnest),
-                 next_slope = (over_law(last) - of_middle) / (last - middle),
-                 bend = (next_slope - slope) / (last - thinnest),
-                 on_parabola = of_thinnest + (optical_depth - thinnest) *
-                                                 (slope + bend * (optical_depth - middle)),
-                 off = std::abs(on_parabola - over_law(optical_depth)) *
-                       thin_law(table, side, albedo, optical_depth, geometry),
+                 of_thinnest = over_law(thinnest), of_middle = over_law(middle);
+    double expected = 0;
+    if (over_surface) {
+        const double octaves = std::log(thinnest / optical_depth) / std::log(middle / thinnest);
+        expected = of_thinnest + octaves * (of_thinnest - of_middle);
+    } else {
+        const double slope = (of_middle - of_thinnest) / (middle - thinnest),
+                     next_slope = (over_law(last) - of_middle) / (last - middle),
+                     bend = (next_slope - slope) / (last - thinnest);
+        expected = of_thinnest +
+                   (optical_depth - thinnest) * (slope + bend * (optical_depth - middle));
+    }
+    const double off = std::abs(expected - over_law(optical_depth)) * law(optical_depth),
                  total = scattering(table, side, albedo, optical_depth, geometry).total();
     return off > 0 ? off / std::max(off, total) : 0;
 }

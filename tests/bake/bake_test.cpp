@@ -2,10 +2,12 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/base/constants.h>
+#include <stratus/bsdf/slice.h>
 #include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
 
 #include "all_near.h"
+#include "refusal.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
@@ -333,6 +335,21 @@ TEST(Bake, EndsAtInfinityWhereAsked) {
     EXPECT_EQ(transmission(view, 0.9, infinity, {0.3, 0.8, 0}).total(), 0);
 }
 
+TEST(Bake, EndsAtInfinityWhereNoDeeperFiniteSampleIsNeeded) {
+    Recipe recipe = deep_recipe();
+    recipe.optical_depth = {100, infinity};
+    const Table table = bake(recipe);
+    const TableView view = table.view();
+    EXPECT_TRUE(view.optical_depth.ends_at_infinity);
+    EXPECT_EQ(view.optical_depth.highest, 100);
+    for (const double tau : {100.0, 400.0, infinity}) {
+        const double R =
+            solve_layer(recipe.phase_function, 1, tau, {0.3, 0.8}).reflection(0, 1, 0).total;
+        EXPECT_NEAR(reflection(view, 1, tau, {0.3, 0.8, 0}).total(), R, recipe.tolerance * R)
+            << tau;
+    }
+}
+
 TEST(Bake, HoldsInfinityAlone) {
     Recipe recipe = deep_recipe();
     recipe.optical_depth = {infinity, infinity};
@@ -353,6 +370,9 @@ TEST(Bake, HoldsASingleLayer) {
     EXPECT_EQ(table.albedo.values, std::vector<double>{0.9});
     EXPECT_EQ(table.optical_depth.values, std::vector<double>{1});
     EXPECT_LE(table.measured_error, 5 * recipe.tolerance);
+    // One depth tells nothing of thinner layers.
+    expect_refusal([&] { bind(table.view(), 0.5, 0.9); }, "optical_depth must be in [1, 1]");
+    EXPECT_EQ(thin_layer_error(table.view(), Side::reflection, 0.9, 0.5, {0.5, 0.5, 1}), 1);
 }
 
 TEST(Bake, HasConventionAttributes) {

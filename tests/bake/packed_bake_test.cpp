@@ -3,6 +3,7 @@
 
 #include <stratus/bsdf/slice.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/stack.h>
 
 #include "indices.h"
 #include "small_recipe.h"
@@ -237,6 +238,35 @@ TEST(PackedBake, ExtrapolatesThinLayersAndEstimatesTheErrorOfIt) {
             EXPECT_LE(std::abs(std::log2(most_estimated / most)), 1) << g << ' ' << depth;
         }
         EXPECT_EQ(thin_layer_error(table.view(), Side::reflection, 1, 0.3, {0.5, 0.5, 1}), 0);
+    }
+}
+
+TEST(PackedBake, EstimatesTheErrorOfThinLayersOverASurface) {
+    const std::vector<double> mu{0.2, 0.5, 0.9};
+    const auto phase = PhaseFunction::henyey_greenstein(0.5);
+    const PackedBake baked(
+        parse_recipe("phase_function = 'henyey_greenstein:g=0.5'\n"
+                     "tolerance = 1e-2\n"
+                     "optical_depth = { min = 1, max = 4 }\n"
+                     "albedo = { min = 1, max = 1 }\n"
+                     "[below]\nlambert_albedo = 0.5\n"));
+    const PackedTable table(baked.file);
+    for (const double depth : {0.7, 0.3, 0.05}) {
+        const StackSolution exact =
+            solve_stack({{phase, 1, depth}}, LowerBoundary::surface(0.5), mu);
+        double most = 0, most_estimated = 0;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                const Geometry at{mu[static_cast<std::size_t>(i)], mu[static_cast<std::size_t>(j)],
+                                  1};
+                const double found = table.reflection(1, depth, at).total();
+                most = std::max(most,
+                                std::abs(found / exact.reflection(i, j, at.azimuth).total - 1));
+                most_estimated =
+                    std::max(most_estimated,
+                             thin_layer_error(table.view(), Side::reflection, 1, depth, at));
+            }
+        EXPECT_LE(std::abs(std::log2(most_estimated / most)), 1) << depth << ' ' << most;
     }
 }
 

@@ -157,6 +157,11 @@ TEST(StackTable, IsTheGroundOfWhatLiesOnIt) {
     refused("table:file=dust.stratus,albedo=0.8,albedo=0.9", "albedo must stand once");
     refused("table:file=dust.stratus,albedo=0.8;", "nothing may follow, got ';'");
     refused("table:file=dust.stratus,albedo=0,optical_depth=-1", "in [0, inf], got -1");
+    const std::vector<char> veil = pack(bake(
+        parse_recipe("phase_function = 'isotropic'\ntolerance = 5e-2\nsides = ['reflection']\n"
+                     "optical_depth = { min = 1, max = 2 }\nalbedo = { min = 0.8, max = 1 }\n")));
+    set_content(folder / "veil.stratus", std::string(veil.begin(), veil.end()));
+    refused("table:file=veil.stratus,optical_depth=0.1,albedo=0.9", "the table's first");
     Table dark = bake(dust);
     dark.highest_order = 2;
     const std::vector<char> of_two_orders = pack(dark);

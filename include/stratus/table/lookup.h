@@ -56,8 +56,9 @@ Scattered scattering(const TableView& table, Side side, double albedo, double op
                      const Geometry& geometry) noexcept;
 
 /// Estimated error of R or T of a layer thinner than the table's first sample, relative to it, [0, 1]: how far
-/// the line by which it is extrapolated is from the parabola through two octaves above. 0 between the
-/// samples, and over a lower boundary, where thinner layers follow other laws or none.
+/// the line by which it is extrapolated is from the parabola through two octaves above; over a surface, from
+/// a line in the logarithm of the depth. 1 where a single depth tells neither; 0 between the samples, and over
+/// other boundaries, where thinner layers are unknown.
 double thin_layer_error(const TableView& table, Side side, double albedo, double optical_depth,
                         const Geometry& geometry) noexcept;
 

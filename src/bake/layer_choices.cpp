@@ -344,9 +344,8 @@ Choice choose_optical_depth_samples(Probes& probes) {
     const Range range = probes.recipe.optical_depth;
     const double max =
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
-    constexpr double most = 12;
-    // A cubic's samples end at the only finite depth that is asked for: as close by as can be.
-    if (range.min >= max) return {std::isinf(range.max) ? most : 1};
+    // Up to infinity, the samples of a cubic end at the only finite depth that is asked for: close to it.
+    if (range.min >= max) return {std::isinf(range.max) ? 12.0 : 1.0};
     FineDepths depths(probes, range.min, max);
     return choose_cheapest(probes, "optical_depth_samples_per_octave",
                            {1, 2, 3, 4, 5, 6, 8, 10, 12},

@@ -127,7 +127,8 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     if (std::isinf(range.min)) return make_axis(AxisScale::logarithmic, 1, 1, 0, true);
     const bool ends_at_infinity = std::isinf(range.max);
     const double max = ends_at_infinity ? deepest : range.max;
-    if (range.min == max && !ends_at_infinity) return make_axis(AxisScale::logarithmic, max, max, 1);
+    if (range.min == max && !ends_at_infinity)
+        return make_axis(AxisScale::logarithmic, max, max, 1);
     samples_per_octave = std::max(1, samples_per_octave);
     const double steps = samples_per_octave * std::log2(max / range.min);
     // Choices measure the error of a cubic, which needs four samples however narrow the range is.

@@ -155,8 +155,8 @@ double thin_layer_error(const TableView& table, Side side, double albedo, double
         const double slope = (of_middle - of_thinnest) / (middle - thinnest),
                      next_slope = (over_law(last) - of_middle) / (last - middle),
                      bend = (next_slope - slope) / (last - thinnest);
-        expected = of_thinnest +
-                   (optical_depth - thinnest) * (slope + bend * (optical_depth - middle));
+        expected =
+            of_thinnest + (optical_depth - thinnest) * (slope + bend * (optical_depth - middle));
     }
     const double off = std::abs(expected - over_law(optical_depth)) * law(optical_depth),
                  total = scattering(table, side, albedo, optical_depth, geometry).total();

@@ -260,11 +260,10 @@ TEST(PackedBake, EstimatesTheErrorOfThinLayersOverASurface) {
                 const Geometry at{mu[static_cast<std::size_t>(i)], mu[static_cast<std::size_t>(j)],
                                   1};
                 const double found = table.reflection(1, depth, at).total();
-                most = std::max(most,
-                                std::abs(found / exact.reflection(i, j, at.azimuth).total - 1));
-                most_estimated =
-                    std::max(most_estimated,
-                             thin_layer_error(table.view(), Side::reflection, 1, depth, at));
+                most =
+                    std::max(most, std::abs(found / exact.reflection(i, j, at.azimuth).total - 1));
+                most_estimated = std::max(
+                    most_estimated, thin_layer_error(table.view(), Side::reflection, 1, depth, at));
             }
         EXPECT_LE(std::abs(std::log2(most_estimated / most)), 1) << depth << ' ' << most;
     }

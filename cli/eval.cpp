@@ -136,8 +136,8 @@ bool is_member_outside(const TableView& table, const LayerKey& layer) {
 
 /// True where a layer lies between the table's samples, or is thinner: lookups extrapolate these.
 bool is_looked_up(const TableView& table, const LayerKey& layer) {
-    const bool is_thin = layer.optical_depth < table.optical_depth.lowest && !table.keeps_light() &&
-                         !table.is_stack() && table.optical_depth.count > 1;
+    const bool is_thin =
+        layer.optical_depth < table.optical_depth.lowest && table.knows_thinner_layers();
     return (is_thin || !is_outside(table.optical_depth, layer.optical_depth)) &&
            !is_outside(table.albedo, layer.albedo) && !is_member_outside(table, layer);
 }

@@ -284,20 +284,11 @@ bool is_scattered_once(const TableView& table, double albedo, double optical_dep
     return !table.is_stack() && (albedo == 0 || optical_depth == 0) && !table.keeps_light();
 }
 
-namespace {
-
-/// One depth tells no law of thinner layers.
-bool is_thin_known(const TableView& table) {
-    return !table.keeps_light() && table.optical_depth.count > 1;
-}
-
-}  // namespace
-
 bool is_depth_known(const TableView& table, Side side, double albedo, double optical_depth) {
     const AxisView& depth = table.optical_depth;
     if (depth.count == 0) return optical_depth == infinity;
     if (holds(depth, optical_depth) || table.is_stack()) return holds(depth, optical_depth);
-    if (optical_depth < depth.lowest) return is_thin_known(table);
+    if (optical_depth < depth.lowest) return table.knows_thinner_layers();
     if (depth.ends_at_infinity) return true;
     if (side == Side::transmission && optical_depth == infinity) return true;
     const FamilyStencil& members = table.members;
@@ -323,7 +314,7 @@ std::string allowed_depth(const TableView& table) {
     const AxisView& depth = table.optical_depth;
     if (depth.count == 0) return "inf, all that the table holds";
     if (table.is_stack()) return shortest_text(depth.lowest) + ", that of the stack";
-    return range_text(is_thin_known(table) ? 0 : depth.lowest, depth.highest) +
+    return range_text(table.knows_thinner_layers() ? 0 : depth.lowest, depth.highest) +
            (depth.ends_at_infinity ? " or inf" : "");
 }
 

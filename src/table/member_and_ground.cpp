@@ -145,12 +145,13 @@ class TableGround final : public GroundLaw {
         require_in("[0, inf]", ground_caller, "optical_depth", optical_depth_);
         once_ = is_scattered_once(view_, albedo_, optical_depth_);
         if (once_) return;
-        const double thinnest = view_.optical_depth.lowest;
-        require(view_.optical_depth.count == 0 || optical_depth_ >= thinnest * (1 - 1e-7),
-                ground_caller, "optical_depth",
-                "0 or at least " + short_number(thinnest, 6) +
-                    ", the table's first, for thinner layers are extrapolated",
-                optical_depth_);
+        const AxisView& depths = view_.optical_depth;
+        require(
+            depths.count == 0 || optical_depth_ > depths.lowest || holds(depths, optical_depth_),
+            ground_caller, "optical_depth",
+            "0 or at least " + short_number(depths.lowest, 6) +
+                ", the table's first, for thinner layers are extrapolated",
+            optical_depth_);
         require(is_depth_known(view_, Side::reflection, albedo_, optical_depth_), ground_caller,
                 "optical_depth", allowed_depth(view_), optical_depth_);
         require(holds(view_.albedo, albedo_), ground_caller, "albedo", allowed_albedo(view_),

@@ -57,8 +57,8 @@ const std::map<std::string, std::string>& conventions() {
          "the phase function has spherical mean 1; g is the mean cosine of the scattering angle, "
          "positive for forward scattering"},
         {"convention_fluxes",
-         "plane_albedo and diffuse_transmittance are fluxes of all orders over the incident flux, "
-         "spherical_albedo is for uniform illumination"},
+         "plane_albedo and diffuse_transmittance are fluxes over the incident flux, of all orders "
+         "or to highest_order if that is not 0, spherical_albedo is for uniform illumination"},
     };
     return sentences;
 }

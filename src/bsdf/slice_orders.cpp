@@ -36,8 +36,7 @@ ChannelOrders packed_orders(const TableView& table, Side which, double albedo,
     ChannelOrders orders;
     orders.blend.optical_depth = follows ? optical_depth : depth;
     if (is_scattered_once(table, albedo, optical_depth)) {
-        orders.sheet.assign(
-            size(table.mu_in.count) * size(table.mu_out.count) * size(table.azimuth.count), 0.0f);
+        orders.sheet.assign(size(samples_per_layer(table)), 0.0f);
         return orders;
     }
     orders.sheet = table.packed->layer(which, albedo, depth, table.members);
@@ -69,9 +68,11 @@ ChannelOrders find_orders(const TableView& table, Side which, double albedo, dou
 
 SliceBackground::SliceBackground(const TableView* table, bool with_order_1,
                                  const PhaseFunction& phase_function, const StackLayers* layers)
-    : table_(table), layers_(layers), cosines_(table ? table->mu_in : background_axis()) {
-    const bool all_orders = table != nullptr;
-    if (all_orders == with_order_1) return;
+    : table_(table),
+      layers_(layers),
+      cosines_(table ? table->mu_in : background_axis()),
+      times_order_1_((with_order_1 ? 1 : 0) - (table ? 1 : 0)) {
+    if (times_order_1_ == 0 && table->albedo.lowest > tiny_albedo) return;
     if (layers)
         for (const StackLayer& layer : *layers) order_1_.emplace_back(layer.phase_function);
     else
@@ -92,15 +93,42 @@ double SliceBackground::order_1(double albedo, double optical_depth, double mu) 
     return sum;
 }
 
+std::vector<double> SliceBackground::diffuse_transmittance(double albedo,
+                                                           double optical_depth) const {
+    const TableView& table = *table_;
+    const int cosines = cosines_.count;
+    std::vector<double> sum(size(cosines));
+    const LayerBlend blend = layer_blend(table, Side::transmission, albedo, optical_depth,
+                                         BeyondDeepest::follows_diffusion, true);
+    const float* const sample = table.diffuse_transmittance;
+    const int depths = table.optical_depth.size();
+    for (int n = 0; n < blend.count; ++n) {
+        const BlendTerm& term = blend.term[n];
+        const std::ptrdiff_t layer = term.first / samples_per_layer(table);
+        const auto sampled =
+            table.albedo.value(static_cast<int>(layer / depths % table.albedo.count));
+        const double depth = table.optical_depth.value(term.depth);
+        const bool is_order_1 = sampled <= tiny_albedo && !layers_;
+        for (int i = 0; i < cosines; ++i)
+            sum[size(i)] += double{term.share} *
+                            double{table.mu_in_weight[term.depth * cosines + i]} *
+                            (is_order_1 ? order_1(1, depth, cosines_.value(i))
+                                        : double{sample[layer * cosines + i]});
+    }
+    for (int i = 0; i < cosines; ++i)
+        sum[size(i)] *= intercepted_share(blend.optical_depth, cosines_.value(i));
+    return sum;
+}
+
 std::vector<float> SliceBackground::curve(double albedo, double optical_depth) const {
     if (albedo == 0 || optical_depth == 0 || optical_depth == infinity) return {};
     std::vector<double> diffuse(size(cosines_.count));
-    if (table_) diffuse = diffuse_transmittance(*table_, albedo, optical_depth);
+    if (table_) diffuse = diffuse_transmittance(albedo, optical_depth);
     std::vector<float> shares;
     for (int i = 0; i < cosines_.count; ++i) {
         const double mu = cosines_.value(i);
         double value = diffuse[size(i)];
-        if (!order_1_.empty()) value += (table_ ? -1 : 1) * order_1(albedo, optical_depth, mu);
+        if (times_order_1_ != 0) value += times_order_1_ * order_1(albedo, optical_depth, mu);
         shares.push_back(static_cast<float>(value / intercepted_share(optical_depth, mu)));
     }
     return shares;

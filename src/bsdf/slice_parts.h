@@ -57,11 +57,15 @@ class SliceBackground {
   private:
     double order_1(double albedo, double optical_depth, double mu) const;
 
+    /// t of the orders that the table holds, over cosines(); deeper than its deepest sample it follows
+    /// diffusion. Interpolated after division by the albedo, which leaves order 1 at albedo 0.
+    std::vector<double> diffuse_transmittance(double albedo, double optical_depth) const;
+
     const TableView* table_;
     const StackLayers* layers_;
     AxisView cosines_;
-    // Order 1 of the layer, or of each of the stack's: added, or taken out of the table's.
-    std::vector<SingleDiffuseTransmittance> order_1_;
+    int times_order_1_;  // to be added: 1 without a table; 0, or -1, to those of one
+    std::vector<SingleDiffuseTransmittance> order_1_;  // of the layer, or of each of the stack's
 };
 
 }  // namespace stratus

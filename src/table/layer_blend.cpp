@@ -6,8 +6,6 @@
 #include <stratus/layer/diffusion.h>
 #include <stratus/layer/single_scattering.h>
 
-#include "lookup_arguments.h"
-
 #include <algorithm>
 #include <cstddef>
 
@@ -45,11 +43,6 @@ LayerQuery make_query(const TableView& table, double albedo, double optical_dept
                      interpolate_exponent(table, member, stencil)};
     if (table.has_lower_boundary() || table.is_stack()) query.albedo = 1;
     return query;
-}
-
-/// How many samples a layer has on one side.
-std::ptrdiff_t layer_size(const TableView& table) noexcept {
-    return std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count;
 }
 
 /// Adds the terms of one member to the blend of a side.
@@ -127,7 +120,7 @@ struct BlendBuilder {
         if (weights[at] == 0) return false;
         const double share = share_of_member * share_in_member;
         if (share != 0)
-            blend.term[blend.count++] = {at * layer_size(table),
+            blend.term[blend.count++] = {at * samples_per_layer(table),
                                          static_cast<float>(share * double{weights[at]}), depth};
         return true;
     }
@@ -236,35 +229,6 @@ double share_of_thinnest(double optical_depth, double thinnest, double mu_in,
         return intercepted_share(depth, mu_in) + intercepted_share(depth, mu_out);
     };
     return extinguished(optical_depth) / extinguished(thinnest);
-}
-
-std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
-                                          double optical_depth) {
-    if (table.diffuse_transmittance == nullptr) return {};
-    albedo = in_range("albedo", 0.0, 1.0, albedo);
-    optical_depth = in_range("optical_depth", 0.0, infinity, optical_depth);
-    const int cosines = table.mu_in.count;
-    if (is_unknown(albedo, optical_depth))
-        return std::vector<double>(size(cosines), double{not_a_number});
-    std::vector<double> sum(size(cosines));
-    const double clamped_albedo = std::clamp(albedo, table.albedo.lowest, table.albedo.highest);
-    if (clamped_albedo == 0) return sum;
-    const LayerBlend blend = layer_blend(table, Side::transmission, albedo, optical_depth,
-                                         BeyondDeepest::follows_diffusion, true);
-    for (int n = 0; n < blend.count; ++n) {
-        const BlendTerm& term = blend.term[n];
-        const std::ptrdiff_t layer = term.first / layer_size(table);
-        // A blend is of samples divided by the albedo, which order 1 does not allow at albedo 0.
-        const auto sampled_albedo = table.albedo.value(
-            static_cast<int>(layer / table.optical_depth.size() % table.albedo.count));
-        const double share = double{term.share} * sampled_albedo / clamped_albedo;
-        for (int i = 0; i < cosines; ++i)
-            sum[size(i)] += share * double{table.mu_in_weight[term.depth * cosines + i]} *
-                            double{table.diffuse_transmittance[layer * cosines + i]};
-    }
-    for (int i = 0; i < cosines; ++i)
-        sum[size(i)] *= intercepted_share(blend.optical_depth, table.mu_in.value(i));
-    return sum;
 }
 
 namespace {

@@ -17,6 +17,14 @@ namespace stratus {
 /// A reflection deficit (diffusion.h) below this at the deepest sample: that sample is the limit.
 constexpr double min_deficit = 1e-5;
 
+/// Samples grow as the square of a small albedo: those of a tiny one are 0, divided or not.
+constexpr double tiny_albedo = 1e-15;
+
+/// On one side.
+inline std::ptrdiff_t samples_per_layer(const TableView& table) noexcept {
+    return std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count;
+}
+
 /// How many samples the stencils of an axis count.
 inline int used_samples(const AxisView& axis) noexcept {
     return std::min(axis.count, stencil_size);
@@ -81,13 +89,6 @@ double thin_law(const TableView& table, Side side, double albedo, double optical
 /// scatters once, and a thin layer adds in proportion to what it extinguishes.
 double share_of_thinnest(double optical_depth, double thinnest, double mu_in,
                          double mu_out) noexcept;
-
-/// t of all orders that a table holds, at each of its samples of mu_in; empty where the table has
-/// no diffuse_transmittance.
-///
-/// Range    as lookups (lookup.h), but deeper than the deepest sample t follows diffusion.
-std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
-                                          double optical_depth);
 
 // Which layers a table knows: those between its samples, and by law some beyond them (slice.h); and how
 // closely faster lookups follow it.

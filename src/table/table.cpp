@@ -7,6 +7,8 @@
 #include <stratus/layer/single_scattering.h>
 #include <stratus/table/metadata.h>
 
+#include "layer_blend.h"
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -132,10 +134,8 @@ void work_out_weights(Table& table) {
     const std::size_t albedos = table.albedo.values.size();
     for (std::size_t a = 0; a < table.member_count() * albedos; ++a)
         for (const double depth : table.optical_depth.values) {
-            // Samples grow as the square of a small albedo: those of a tiny one are 0, divided or not.
-            constexpr double tiny = 1e-15;
             const double sampled = table.albedo.values[a % albedos];
-            const double albedo = sampled > tiny && !table.is_stack() ? sampled : 1;
+            const double albedo = sampled > tiny_albedo && !table.is_stack() ? sampled : 1;
             const double exponent = table.diffusion_exponent[a];
             const double length = table.extrapolation_lengths[a / albedos];
             table.reflection_weight.push_back(

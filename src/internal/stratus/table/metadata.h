@@ -106,10 +106,9 @@ inline constexpr std::array<SampleField, 5> sample_fields{{
      &Table::reflection_multiple},
     {"transmission_multiple", "diffuse transmission, orders of scattering from 2", 5,
      &Table::transmission_multiple},
-    {"plane_albedo", "plane albedo, all orders", 3, &Table::plane_albedo},
-    {"diffuse_transmittance", "diffuse transmittance, all orders", 3,
-     &Table::diffuse_transmittance},
-    {"spherical_albedo", "spherical albedo, all orders", 2, &Table::spherical_albedo},
+    {"plane_albedo", "plane albedo", 3, &Table::plane_albedo},
+    {"diffuse_transmittance", "diffuse transmittance", 3, &Table::diffuse_transmittance},
+    {"spherical_albedo", "spherical albedo", 2, &Table::spherical_albedo},
 }};
 
 inline constexpr const char* diffusion_exponent_name = "diffusion_exponent";

@@ -151,8 +151,8 @@ struct Steps {
 
 /// Layers at `fine` + 1 albedos of one scale, at few directions, solved when a candidate needs them.
 /// Their first modes suffice: later ones are of light scattered a few times, which is a short
-/// polynomial of the albedo. With 4 modes of what a path law leaves, too much of the total is missing
-/// near backscatter, and relative errors come out ten times as large.
+/// polynomial of the albedo. With fewer modes too much of the total is missing, and relative errors come
+/// out ten times as large: where a peak is without a path law, half of the modes are needed.
 struct FineAlbedos {
     static constexpr std::size_t fine = 720;
     static constexpr double unknown = -1;
@@ -164,7 +164,7 @@ struct FineAlbedos {
 
     FineAlbedos(const Probes& probes, AxisScale of_axis)
         : scale(of_axis),
-          modes(probes.path_law ? 8 : 4),
+          modes(probes.path_law ? 8 : std::max(8, probes.recipe.discretisation.modes / 2)),
           directions(directions_at(probes.recipe, few_cosines(probes.recipe), probes.path_law)),
           albedos(albedo_axis(probes.recipe.albedo, fine + 1, scale).values),
           exponents(albedos.size(), unknown),

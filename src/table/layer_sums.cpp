@@ -27,10 +27,11 @@ constexpr std::size_t few_missed = 10;  // functions to each that is still misse
 
 constexpr int pilot_albedos = 7, pilot_depths = 14, pilot_members = 5;
 
-// Layers are too unlike each other for sums of a few functions where there are more functions than
-// this share of the pilots, or than this in all, or where the sketch has fewer directions to each.
+// Layers are too unlike each other for sums of a few functions where the pilots alone take more functions than
+// this share of their number, or than `most_of_pilots` (layers that these miss bring up to two thirds as many
+// again), where all take `most_spanning`, or where the sketch has fewer directions to each.
 constexpr double largest_share_of_pilots = 0.54;
-constexpr std::size_t most_spanning = 150, fewest_directions = 5;
+constexpr std::size_t most_of_pilots = 95, most_spanning = 150, fewest_directions = 5;
 constexpr int thinned_azimuths = 8;  // steps, of the sketch that then stands for all directions
 constexpr std::size_t most_thinned = 1000;  // of its directions: 30 to each function of a block
 
@@ -156,7 +157,8 @@ class SideSearch {
         if (sums_.sketch.empty()) begin_sketch();
         for (Seen* worst = fitted(); worst != nullptr; worst = fitted())
             while (worst != nullptr) worst = subtracted(add_function(*worst, grows));
-        const double most = largest_share_of_pilots * static_cast<double>(full_.size());
+        const double most = std::min(largest_share_of_pilots * static_cast<double>(full_.size()),
+                                     static_cast<double>(most_of_pilots));
         if (grows) are_unlike_ = static_cast<double>(sums_.function.size()) > most;
         full_.clear();
         if (grows) std::sort(sums_.sketch.begin(), sums_.sketch.end());
@@ -191,7 +193,7 @@ class SideSearch {
     std::vector<int> missed(int round) {
         std::vector<int> missed;
         misses_ = false;
-        if (!sums_.is_spanned()) return missed;
+        if (!sums_.is_spanned() || sums_.function.size() >= most_spanning) return missed;
         fit();
         Vectors left = sums_.values;
         std::vector<float> error(left.size(), 0.0f);

@@ -184,18 +184,24 @@ STRATUS_INLINE void attenuate(const F (&x)[n], Attenuation<F> (&result)[n]) {
     }
 }
 
-/// sin^2(azimuth / 2) for any azimuth in radians, below a million.
+/// sin^2 and cos^2 of azimuth / 2 for any azimuth in radians, below a million; each is accurate where it is
+/// small.
 template <class F>
-STRATUS_INLINE F half_azimuth_sine_squared(F azimuth) {
-    // It has period 2 pi.
+STRATUS_INLINE Pair<F> half_azimuth_squares(F azimuth) {
+    // They have period 2 pi.
     const F turns = azimuth * static_cast<float>(0.5 / pi);
-    const F x = (turns - ((turns + rounding_shift) - rounding_shift)) * static_cast<float>(pi);
-    const F q = x * x, q2 = q * q;  // x = azimuth / 2 in [-pi/2, pi/2]
-    const F low = q * -0.166666667f + 1.0f;
-    const F high =
-        (q * -0.000198412701f + 0.00833333315f) + q2 * (q * -2.50507e-8f + 2.75573137e-6f);
-    const F sine = x * (q2 * high + low);
-    return at_most(1, sine * sine);
+    const F rest = turns - ((turns + rounding_shift) - rounding_shift);  // in [-1/2, 1/2]
+    return each(
+        [](auto half_turns) {
+            const auto x = half_turns * static_cast<float>(pi);  // in [-pi/2, pi/2]
+            const auto q = x * x, q2 = q * q;
+            const auto low = q * -0.166666667f + 1.0f;
+            const auto high =
+                (q * -0.000198412701f + 0.00833333315f) + q2 * (q * -2.50507e-8f + 2.75573137e-6f);
+            const auto sine = x * (q2 * high + low);
+            return at_most(1, sine * sine);
+        },
+        Pair<F>(rest, 0.5f - magnitude(rest)));
 }
 
 /// Range    x > 0, normal.
@@ -244,14 +250,13 @@ template <Side side, class F>
 STRATUS_INLINE LightPathOf<F> light_path(F mu_in, F mu_out, F azimuth) {
     const Pair<F> mu = cosines_in_range(Pair<F>(mu_in, mu_out));
     const Pair<F> sine = each([](auto x) { return square_root((1.0f - x) * (x + 1.0f)); }, mu);
-    const F half_azimuth = half_azimuth_sine_squared(azimuth);
+    const Pair<F> halves = half_azimuth_squares(azimuth);
     // Half the squares of sum and difference of the directions of propagation, at azimuth 0.
     const F along = sine.first() - sine.second();
     Pair<F> across = sum_and_difference(mu);
     if constexpr (side == Side::transmission) across = swapped(across);
     const Pair<F> level = scaled(across * across + Pair<F>(along * along), 0.5f);
-    const Pair<F> halves(half_azimuth, 1.0f - half_azimuth);
-    return {mu, level + scaled(halves, product(sine) * 2.0f), half_azimuth, azimuth * 0.0f};
+    return {mu, level + scaled(halves, product(sine) * 2.0f), halves.first(), azimuth * 0.0f};
 }
 
 /// Between two unit vectors in a frame whose z is the normal, both pointing away from the layer.

@@ -122,9 +122,9 @@ template <int channels>
 float BsdfOf<channels>::pdf(Side side, float mu_in, float mu_out, float azimuth) const noexcept {
     check_angles(mu_in, mu_out, azimuth);
     if (is_unknown(mu_in, mu_out, azimuth * 0)) return not_a_number;
-    const float half = half_azimuth_sine_squared(azimuth);
+    const Pair<float> halves = half_azimuth_squares(azimuth);
     return density_.pdf(side, inclination(mu_in), inclination(mu_out),
-                        {square_root(1 - half), square_root(half), 1});
+                        {square_root(halves.second()), square_root(halves.first()), 1});
 }
 
 template <int channels>

@@ -145,9 +145,7 @@ TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
                 single_reflection(table.phase_function(c), w, tau, g.mu_in, g.mu_out);
             const double factor = opposition_factor(opposition, c, tau, g.mu_in, g.mu_out);
             const double expected = reflected(plain, at) + once * (factor - 1);
-            // Straight lines between samples of the phase function with its bump, or of Blinn's
-            // law; and from an azimuth in single precision the phase angle is known to 0.03 degrees
-            // only.
+            // Straight lines between samples of the phase function with its bump, or of Blinn's law.
             const bool of_blinn = opposition.law == Opposition::Law::blinn;
             const double accuracy = c < -0.9999 || of_blinn ? 1e-3 : 2e-5;
             EXPECT_NEAR(reflected(bright, at), expected, accuracy * expected);
@@ -198,6 +196,27 @@ TEST(Slice, HasTheFullOppositionPeakAtEqualVectors) {
     const double once = 1 + std::tanh(2 / (2 * double{v.wi.z}));  // [Blinn82] 5.2
     EXPECT_NEAR(Slice(phase, {{2}, {0.9}}, effects).eval(v.wi, v.wi) / plain.eval(v.wi, v.wi), once,
                 single_precision);
+}
+
+TEST(Slice, KnowsPhaseAnglesNearZeroFromAnAzimuth) {
+    const PhaseFunction phase = PhaseFunction::isotropic();
+    const Slice plain(phase, {{2}, {0.9}});
+    for (const Opposition& opposition : {Opposition::hapke(1, 1e-3), Opposition::blinn(1e-3)}) {
+        const Slice bright(phase, {{2}, {0.9}}, {.opposition = opposition});
+        for (const double from_pi : {0.0, 5e-4, 2e-3, 0.01})
+            for (int n = 1; n < 40; ++n) {
+                const double mu = n / 40.0;
+                const auto cosine = static_cast<float>(mu),
+                           azimuth = static_cast<float>(pi - from_pi);
+                const Geometry at{double{cosine}, double{cosine}, pi - from_pi};
+                EXPECT_NEAR(bright.reflection(cosine, cosine, azimuth) /
+                                plain.reflection(cosine, cosine, azimuth),
+                            opposition_factor(opposition, cos_scattering_angle_reflected(at), 2,
+                                              at.mu_in, at.mu_out),
+                            2e-3)
+                    << "mu " << mu << ", " << from_pi << " from straight back";
+            }
+    }
 }
 
 TEST(Slice, OverALowerBoundaryOnlyReflects) {

@@ -154,10 +154,7 @@ TEST(FourierTable, RefusesAPeakThatItsSamplerCannotDraw) {
         "at most 8, got ");
 }
 
-TEST(FourierTable, HoldsRedGreenAndBlue) {
-    const Material material{{layer("henyey_greenstein:g=0.3", 0.95, 2), layer("rayleigh", 0.8, 1),
-                             layer("isotropic", 0.5, 0.5)},
-                            ""};
+void expect_colours(const Material& material) {
     const FourierReader table = table_of(material);
     ASSERT_EQ(table.channels, 3);
     for (const auto colour : three_channels) {
@@ -171,6 +168,17 @@ TEST(FourierTable, HoldsRedGreenAndBlue) {
         EXPECT_LE(T.quantile(0.5), 1e-3);
         EXPECT_LE(T.quantile(0.99), 5e-3);
     }
+}
+
+TEST(FourierTable, HoldsRedGreenAndBlue) {
+    expect_colours({{layer("henyey_greenstein:g=0.3", 0.95, 2), layer("rayleigh", 0.8, 1),
+                     layer("isotropic", 0.5, 0.5)},
+                    ""});
+}
+
+TEST(FourierTable, HoldsADarkGreenBesideBrightColours) {
+    expect_colours(
+        {{layer("rayleigh", 1, 0.3), layer("rayleigh", 5e-4, 0.3), layer("rayleigh", 1, 0.3)}, ""});
 }
 
 TEST(FourierTable, HasTheLayoutThatReadersExpect) {

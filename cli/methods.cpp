@@ -205,32 +205,66 @@ Method by_h_function(const SolveRequest& request) {
     return method;
 }
 
+/// A Markov chain, and doubling by its nodes and by twice as many: what their number changes, and half as much
+/// again for what twice as many still miss.
+struct MarkovChain {
+    static constexpr double more = 1.5;
+    MarkovSolution chain;
+    LayerSolution coarse, fine;
+
+    double node_error(Side side, int in, int out, double azimuth) const {
+        return more * std::abs(coarse.values(side, in, out, {azimuth})[0].total -
+                               fine.values(side, in, out, {azimuth})[0].total);
+    }
+    double node_error() const {
+        return more * std::max({std::abs(coarse.spherical_albedo - fine.spherical_albedo),
+                                std::abs(coarse.total_transmittance - fine.total_transmittance),
+                                (coarse.plane_albedo - fine.plane_albedo).cwiseAbs().maxCoeff(),
+                                (coarse.diffuse_transmittance - fine.diffuse_transmittance)
+                                    .cwiseAbs()
+                                    .maxCoeff()});
+    }
+};
+
 Method by_markov(const SolveRequest& request) {
     MarkovOptions options;
     if (request.nodes) options.nodes = request.nodes;
     if (request.sublayers) options.sublayers = request.sublayers;
     options.orders = request.orders;
     const auto solve = [=](const std::vector<double>& mu, const MarkovOptions& with) {
-        return solve_markov(request.phase_function, request.albedo, request.optical_depth, mu,
-                            with);
+        const auto doubled = [&](int nodes) {
+            SolverOptions doubling;
+            doubling.nodes = nodes;
+            doubling.modes = with.modes;
+            doubling.orders = with.orders;
+            doubling.truncate = Truncate::nothing;
+            return solve_layer(request.phase_function, request.albedo, request.optical_depth, mu,
+                               doubling);
+        };
+        return MarkovChain{
+            solve_markov(request.phase_function, request.albedo, request.optical_depth, mu, with),
+            doubled(with.nodes), doubled(std::min(512, 2 * with.nodes))};
     };
     Method method;
     method.more_columns = error_columns(request.orders);
-    const auto row = [=](const MarkovSolution& solution, const Geometry& at, int in, int out) {
-        const MarkovValue R = solution.reflection(in, out, at.azimuth);
-        const MarkovValue T = solution.transmission(in, out, at.azimuth);
-        MethodRow row{{R.value, T.value}, {R.error, T.error}};
+    const auto row = [=](const MarkovChain& solved, const Geometry& at, int in, int out) {
+        const MarkovValue R = solved.chain.reflection(in, out, at.azimuth);
+        const MarkovValue T = solved.chain.transmission(in, out, at.azimuth);
+        MethodRow row{{R.value, T.value},
+                      {R.error + solved.node_error(Side::reflection, in, out, at.azimuth),
+                       T.error + solved.node_error(Side::transmission, in, out, at.azimuth)}};
         for (const Side side : both_sides)
             for (int n = 1; n <= request.orders; ++n)
-                row.more.push_back(solution.of_order(side, n, in, out, at.azimuth));
+                row.more.push_back(solved.chain.of_order(side, n, in, out, at.azimuth));
         return row;
     };
     method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); }, row);
     method.fluxes = [=](const std::vector<double>& mu) {
-        const MarkovSolution solution = solve(mu, flux_only(options));
-        MethodFluxes fluxes = list_fluxes(solution.layer, mu, request.optical_depth,
-                                          lost_light(solution.layer), request.orders);
-        fluxes.uniform.emplace_back("error", solution.flux_error);
+        const MarkovChain solved = solve(mu, flux_only(options));
+        const LayerSolution& layer = solved.chain.layer;
+        MethodFluxes fluxes =
+            list_fluxes(layer, mu, request.optical_depth, lost_light(layer), request.orders);
+        fluxes.uniform.emplace_back("error", solved.chain.flux_error + solved.node_error());
         return fluxes;
     };
     return method;

@@ -80,6 +80,12 @@ expect_agreement("--scheme h-function", 1e-9)
 expect_agreement("--scheme classic --start single --start-depth 1e-6", 1e-5)
 expect_agreement("--scheme classic --start diamond --start-depth 1e-5", 1e-6)
 expect_agreement("--scheme markov --sublayers 16", errors=1)
+isotropic = layer
+layer = "--phase henyey_greenstein:g=0.9 --albedo 0.95 --optical-depth 2 --query query.csv "
+first = solve(layer).row
+expect_agreement("--scheme markov --sublayers 8", errors=1)
+layer = isotropic
+first = solve(layer).row
 photons = "--scheme photons --photons 20000 "
 drawn = expect_agreement(photons + "--threads 1", errors=4)
 expect(solve(layer + photons + "--threads 2").out == drawn, "threads must not change what photons find")

@@ -78,7 +78,8 @@ Keys scene_keys() {
          "(required with [rings])", "the phase functions of the profile's w1 and w2"},
         {"layer.albedo", "number, three numbers or \"phase_function\"", "-", "[0, 1]",
          "(required without [rings])",
-         "of single scattering; \"phase_function\": of droplets (mie); of rings it multiplies w1 "
+         "of single scattering; \"phase_function\": of droplets (mie) at their wavelength, of one "
+         "phase function that gives none at 0.65, 0.55 and 0.45 um; of rings it multiplies w1 "
          "and w2, 1 by default"},
         {"layer.extinction", "string", "-", "\"phase_function\"", "(alike in all colours)",
          "by three phase functions of the same droplets; the optical depth is green's"},

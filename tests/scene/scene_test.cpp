@@ -211,6 +211,16 @@ TEST(SceneFile, TakesTheAlbedosOfDropletsForThreeColours) {
     EXPECT_LT(albedo[2], 1);
 }
 
+TEST(SceneFile, TakesTheAlbedoOfOnePhaseFunctionAtItsOwnWavelength) {
+    const std::string lobe = "'henyey_greenstein:g=0.5'",
+                      droplets = "mie:radius=8um,wavelength=3um";
+    std::string text = cloud_but("albedo", "albedo = 'phase_function'");
+    text.replace(text.find(lobe), lobe.size(), "'" + droplets + "'");
+    const double own = *parse_phase_function(droplets).albedo();
+    EXPECT_LT(own, 0.7);
+    EXPECT_EQ(parse_scene(text).panels[0].layer.albedo, (Rgb3{own, own, own}));
+}
+
 TEST(SceneFile, TakesAPhaseFunctionForEachChannel) {
     const std::string blue = "'henyey_greenstein:g=0.5'";
     const auto three = [&](const std::string& list) {

@@ -190,9 +190,12 @@ std::optional<std::vector<double>> numbers_in(const toml::node& node) {
     return all ? std::optional(numbers) : std::nullopt;
 }
 
+/// By the last two names, as "surface.seed" is a key of whatever has a surface.
 bool is_whole(const Path& path) {
+    const std::string name = path.size() > 1 ? path[path.size() - 2] + '.' + path.back() : path[0];
     return std::ranges::any_of(scene_keys(), [&](const Key& key) {
-        return key.own_name() == path.back() && key.form == std::string("whole number");
+        return ('.' + std::string(key.name)).ends_with('.' + name) &&
+               key.form == std::string("whole number");
     });
 }
 

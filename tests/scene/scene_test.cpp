@@ -657,6 +657,19 @@ TEST(Film, ChangesNumbersLinearlyBetweenKeysAndAllElseAtThem) {
     EXPECT_EQ(still[0].panels[0].camera.position.x, 3);
 }
 
+// picture.width and picture.height, which share their names, are whole numbers.
+TEST(Film, ChangesHeightsAndWidthsLinearly) {
+    const Scene scene = parse_film(cloud +
+                                   "[animation]\nframes = 5\n"
+                                   "[[animation.keys]]\nframe = 0\nslab.height = 1.0\n"
+                                   "layer.opposition.width = 0.25\n"
+                                   "[[animation.keys]]\nframe = 4\nslab.height = 2.0\n"
+                                   "layer.opposition.width = 0.75\n")[3]
+                            .panels.at(0);
+    EXPECT_DOUBLE_EQ(the_slab(scene).height, 1.75);
+    EXPECT_DOUBLE_EQ(scene.layer.opposition.width, 0.625);
+}
+
 TEST(Film, GivesPanelsTheirOwnKeysInEveryFrame) {
     const std::vector<SceneFile> film =
         parse_film(moving + "[[panels]]\ntitle = 'a'\n[[panels]]\nslab.height = 5\n");

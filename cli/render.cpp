@@ -257,8 +257,8 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
         error = made.error;
         write([&](const fs::path& svg) { draw_line_plot(made.plot, svg); });
         std::printf(
-            "largest deviation from Lambert's law, for cosines of at least 0.2: %.3g at mu_in = "
-            "%.3g, mu = "
+            "largest deviation from Lambert's law, for mu of at least 0.2: %.3g at mu_in = %.3g, "
+            "mu = "
             "%.3g (mean over azimuths); %.3g at mu = %.3g on the disk at full phase\n",
             made.deviation, made.mu_in, made.mu, made.disk_deviation, made.disk_mu);
     }

@@ -171,8 +171,8 @@ Keys scene_keys() {
         {"lambert", "table", "-", "-", "(or another subject)",
          "a figure: reflection against the cosine of emission, beside Lambert's law"},
         {"lambert.phase_function", "string", "-", "a phase function", "(required)", "the layer's"},
-        {"lambert.albedo", "number", "-", "[0, 1]", "(required)", "of single scattering"},
-        {"lambert.optical_depth", "number", "-", "[0, inf]", "(required)", "the layer's"},
+        {"lambert.albedo", "number", "-", "(0, 1]", "(required)", "of single scattering"},
+        {"lambert.optical_depth", "number", "-", "(0, inf]", "(required)", "the layer's"},
         {"lambert.mu_in", "list of 1 to 8 numbers", "-", "[1e-3, 1]", "(required)",
          "cosines of incidence, a line each"},
     };

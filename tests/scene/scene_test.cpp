@@ -615,6 +615,10 @@ TEST(SceneFile, OfAFigureHoldsTheFigureAlone) {
     expect_scene_refusal(
         "[lambert]\nphase_function = 'isotropic'\nalbedo = 1.0\noptical_depth = 1.0\nmu_in = []\n",
         {"lambert.mu_in", "1 to 8", "an empty list"});
+    const std::string dark = "[lambert]\nphase_function = 'isotropic'\nmu_in = [1.0]\nalbedo = ";
+    expect_scene_refusal(dark + "1.0\noptical_depth = 0.0\n",
+                         {"lambert.optical_depth", "(0, inf]"});
+    expect_scene_refusal(dark + "0.0\noptical_depth = 1.0\n", {"lambert.albedo", "(0, 1]"});
 }
 
 const std::string moving = cloud_but("[slab]",

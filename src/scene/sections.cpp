@@ -6,6 +6,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/picture/png.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -123,8 +124,11 @@ void read_sun(const Section& root, Scene& scene) {
             "none or several of them");
     if (section.has("direction")) {
         const Vector3 direction = read_vector(section, "direction");
-        section.require(length(direction) > 0, "direction", "longer than 0", "0");
-        scene.to_sun = normalised(direction);
+        const double largest =
+            std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+        section.require(largest > 0, "direction", "longer than 0", "0");
+        // By a power of two, so that no square underflows: 2^1000 takes the least number to 1e-23.
+        scene.to_sun = normalised(std::exp2(-std::max(std::ilogb(largest), -1000)) * direction);
     } else if (by_angles) {
         scene.to_sun =
             direction_at(read_angle(section, "elevation_deg"), read_angle(section, "azimuth_deg"));

@@ -211,6 +211,19 @@ TEST(SceneFile, TakesTheAlbedosOfDropletsForThreeColours) {
     EXPECT_LT(albedo[2], 1);
 }
 
+TEST(SceneFile, TakesDirectionsOfAnyLength) {
+    for (const char* direction :
+         {"[3e-320, 0, 4e-320]", "[3e-200, 0, 4e-200]", "[3e11, 0, 4e11]"}) {
+        const Vector3 to_sun =
+            parse_scene(cloud_but("direction", std::string("direction = ") + direction))
+                .panels[0]
+                .to_sun;
+        EXPECT_NEAR(to_sun.x, 0.6, 1e-3) << direction;
+        EXPECT_NEAR(to_sun.z, 0.8, 1e-3) << direction;
+        EXPECT_NEAR(length(to_sun), 1, 1e-14) << direction;
+    }
+}
+
 TEST(SceneFile, TakesTheAlbedoOfOnePhaseFunctionAtItsOwnWavelength) {
     const std::string lobe = "'henyey_greenstein:g=0.5'",
                       droplets = "mie:radius=8um,wavelength=3um";

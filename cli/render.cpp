@@ -124,11 +124,39 @@ std::string effects_text(const SceneFile& file) {
     return alike ? texts[0] : joined(texts, "; ");
 }
 
+bool has_one_white(const SceneFile& file) {
+    return std::ranges::all_of(
+        file.panels, [&](const Scene& panel) { return panel.white == file.panels[0].white; });
+}
+
+/// picture.white of the panel that holds a pixel.
+double white_at(const SceneFile& file, const Image& image, int x, int y) {
+    const Scene& first = file.panels[0];
+    const int panel = y / first.height * (image.width / first.width) + x / first.width;
+    return file.panels[std::min(size(panel), file.panels.size() - 1)].white;
+}
+
+/// The picture with each panel as bright over the first one's white as it is over its own.
+Image over_first_white(const SceneFile& file, Image image) {
+    const double first = file.panels[0].white;
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+            if (const double white = white_at(file, image, x, y); white != first)
+                for (int c = 0; c < 3; ++c) {
+                    float& light = image.pixel(x, y)[c];
+                    light = static_cast<float>(light * (first / white));
+                }
+    return image;
+}
+
 void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
     const bool png = fs::path(output).extension() == ".png";
     write_file(output, [&](const fs::path& temporary) {
+        const auto write_shown = [&](const Image& shown) {
+            write_png(shown, file.panels[0].white, panel_labels(file), temporary);
+        };
         if (png)
-            write_png(image, file.panels[0].white, panel_labels(file), temporary);
+            has_one_white(file) ? write_shown(image) : write_shown(over_first_white(file, image));
         else
             write_exr_image(image,
                             {{"title", file.title},
@@ -151,16 +179,18 @@ void leave_out_by_plans(Film& film, Progress& progress) {
 }
 
 /// Tells of a picture without light, and of a PNG that cannot show most of it.
-void note_exposure(const RenderCommand& command, const Image& image, double white,
+void note_exposure(const RenderCommand& command, const SceneFile& file, const Image& image,
                    Progress& progress) {
     std::size_t lit = 0, clipped = 0;
     double brightest = 0;
-    for (auto pixel = image.rgb.begin(); pixel != image.rgb.end(); pixel += 3) {
-        const double light = double{*std::max_element(pixel, pixel + 3)};
-        brightest = std::max(brightest, light);
-        lit += light > 0;
-        clipped += light > white;
-    }
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            const float* const pixel = image.pixel(x, y);
+            const double light = double{*std::max_element(pixel, pixel + 3)};
+            brightest = std::max(brightest, light);
+            lit += light > 0;
+            clipped += light > white_at(file, image, x, y);
+        }
     if (lit == 0) progress.note("note: all of the picture is black");
     const bool has_png = std::ranges::any_of(command.outputs, [](const std::string& output) {
         return fs::path(output).extension() == ".png";
@@ -169,8 +199,10 @@ void note_exposure(const RenderCommand& command, const Image& image, double whit
         progress.note(
             "note: " +
             short_number(100 * static_cast<double>(clipped) / static_cast<double>(lit), 3) +
-            " % of all lit pixels are brighter than picture.white, " + short_number(white, 3) +
-            ", and clipped; the brightest has " + short_number(brightest, 3));
+            " % of all lit pixels are brighter than picture.white" +
+            (has_one_white(file) ? ", " + short_number(file.panels[0].white, 3) + ","
+                                 : " of their panel") +
+            " and clipped; the brightest has " + short_number(brightest, 3));
 }
 
 /// Renders frames of a film, or a picture, with tables that serve every frame: each is the same whichever
@@ -194,7 +226,7 @@ void run_pictures(const RenderCommand& command, Film& film, const FrameRange& fr
         const Image image = render(film, k, tables, options);
         for (const std::string& output : command.outputs)
             write_picture(file, image, frame_output(command, output, k));
-        if (k == frames.first) note_exposure(command, image, file.panels[0].white, progress);
+        if (k == frames.first) note_exposure(command, file, image, progress);
         if (k < frames.last) continue;
         progress.note(formatted("%s%d x %d pixels; tables %.2f s, all %.2f s",
                                 count > 1 ? (std::to_string(count) + " frames of ").c_str() : "",
@@ -225,8 +257,8 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
         error = made.error;
         write([&](const fs::path& svg) { draw_line_plot(made.plot, svg); });
         std::printf(
-            "largest deviation from Lambert's law, for cosines of at least 0.2: %.3g at mu_in = "
-            "%.3g, mu = "
+            "largest deviation from Lambert's law, for mu of at least 0.2: %.3g at mu_in = %.3g, "
+            "mu = "
             "%.3g (mean over azimuths); %.3g at mu = %.3g on the disk at full phase\n",
             made.deviation, made.mu_in, made.mu, made.disk_deviation, made.disk_mu);
     }

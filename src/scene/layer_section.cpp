@@ -82,14 +82,15 @@ const Mie* find_droplets(const PhaseFunction& phase_function) {
     return terms.size() == 1 ? std::get_if<Mie>(&terms[0].second) : nullptr;
 }
 
-/// The albedos that phase functions bring with them: of droplets at the wavelengths of red's, green's
-/// and blue's own, or, of one phase function, at 0.65, 0.55 and 0.45 um; of tables by their
-/// geometric albedo.
+/// The albedos that phase functions bring with them: of droplets at their own wavelengths, or, of one
+/// phase function that gives none, at 0.65, 0.55 and 0.45 um; of tables by their geometric albedo.
 Rgb3 own_albedos(const Section& section, const SceneLayer& layer) {
     Rgb3 albedo{};
     constexpr Rgb3 wavelengths = {0.65, 0.55, 0.45};
+    const bool each = !layer.channels.empty(),
+               at_own =
+                   each || section.text("phase_function").find("wavelength=") != std::string::npos;
     for (std::size_t c = 0; c < 3; ++c) {
-        const bool each = !layer.channels.empty();
         const PhaseFunction& own = each ? layer.channels[c] : layer.components[0];
         section.require(
             own.albedo().has_value(), "albedo",
@@ -97,7 +98,7 @@ Rgb3 own_albedos(const Section& section, const SceneLayer& layer) {
             "\"phase_function\"");
         albedo[c] = *own.albedo();
         const Mie* const droplets = find_droplets(own);
-        if (each || !droplets) continue;
+        if (at_own || !droplets) continue;
         Droplets coloured = droplets->droplets;
         coloured.wavelength = wavelengths[c];
         albedo[c] = Mie(coloured).albedo();

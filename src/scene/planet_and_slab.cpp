@@ -81,8 +81,8 @@ Rgb3 ray_radiance(const Planet& planet, const View& view) {
 // through the shell, by Gauss quadrature over the share of the ray's light that is scattered there.
 // The orders n >= 2 are those of a plane layer under beams that take as much out of the sun's light,
 // and of light towards the eye, as the shell's column does where the ray meets the planet or comes
-// nearest to it. The depth there stands for that of the whole shell. Chapman's function of the shell
-// is the slant depth of a beam over the vertical one.
+// nearest to it, each colour's by its own depth. The depth there stands for that of the whole shell.
+// Chapman's function of the shell is the slant depth of a beam over the vertical one.
 
 namespace {
 
@@ -102,7 +102,8 @@ double path_out(double top, double r, double mu) {
 /// / cosine solves 1 / x - 1 / (exp(x) - 1) = depth, by Newton's method from below; 1 at most.
 double cosine_of_mean_depth(double optical_depth, double depth) {
     const auto excess = [&](double x) { return 1 / x - 1 / std::expm1(x) - depth; };
-    double x = std::max({optical_depth, 6 - 12 * depth, 1e-3});
+    double x = std::max(optical_depth, 6 - 12 * depth);
+    if (x < 1e-3) return std::min(1.0, optical_depth / x);  // to x^2 / 60 of it
     for (int step = 0; step < 60 && excess(x) > 1e-12; ++step) {
         const double grown = std::expm1(x);
         x += excess(x) / (1 / (x * x) - (1 + 1 / grown) / grown);
@@ -144,6 +145,51 @@ double shell_cosine(double optical_depth, double height, double mu) {
     return std::min(1.0, optical_depth / x);
 }
 
+namespace {
+
+/// A ray within a shell, from where it enters to the ground, or to where it leaves again.
+struct ShellRay {
+    Ray ray;
+    double height;   // of the shell
+    double chord;    // length
+    double mu;       // cosine at the top
+    Vector3 normal;  // where it meets the planet or comes nearest to it
+};
+
+/// One colour's light along it, and the beams of the plane layer that stands for the shell.
+struct ShellBeams {
+    double through = 1;  // share of light that passes along the ray
+    double lit = 0;      // share of sunlight that reaches what is scattered there, in the mean
+    double mu_in, mu_out;
+    double seen = 0;  // the ray's share of the plane layer's light
+};
+
+ShellBeams shell_beams(const ShellRay& along, const Vector3& to_sun, double optical_depth) {
+    const double top = 1 + along.height, extinction = optical_depth / along.height,
+                 mu_sun = dot(along.normal, to_sun);
+    ShellBeams beams;
+    beams.mu_in = std::max(0.0, mu_sun);
+    beams.mu_out = along.mu;
+    if (optical_depth == 0) return beams;
+    beams.through = std::exp(-extinction * along.chord);
+    double scattered_at = 0;  // mean depth of what is scattered, over that of the shell
+    for (std::size_t k = 0; k < nodes; ++k) {
+        const double share = (1 + gauss().x[k]) / 2 * (1 - beams.through);
+        const Vector3 point = along.ray.at(-std::log1p(-share) / extinction);
+        const double r = length(point), mu = dot(point, to_sun) / r;
+        scattered_at += gauss().weight[k] / 2 * (top - r) / along.height;
+        if (mu >= 0 || r * r * (1 - mu * mu) >= 1)  // the planet does not hide the sun
+            beams.lit += gauss().weight[k] / 2 * std::exp(-extinction * path_out(top, r, mu));
+    }
+    beams.mu_in = shell_cosine(optical_depth, along.height, mu_sun);
+    // Nowhere along the ray is its cosine larger than at the top.
+    beams.mu_out = std::min(along.mu, cosine_of_mean_depth(optical_depth, scattered_at));
+    beams.seen = (1 - beams.through) / -std::expm1(-optical_depth / beams.mu_out);
+    return beams;
+}
+
+}  // namespace
+
 Rgb3 shell_radiance(const Planet& planet, const View& view) {
     const Scene& scene = view.scene;
     const auto& [origin, direction] = view.ray;
@@ -157,66 +203,68 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
                  chord = half + (hits ? -std::sqrt(1 - squared_impact) : half);
     const Ray inside{view.ray.at(along - half), direction};
     const Vector3 normal = normalised(hits ? inside.at(chord) : nearest);
+    const ShellRay ray{inside, planet.shell, chord, half / top, normal};
     const SceneLayer& layer = scene.layer;
     const auto [place, matter] = planet_place(planet, layer, normal);
     const double depth = seen_depth(scene, matter.optical_depth);
     const Rgb3 sun = irradiance(view, 1);
     const double cosine = dot(view.to_sun, direction);  // of the scattering angle
-    Rgb3 through{};                                     // share of light that passes along the ray
-    // Mean depth of what is scattered of green light, over that of the shell.
-    double scattered_at = 0;
+    std::array<ShellBeams, 3> beams;
+    Rgb3 through;
+    const auto as_before = [&](std::size_t c) {
+        return c > 0 && layer.extinction[c] == layer.extinction[c - 1];
+    };
     for (std::size_t c = 0; c < 3; ++c) {
-        const double extinction = layer.extinction[c] * depth / planet.shell;
-        through[c] = std::exp(-extinction * chord);
-        if (extinction == 0) continue;
-        double lit = 0;
-        for (std::size_t k = 0; k < nodes; ++k) {
-            const double share = (1 + gauss().x[k]) / 2 * (1 - through[c]);
-            const Vector3 point = inside.at(-std::log1p(-share) / extinction);
-            const double r = length(point), mu = dot(point, view.to_sun) / r;
-            if (c == 1) scattered_at += gauss().weight[k] / 2 * (top - r) / planet.shell;
-            if (mu >= 0 || r * r * (1 - mu * mu) >= 1)  // the planet does not hide the sun
-                lit += gauss().weight[k] / 2 * std::exp(-extinction * path_out(top, r, mu));
-        }
+        beams[c] = as_before(c) ? beams[c - 1]
+                                : shell_beams(ray, view.to_sun, layer.extinction[c] * depth);
+        through[c] = beams[c].through;
         if (!scene.effects.single || !scene.effects.reflection) continue;
         const PhaseFunction& phase =
             layer.channels.empty() ? layer.components[0] : layer.channels[c];
-        light[c] = sun[c] * layer.albedo[c] * phase(cosine) / 4 * (1 - through[c]) * lit;
+        light[c] = sun[c] * layer.albedo[c] * phase(cosine) / 4 * (1 - through[c]) * beams[c].lit;
     }
-    const double to_sun = dot(normal, view.to_sun);
+    // `value(beams)` of each channel under its own beams, evaluated once where neighbours are as deep.
+    const auto each_beams = [&](const auto& value) {
+        Rgb3 all, last;
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (!as_before(c)) last = value(beams[c]);
+            all[c] = last[c];
+        }
+        return all;
+    };
     Geometry geometry = scattering_geometry(normal, view.to_sun, -direction);
+    const double to_sun = dot(normal, view.to_sun);
     const bool mirrors = planet.surface.mirror && to_sun > 0 && scene.effects.background;
     const double glint =
         mirrors ? (*planet.surface.mirror)(geometry)-planet.surface.mirror_albedo : 0;
-    const double green = layer.extinction[1] * depth;
-    double mu_in = std::max(0.0, to_sun);
-    if (green > 0) {
-        mu_in = shell_cosine(green, planet.shell, to_sun);
-        geometry.mu_in = std::max(mu_in, least_cosine);
-        // Nowhere along the ray is its cosine larger than at the top.
-        geometry.mu_out = std::min(half / top, cosine_of_mean_depth(green, scattered_at));
-        const double seen = (1 - through[1]) / -std::expm1(-green / geometry.mu_out);
-        light += seen * mu_in * (sun * view.light.reflection(matter, geometry));
-    }
+    light += each_beams([&](const ShellBeams& own) {
+        if (own.seen == 0) return Rgb3{};
+        geometry.mu_in = std::max(own.mu_in, least_cosine);
+        geometry.mu_out = own.mu_out;
+        return own.seen * own.mu_in * (sun * view.light.reflection(matter, geometry));
+    });
     if (!hits) return light + through * light_beyond(scene, direction);
-    if (planet.surface.is_black() || mu_in <= 0) return light;
+    const bool is_dark = std::ranges::all_of(beams, [](auto& own) { return own.mu_in <= 0; });
+    if (planet.surface.is_black() || is_dark) return light;
     // The ground's beams are those of the shell; what is diffuse is that of the plane layer. Light that
     // reaches the ground and what the layer sends back to it make `lit`, as beneath a vertical beam.
-    const Rgb3 down = view.light.total_transmittance(matter, geometry.mu_in),
-               up = view.light.total_transmittance(matter, geometry.mu_out),
-               beam_down = view.light.beam(matter, geometry.mu_in),
-               beam_up = view.light.beam(matter, geometry.mu_out),
+    const auto diffuse_along = [&](double ShellBeams::*mu) {
+        return each_beams([&](const ShellBeams& own) {
+            const double at = std::max(own.*mu, least_cosine);
+            return view.light.total_transmittance(matter, at) + -1.0 * view.light.beam(matter, at);
+        });
+    };
+    const Rgb3 down = diffuse_along(&ShellBeams::mu_in), up = diffuse_along(&ShellBeams::mu_out),
                vertical = view.light.total_transmittance(matter, 1),
                lit = view.light.ground(matter, 1, planet.surface.at(place));
     for (std::size_t c = 0; c < 3; ++c) {
         if (vertical[c] == 0) continue;
         const double extinction = layer.extinction[c] * depth / planet.shell,
                      beam =
-                         to_sun > 0 ? to_sun * std::exp(-extinction * path_out(top, 1, to_sun)) : 0,
-                     diffuse = mu_in * (down[c] - beam_down[c]);
-        light[c] +=
-            sun[c] * (lit[c] / vertical[c] * (beam + diffuse) * (up[c] - beam_up[c] + through[c]) +
-                      glint * beam * through[c]);
+                         to_sun > 0 ? to_sun * std::exp(-extinction * path_out(top, 1, to_sun)) : 0;
+        light[c] += sun[c] * (lit[c] / vertical[c] * (beam + beams[c].mu_in * down[c]) *
+                                  (up[c] + through[c]) +
+                              glint * beam * through[c]);
     }
     return light;
 }

@@ -78,7 +78,8 @@ Keys scene_keys() {
          "(required with [rings])", "the phase functions of the profile's w1 and w2"},
         {"layer.albedo", "number, three numbers or \"phase_function\"", "-", "[0, 1]",
          "(required without [rings])",
-         "of single scattering; \"phase_function\": of droplets (mie); of rings it multiplies w1 "
+         "of single scattering; \"phase_function\": of droplets (mie) at their wavelength, of one "
+         "phase function that gives none at 0.65, 0.55 and 0.45 um; of rings it multiplies w1 "
          "and w2, 1 by default"},
         {"layer.extinction", "string", "-", "\"phase_function\"", "(alike in all colours)",
          "by three phase functions of the same droplets; the optical depth is green's"},
@@ -170,8 +171,8 @@ Keys scene_keys() {
         {"lambert", "table", "-", "-", "(or another subject)",
          "a figure: reflection against the cosine of emission, beside Lambert's law"},
         {"lambert.phase_function", "string", "-", "a phase function", "(required)", "the layer's"},
-        {"lambert.albedo", "number", "-", "[0, 1]", "(required)", "of single scattering"},
-        {"lambert.optical_depth", "number", "-", "[0, inf]", "(required)", "the layer's"},
+        {"lambert.albedo", "number", "-", "(0, 1]", "(required)", "of single scattering"},
+        {"lambert.optical_depth", "number", "-", "(0, inf]", "(required)", "the layer's"},
         {"lambert.mu_in", "list of 1 to 8 numbers", "-", "[1e-3, 1]", "(required)",
          "cosines of incidence, a line each"},
     };

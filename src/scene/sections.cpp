@@ -6,6 +6,7 @@
 #include <stratus/base/number_text.h>
 #include <stratus/picture/png.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -123,8 +124,11 @@ void read_sun(const Section& root, Scene& scene) {
             "none or several of them");
     if (section.has("direction")) {
         const Vector3 direction = read_vector(section, "direction");
-        section.require(length(direction) > 0, "direction", "longer than 0", "0");
-        scene.to_sun = normalised(direction);
+        const double largest =
+            std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+        section.require(largest > 0, "direction", "longer than 0", "0");
+        // By a power of two, so that no square underflows: 2^1000 takes the least number to 1e-23.
+        scene.to_sun = normalised(std::exp2(-std::max(std::ilogb(largest), -1000)) * direction);
     } else if (by_angles) {
         scene.to_sun =
             direction_at(read_angle(section, "elevation_deg"), read_angle(section, "azimuth_deg"));
@@ -190,9 +194,12 @@ std::optional<std::vector<double>> numbers_in(const toml::node& node) {
     return all ? std::optional(numbers) : std::nullopt;
 }
 
+/// By the last two names, as "surface.seed" is a key of whatever has a surface.
 bool is_whole(const Path& path) {
+    const std::string name = path.size() > 1 ? path[path.size() - 2] + '.' + path.back() : path[0];
     return std::ranges::any_of(scene_keys(), [&](const Key& key) {
-        return key.own_name() == path.back() && key.form == std::string("whole number");
+        return ('.' + std::string(key.name)).ends_with('.' + name) &&
+               key.form == std::string("whole number");
     });
 }
 

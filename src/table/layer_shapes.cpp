@@ -11,7 +11,8 @@
 namespace stratus {
 namespace {
 
-constexpr float faintest = 1e-8f;  // below which errors count less; a stack may be all dark
+// Below it errors count less; a stack may be all dark, but the square of 1 / floor must stay a float.
+constexpr float faintest = 1e-8f, faintest_of_stacks = 1e-18f;
 
 /// Errors are relative to no less than a share of the largest value at cosines of this and more.
 constexpr double floor_cosine = 0.1;
@@ -137,7 +138,7 @@ std::vector<float> LayerShapes::importance(std::size_t layer, const DirectionLis
         if (lesser_cosine(at[n]) >= floor_cosine) largest = std::max(largest, totals[n]);
     });
     const float floor = std::max(static_cast<float>(darkest_share) * largest,
-                                 table_.is_stack() ? 1e-30f : faintest);
+                                 table_.is_stack() ? faintest_of_stacks : faintest);
     for (std::size_t n = 0; n < at.size(); ++n) found[n] /= std::max(totals[n], floor);
     return found;
 }

@@ -189,10 +189,12 @@ function showValues() {
   const isLayer = seen.side !== undefined;
   byId("value-name").textContent = seen.side === "transmission" ? "Layer: transmission T" : "Layer: reflection R";
   cell("value-once", isLayer && seen.once.value);
-  cell("value-all", isLayer && seen.all.value, table.tolerance);
+  const isThinner = isLayer && seenDepths()[seen.zone] < table.depth.lowest * (1 - 1e-6);  // extrapolated
+  cell("value-all", isLayer && seen.all.value, isThinner ? 0 : table.tolerance);
   byId("angles").textContent = isLayer
     ? `incidence ${angle(Math.acos(seen.muIn))}, emission ${angle(Math.acos(seen.muOut))}, azimuth ${angle(seen.azimuth)}, ` +
-      `phase angle ${angle(Math.PI - seen.scatteringAngle)}; scattered more often: ${shareAgain(seen)} %`
+      `phase angle ${angle(Math.PI - seen.scatteringAngle)}; scattered more often: ${shareAgain(seen)} %` +
+      (isThinner ? `; thinner than the table, which begins at depth ${formatted(table.depth.lowest)}` : "")
     : "no lit layer here";
 }
 

@@ -193,10 +193,10 @@ class Picture {
   at(view, x, y) {
     this.gl.uniform2f(this.place("pointer"), x, y);
     const numbers = [false, true].map((isAll) => Array.from(this.numbers(view, 12, 1, isAll)));
-    const [[ofLayer, side, muIn, muOut, azimuth, cosine]] = numbers;
+    const [[oneMoreThanZone, side, muIn, muOut, azimuth, cosine]] = numbers;
     const [once, all] = numbers.map((n) => ({ value: n.slice(6, 9), light: n.slice(9, 12) }));
-    if (ofLayer === 0) return { once, all };
-    return { once, all, side: sides[side], muIn, muOut, azimuth, scatteringAngle: Math.acos(clamped(cosine, -1, 1)) };
+    if (oneMoreThanZone === 0) return { once, all };
+    return { once, all, zone: oneMoreThanZone - 1, side: sides[side], muIn, muOut, azimuth, scatteringAngle: Math.acos(clamped(cosine, -1, 1)) };
   }
 
   /** R and T in the plane of incidence at `count` angles all around, for red, green and blue. */

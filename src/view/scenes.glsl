@@ -217,7 +217,7 @@ Seen lobe(int angle) {
 /// pointer's place.
 float number_at(ivec2 pixel, Seen seen, vec3 value, vec3 light) {
     if (scene == 3) return value[pixel.y];
-    float numbers[12] = float[12](seen.of_layer ? 1.0 : 0.0, float(seen.geometry.side), seen.geometry.mu_in,
+    float numbers[12] = float[12](seen.of_layer ? float(1 + seen.zone) : 0.0, float(seen.geometry.side), seen.geometry.mu_in,
                                   seen.geometry.mu_out, seen.geometry.azimuth, seen.geometry.cosine, value.r,
                                   value.g, value.b, light.r, light.g, light.b);
     return numbers[pixel.x];

@@ -165,6 +165,16 @@ expect_refused("render film.toml --frames 0:3 -o broad_%d.exr --quiet --width 20
 # what a PNG cannot show is told
 edit("slab.toml", "bright.toml", ("elevation_deg = 40.0", "elevation_deg = 40.0\ncolour = 255"))
 render("bright.toml -o bright.png", err="lit pixels are brighter than picture.white, 1, and clipped; the brightest has")
+
+# each panel is shown over its own white
+whites = [read("slab.toml") + f"[[panels]]\n[[panels]]\n{own}\n"
+          for own in ("picture.white = 0.25", "sun.colour = 4\nbackground.colour = [1.0, 2.0, 4.0]", "picture.white = 0.01\n[[panels]]\npicture.white = 0.02")]
+for name, text in zip(("white", "bright_panel", "clipped"), whites):
+    write(f"{name}.toml", text)
+render("white.toml -o white.png --quiet")
+render("bright_panel.toml -o bright_panel.png --quiet")
+expect_same("white.png", "bright_panel.png")
+render("clipped.toml -o clipped.png", err="% of all lit pixels are brighter than picture.white of their panel and clipped")
 edit("slab.toml", "night.toml", ("[background]\ncolour = [0.25, 0.5, 1.0]\n", ""), ("= 40.0", "= -40.0"),
      ("optical_depth = 1.0", "optical_depth = inf"))
 render("night.toml -o night.exr", err="all of the picture is black")

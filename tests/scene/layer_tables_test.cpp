@@ -378,5 +378,18 @@ TEST(AdoptTables, FindsMembersOfAFamily) {
     refuse(grey, {"table.optical_depth.max", "at least the scene's, 4"});
 }
 
+// The squares of what errors in so faint a light count are beyond the range of float.
+TEST(LayerTable, OfAStackUnderABlackOneIsDark) {
+    const PhaseFunction phase_function = PhaseFunction::isotropic();
+    Recipe recipe = recipe_of_stack({{phase_function, 0, 8}, {phase_function, 1, 2}}, {});
+    recipe.mu_in = {0.2, 0.2};
+    recipe.mu_out = {0.25, 0.3};
+    recipe.transmission = false;
+    const auto table = bake_layer_table(recipe);
+    double value[3];
+    table->packed.multiple(Side::reflection, {{1, 1, 1}, {2, 2, 2}}, {0.2, 0.27, 0}, 0, value);
+    for (const double each : value) EXPECT_NEAR(each, 0, 1e-24);
+}
+
 }  // namespace
 }  // namespace stratus

@@ -211,6 +211,29 @@ TEST(SceneFile, TakesTheAlbedosOfDropletsForThreeColours) {
     EXPECT_LT(albedo[2], 1);
 }
 
+TEST(SceneFile, TakesDirectionsOfAnyLength) {
+    for (const char* direction :
+         {"[3e-320, 0, 4e-320]", "[3e-200, 0, 4e-200]", "[3e11, 0, 4e11]"}) {
+        const Vector3 to_sun =
+            parse_scene(cloud_but("direction", std::string("direction = ") + direction))
+                .panels[0]
+                .to_sun;
+        EXPECT_NEAR(to_sun.x, 0.6, 1e-3) << direction;
+        EXPECT_NEAR(to_sun.z, 0.8, 1e-3) << direction;
+        EXPECT_NEAR(length(to_sun), 1, 1e-14) << direction;
+    }
+}
+
+TEST(SceneFile, TakesTheAlbedoOfOnePhaseFunctionAtItsOwnWavelength) {
+    const std::string lobe = "'henyey_greenstein:g=0.5'",
+                      droplets = "mie:radius=8um,wavelength=3um";
+    std::string text = cloud_but("albedo", "albedo = 'phase_function'");
+    text.replace(text.find(lobe), lobe.size(), "'" + droplets + "'");
+    const double own = *parse_phase_function(droplets).albedo();
+    EXPECT_LT(own, 0.7);
+    EXPECT_EQ(parse_scene(text).panels[0].layer.albedo, (Rgb3{own, own, own}));
+}
+
 TEST(SceneFile, TakesAPhaseFunctionForEachChannel) {
     const std::string blue = "'henyey_greenstein:g=0.5'";
     const auto three = [&](const std::string& list) {
@@ -605,6 +628,10 @@ TEST(SceneFile, OfAFigureHoldsTheFigureAlone) {
     expect_scene_refusal(
         "[lambert]\nphase_function = 'isotropic'\nalbedo = 1.0\noptical_depth = 1.0\nmu_in = []\n",
         {"lambert.mu_in", "1 to 8", "an empty list"});
+    const std::string dark = "[lambert]\nphase_function = 'isotropic'\nmu_in = [1.0]\nalbedo = ";
+    expect_scene_refusal(dark + "1.0\noptical_depth = 0.0\n",
+                         {"lambert.optical_depth", "(0, inf]"});
+    expect_scene_refusal(dark + "0.0\noptical_depth = 1.0\n", {"lambert.albedo", "(0, 1]"});
 }
 
 const std::string moving = cloud_but("[slab]",
@@ -645,6 +672,19 @@ TEST(Film, ChangesNumbersLinearlyBetweenKeysAndAllElseAtThem) {
     const std::vector<SceneFile> still = parse_film(cloud);
     ASSERT_EQ(still.size(), 1u);
     EXPECT_EQ(still[0].panels[0].camera.position.x, 3);
+}
+
+// picture.width and picture.height, which share their names, are whole numbers.
+TEST(Film, ChangesHeightsAndWidthsLinearly) {
+    const Scene scene = parse_film(cloud +
+                                   "[animation]\nframes = 5\n"
+                                   "[[animation.keys]]\nframe = 0\nslab.height = 1.0\n"
+                                   "layer.opposition.width = 0.25\n"
+                                   "[[animation.keys]]\nframe = 4\nslab.height = 2.0\n"
+                                   "layer.opposition.width = 0.75\n")[3]
+                            .panels.at(0);
+    EXPECT_DOUBLE_EQ(the_slab(scene).height, 1.75);
+    EXPECT_DOUBLE_EQ(scene.layer.opposition.width, 0.625);
 }
 
 TEST(Film, GivesPanelsTheirOwnKeysInEveryFrame) {

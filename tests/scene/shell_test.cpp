@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace stratus {
@@ -101,6 +102,44 @@ TEST(Shell, ThatHardlyScattersLeavesTheGroundToLambertsLaw) {
         EXPECT_NEAR(seen_at(scene, light, impact), 0.5 * mu, 1e-6) << impact;
     }
     EXPECT_LT(seen_at(scene, light, 1.01), 1e-6);
+}
+
+// Over bright ground and beyond the limb, from the lit side into the twilight.
+TEST(Shell, InColoursIsTheShellOfEachDepth) {
+    for (const Rgb3& depths : {Rgb3{0.1, 0.3, 1}, Rgb3{1, 0, 0}, Rgb3{2e-4, 1e-4, 0.5}}) {
+        Scene coloured = shell(0.02, std::ranges::max(depths), 0.99, 90);
+        the_planet(coloured).surface.colour = {0.5f, 0.5f, 0.5f};
+        for (const auto c : three_channels)
+            coloured.layer.extinction[c] = depths[c] / std::ranges::max(depths);
+        const auto tables =
+            bake_layer_tables(of_all_directions(*needed_recipe(coloured, LightPath::sunlight)));
+        const LayerLight light(coloured, tables.get());
+        for (const auto c : three_channels) {
+            Scene grey = coloured;
+            grey.layer.extinction = {1, 1, 1};
+            grey.layer.optical_depth.max = depths[c];
+            const LayerLight alone(grey, tables.get());
+            for (const double impact : {-0.1, 0.0, 0.5, 0.95, 1.005}) {
+                const Ray ray{{5, impact, 0}, {-1, 0, 0}};
+                const double expected = radiance_along(grey, alone, ray, grey.to_sun)[c];
+                EXPECT_NEAR(radiance_along(coloured, light, ray, grey.to_sun)[c], expected,
+                            1e-5 * expected + 1e-6)
+                    << c << ' ' << impact << ' ' << depths[c];
+            }
+        }
+    }
+}
+
+// Light leaves a steep column of thin air along the ray, not along the layer.
+TEST(Shell, OfThinAirIsPlaneBeforeTheSun) {
+    for (const double optical_depth : {1e-5, 3e-4}) {
+        Scene thin = shell(1e-6, optical_depth, 0.99, 30), plane = thin;
+        plane.effects.shell = false;
+        thin.effects.single = plane.effects.single = false;
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(thin)));
+        const double expected = seen_at(plane, LayerLight(plane, tables.get()), 0.2);
+        EXPECT_NEAR(seen_at(thin, LayerLight(thin, tables.get()), 0.2), expected, 1e-3 * expected);
+    }
 }
 
 // A sun so low that no beam gets through leaves numbers finite, and the ocean's glint is the plane layer's.

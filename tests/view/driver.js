@@ -49,6 +49,16 @@
     const azimuth = byId("camera-azimuth").value;
     byId("frame").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
     report.turned = Number(byId("camera-azimuth").value) - Number(azimuth);
+    document.querySelector("input[value=rings]").click();
+    move("depth", -1.3);
+    await settled();
+    const places = Array.from({ length: 100 }, (_, k) => [k / 100, 0.5]);
+    for (const zone of [0, 1]) {
+      state.pointer = places.find((place) => picture.at(view(), ...place).zone === zone);
+      showValues();
+      report[`zone-${zone}`] = ["value-all", "angles"].map((id) => byId(id).textContent).join();
+    }
+    move("depth", -0.3);
     document.querySelector("input[value=lobes]").click();
     await settled();
     report.lobe = Math.max(...state.lobes[1][0]) / Math.max(...state.lobes[0][0]);

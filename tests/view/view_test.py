@@ -96,6 +96,11 @@ expect(int(reported["moved"]) > 1000, "the slider of the optical depth does not 
 expect_near(float(reported["depth"]), 0.5012, 1e-3)
 expect_near(float(reported["turned"]), -3, 0)
 expect(1.1 < float(reported["lobe"]) < 10, "lobes of all orders are not the larger ones")
+# Thinner rings than the table's are extrapolated, and its tolerance says nothing of them.
+expect_says(reported["zone-1"], "\u00b1 | incidence")
+expect("thinner" not in reported["zone-1"], "rings of the table's own depth seem to be thinner")
+expect_says(reported["zone-0"], "thinner than the table, which begins at depth 0.0496")
+expect("\u00b1" not in reported["zone-0"], "the tolerance is stated of rings thinner than the table's")
 
 # What is lit from above alone: a stack, and the haze in a table over the ground that the renderer puts beneath it.
 write("layers.toml", "tolerance = 2e-3",

@@ -211,9 +211,11 @@ Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
 
     const LayerParameters layer = space.layer(best.at);
     constexpr double tolerated = 0.1;  // standard deviations
-    const double error = model.error(layer, observations);
+    LayerParameters met = layer;
+    met.optical_depth = effective_optical_depth(layer.optical_depth, options.density);
+    const double error = model.error(met, observations);
     if (error > tolerated)
-        if (const auto finer = model.refined(layer, observations, tolerated))
+        if (const auto finer = model.refined(met, observations, tolerated))
             return fit_near(minima, {*finer, space, observations, options});
 
     Fit fit;
@@ -235,8 +237,8 @@ Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
         fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
     add_remarks(problem, minima, covariance, fit);
     if (error > tolerated)
-        fit.remarks.push_back("the solver's error reaches " + short_number(error, 2) +
-                              " standard deviations of an observation");
+        fit.remarks.push_back(std::string(model.error_name()) + " reaches " +
+                              short_number(error, 2) + " standard deviations of an observation");
     return fit;
 }
 

@@ -116,7 +116,8 @@ class TableModel : public LayerModel {
     bool has_depth(double depth) const override {
         const AxisView& axis = table_.optical_depth;
         if (depth == infinity) return axis.count == 0 || axis.ends_at_infinity;
-        return axis.count > 0 && depth >= 0 && depth <= axis.highest;
+        return axis.count > 0 && depth >= 0 && depth <= axis.highest &&
+               (!is_thinner(depth) || table_.knows_thinner_layers());
     }
 
     bool has(Light light) const override {
@@ -146,11 +147,39 @@ class TableModel : public LayerModel {
         return values;
     }
 
+    /// Of layers thinner than the samples, which lookups extrapolate; 0 for all others.
+    double error(const LayerParameters& layer, const Observations& observations) const override {
+        double largest = 0;
+        if (!is_thinner(layer.optical_depth)) return largest;
+        for (const Observation& observed : observations) {
+            if (observed.light == Light::beam) continue;
+            const double w = layer.albedo(), tau = layer.optical_depth;
+            const Geometry& at = observed.geometry;
+            const Side on = side(observed);
+            double error = 0;
+            for (const auto& [weight, view] : views_.at(family_point(layer, observed)))
+                error += weight * thin_layer_error(view, on, w, tau, at) *
+                         scattering(view, on, w, tau, at).total();
+            largest = std::max(largest, at.mu_in * std::abs(error) / observed.sigma);
+        }
+        return largest;
+    }
+
+    const char* error_name() const override {
+        return "the error of extrapolating the table to so thin a layer";
+    }
+
     int scanned_depths() const override {
         return is_slow(table_) ? 10 : LayerModel::scanned_depths();
     }
 
   private:
+    /// Whether a layer is thinner than the table's first sample, by more than rounding.
+    bool is_thinner(double depth) const {
+        constexpr double rounding = 1e-7;
+        return depth < table_.optical_depth.lowest * (1 - rounding);
+    }
+
     /// Values known of an observation, and the layer's own values of all others.
     FamilyPoint family_point(const LayerParameters& layer, const Observation& observed) const {
         std::vector<double> values;

@@ -29,6 +29,7 @@ void check(const Observation& at, const LayerModel& model, const FamilyAxes& fam
                brightness / sigma);
     require(model.has(light), fit_caller, "observed light", "such as the model knows",
             light_names[static_cast<std::size_t>(light)]);
+    model.check_directions(fit_caller, at);
     require(known.size() <= family.size(), fit_caller, "values known of an observation",
             "as many as the table's family has axes, " + std::to_string(family.size()),
             known.size());

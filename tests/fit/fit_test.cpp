@@ -428,6 +428,21 @@ TEST(Fit, RefusesOptionsOutOfRange) {
     refused({.g1 = 0.5}, {"g1", "Henyey-Greenstein", "got 0.5"});
 }
 
+TEST(Fit, RefusesDirectionsOutsideATable) {
+    const Table table = deep_table(
+        "8", "mu_in = { min = 0.3, max = 0.7 }\nazimuth_deg = { min = 20, max = 130 }\n");
+    const auto model = table_model(table.view());
+    const auto seen = [](double mu_in, double azimuth, Light light = Light::reflected) {
+        const std::vector<Observation> twice(2, {{mu_in, 0.5, azimuth}, light, 0.1, 0.1});
+        return twice;
+    };
+    expect_refusal_by(*model, seen(0.95, 1), {}, "mu_in must be in [0.3, 0.7] of the table");
+    expect_refusal_by(*model, seen(0.5, 3), {},
+                      {"azimuth must be in [20, 130] degrees of the table, got 171.8"});
+    EXPECT_NO_THROW(fit_layer(*model, seen(0.7, -1)));
+    EXPECT_NO_THROW(fit_layer(*model, seen(0.95, 3, Light::beam)));
+}
+
 TEST(Fit, RefusesToHoldDepthsThatATableDoesNotKnow) {
     const Table single = deep_table("1"),
                 ground = deep_table("8", "[below]\nground = 'rpv:rho0=0.1,k=0.7,theta=-0.2'\n");

@@ -105,6 +105,7 @@ std::vector<Bin> make_bins(const Query& query, const LayerModel& model) {
         if (bin == bins.end()) bin = bins.insert(bin, {place, {}, {}});
         bin->observations.push_back({query.directions[r].geometry, light, row["brightness"],
                                      row["sigma"], known_point(row, family)});
+        model.check_directions(row.place().c_str(), bin->observations.back());
         bin->rows.push_back(r);
     }
     if (bins.empty()) throw std::invalid_argument(rows.name + ": no observations");

@@ -29,6 +29,7 @@ void check(const Observation& at, const LayerModel& model, const FamilyAxes& fam
                brightness / sigma);
     require(model.has(light), fit_caller, "observed light", "such as the model knows",
             light_names[static_cast<std::size_t>(light)]);
+    model.check_directions(fit_caller, at);
     require(known.size() <= family.size(), fit_caller, "values known of an observation",
             "as many as the table's family has axes, " + std::to_string(family.size()),
             known.size());
@@ -211,9 +212,11 @@ Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
 
     const LayerParameters layer = space.layer(best.at);
     constexpr double tolerated = 0.1;  // standard deviations
-    const double error = model.error(layer, observations);
+    LayerParameters met = layer;
+    met.optical_depth = effective_optical_depth(layer.optical_depth, options.density);
+    const double error = model.error(met, observations);
     if (error > tolerated)
-        if (const auto finer = model.refined(layer, observations, tolerated))
+        if (const auto finer = model.refined(met, observations, tolerated))
             return fit_near(minima, {*finer, space, observations, options});
 
     Fit fit;
@@ -235,8 +238,8 @@ Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
         fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
     add_remarks(problem, minima, covariance, fit);
     if (error > tolerated)
-        fit.remarks.push_back("the solver's error reaches " + short_number(error, 2) +
-                              " standard deviations of an observation");
+        fit.remarks.push_back(std::string(model.error_name()) + " reaches " +
+                              short_number(error, 2) + " standard deviations of an observation");
     return fit;
 }
 

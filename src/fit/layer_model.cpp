@@ -2,6 +2,7 @@
 
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
@@ -41,6 +42,8 @@ FamilyAxis fine_axis(const FamilyAxis& axis) {
     const int count = std::max(stencil_size, 1 + static_cast<int>(std::ceil(extent / step)));
     return {axis.parameter, make_axis(axis.axis.scale, low, high, count)};
 }
+
+Interval of(const AxisView& axis) { return {axis.lowest, axis.highest}; }
 
 struct WeightedView {
     double weight;
@@ -102,7 +105,6 @@ class TableModel : public LayerModel {
     FamilyAxes family() const override { return family_; }
 
     ParameterRanges ranges() const override {
-        const auto of = [](const AxisView& axis) { return Interval{axis.lowest, axis.highest}; };
         const Interval infinite{infinity, infinity};
         Interval mixture{1, 1};
         for (const FamilyAxis& axis : family_)
@@ -116,12 +118,32 @@ class TableModel : public LayerModel {
     bool has_depth(double depth) const override {
         const AxisView& axis = table_.optical_depth;
         if (depth == infinity) return axis.count == 0 || axis.ends_at_infinity;
-        return axis.count > 0 && depth >= 0 && depth <= axis.highest;
+        return axis.count > 0 && depth >= 0 && depth <= axis.highest &&
+               (!is_thinner(depth) || table_.knows_thinner_layers());
     }
 
     bool has(Light light) const override {
         if (light == Light::beam) return !table_.has_lower_boundary();
         return light == Light::reflected ? table_.has_reflection() : table_.has_transmission();
+    }
+
+    void check_directions(const char* caller, const Observation& observed) const override {
+        if (observed.light == Light::beam || table_.has_all_directions()) return;
+        const auto& [mu_in, mu_out, azimuth] = observed.geometry;
+        const auto check = [&](const char* name, const Interval& known, const char* unit,
+                               double value) {
+            constexpr double rounding = 1e-7;
+            require(value >= known.low - rounding && value <= known.high + rounding, caller, name,
+                    "in [" + short_number(known.low, 6) + ", " + short_number(known.high, 6) + "]" +
+                        unit + " of the table",
+                    value);
+        };
+        check("mu_in", of(table_.mu_in), "", mu_in);
+        check("mu_out", of(table_.mu_out), "", mu_out);
+        const Interval around = of(table_.azimuth);
+        if (table_.azimuth.count > 1 || around.low > 0)  // nothing depends on that of 0 alone
+            check("azimuth", {degrees(around.low), degrees(around.high)}, " degrees",
+                  degrees(std::abs(std::remainder(azimuth, 2 * pi))));
     }
 
     bool has_lower_boundary() const override { return table_.has_lower_boundary(); }
@@ -146,11 +168,39 @@ class TableModel : public LayerModel {
         return values;
     }
 
+    /// Of layers thinner than the samples, which lookups extrapolate; 0 for all others.
+    double error(const LayerParameters& layer, const Observations& observations) const override {
+        double largest = 0;
+        if (!is_thinner(layer.optical_depth)) return largest;
+        for (const Observation& observed : observations) {
+            if (observed.light == Light::beam) continue;
+            const double w = layer.albedo(), tau = layer.optical_depth;
+            const Geometry& at = observed.geometry;
+            const Side on = side(observed);
+            double error = 0;
+            for (const auto& [weight, view] : views_.at(family_point(layer, observed)))
+                error += weight * thin_layer_error(view, on, w, tau, at) *
+                         scattering(view, on, w, tau, at).total();
+            largest = std::max(largest, at.mu_in * std::abs(error) / observed.sigma);
+        }
+        return largest;
+    }
+
+    const char* error_name() const override {
+        return "the error of extrapolating the table to so thin a layer";
+    }
+
     int scanned_depths() const override {
         return is_slow(table_) ? 10 : LayerModel::scanned_depths();
     }
 
   private:
+    /// Whether a layer is thinner than the table's first sample, by more than rounding.
+    bool is_thinner(double depth) const {
+        constexpr double rounding = 1e-7;
+        return depth < table_.optical_depth.lowest * (1 - rounding);
+    }
+
     /// Values known of an observation, and the layer's own values of all others.
     FamilyPoint family_point(const LayerParameters& layer, const Observation& observed) const {
         std::vector<double> values;

@@ -140,12 +140,10 @@ void require_known(const TableView& view, const Points& at, const char* function
     require_all(at.azimuth, at.count, function, "azimuth", allowed_angle);
     const AxisView &albedo = view.albedo, &depth = view.optical_depth;
     require_within(at.albedo, at.count, function, "albedo", albedo.lowest, albedo.highest);
-    const bool extends =
-        !view.is_stack() && !view.keeps_light();  // to thinner layers than the first
     require_within(at.optical_depth, at.count, function, "optical_depth",
-                   depth.count == 0 ? infinity
-                   : extends        ? 0
-                                    : depth.lowest,
+                   depth.count == 0              ? infinity
+                   : view.knows_thinner_layers() ? 0
+                                                 : depth.lowest,
                    depth.count == 0 || depth.ends_at_infinity ? infinity : depth.highest);
     if (view.has_all_directions()) return;
     require_within(at.mu_in, at.count, function, "mu_in", view.mu_in.lowest, view.mu_in.highest);

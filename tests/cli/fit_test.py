@@ -196,6 +196,11 @@ with_column("both_sides.csv", "bad.csv", "side", "lit")
 expect_bad("--phase isotropic => bad.csv, line 3 | emission_deg | below 90 on the side lit | got 120")
 with_column("both_sides.csv", "bad.csv", "mu_in", 1)
 expect_bad("--phase isotropic => bad.csv | one of incidence_deg, emission_deg, phase_deg | got mu_in")
+write("narrow.toml", "phase_function = 'rayleigh'", "tolerance = 1e-2", "optical_depth = { min = 0.5, max = 1 }",
+      "albedo = { min = 1, max = 1 }", "mu_in = { min = 0.3, max = 0.7 }", "azimuth_deg = { min = 20, max = 130 }")
+expect_ok("bake narrow.toml -o narrow.stratus --quiet")
+expect_bad("--table narrow.stratus => bad.csv, line 3 | mu_in | in [0.3, 0.7] of the table | got 0.95",
+           columns, "0.5,0.5,90,0.1,0.01", "0.95,0.5,90,0.1,0.01")
 expect_refused(
     "one.csv => --table or --phase | neither",
     "one.csv --table mixed.h5 --phase isotropic => --table | --phase | both",

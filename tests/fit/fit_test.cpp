@@ -178,6 +178,32 @@ TEST(Fit, RemarksOnTheEdgeOfARange) {
     EXPECT_NEAR(pure.w2().value, 0, 1e-3);
 }
 
+/// A table of depths from 1 on; `more`: of its recipe.
+Table deep_table(const std::string& deepest, const std::string& more = "") {
+    return solve_table(
+        parse_recipe("phase_function = 'henyey_greenstein:g=0.5'\n"
+                     "tolerance = 5e-3\n"
+                     "optical_depth = { min = 1, max = " +
+                     deepest + " }\nalbedo = { min = 0.3, max = 1 }\n" + more +
+                     "[discretisation]\nnodes = 12\nmodes = 8\nmu_samples = 16\n"
+                     "azimuth_samples = 8\nalbedo_samples = 6\n"));
+}
+
+TEST(Fit, RemarksOnTheErrorOfLayersThinnerThanTheTable) {
+    const Table table = deep_table("8", "[below]\nlambert_albedo = 0.5\n");
+    const auto model = table_model(table.view());
+    std::vector<Observation> views = test::views(false);
+    const auto remark_at = [&](double depth, double noise, double density = 0) {
+        set_brightness(views, model->brightness({depth, 0.7, 0}, views, density), noise);
+        return remark(fit_layer(*model, views, {.optical_depth = depth, .density = density}),
+                      "the error of extrapolating the table to so thin a layer reaches ");
+    };
+    expect_holds(remark_at(0.1, 0.01), " standard deviations of an observation");
+    EXPECT_EQ(remark_at(1, 0.01), "");
+    EXPECT_EQ(remark_at(0.9, 0.01, 0.1), "");
+    EXPECT_EQ(remark_at(0.1, 10), "");  // far below the noise
+}
+
 TEST(Fit, OccultationsAloneDetermineTheDepth) {
     constexpr double mu = 0.4, seen = 0.3, sigma = 0.01;
     const std::vector<Observation> star{{{1, mu, 0}, Light::beam, seen, sigma}};
@@ -400,6 +426,35 @@ TEST(Fit, RefusesOptionsOutOfRange) {
             "opposition.width must be in (0, inf), or 0 with a density above 0, got -1");
     refused({.free_g2 = true}, {"g2", "Henyey-Greenstein", "got free"});
     refused({.g1 = 0.5}, {"g1", "Henyey-Greenstein", "got 0.5"});
+}
+
+TEST(Fit, RefusesDirectionsOutsideATable) {
+    const Table table = deep_table(
+        "8", "mu_in = { min = 0.3, max = 0.7 }\nazimuth_deg = { min = 20, max = 130 }\n");
+    const auto model = table_model(table.view());
+    const auto seen = [](double mu_in, double azimuth, Light light = Light::reflected) {
+        const std::vector<Observation> twice(2, {{mu_in, 0.5, azimuth}, light, 0.1, 0.1});
+        return twice;
+    };
+    expect_refusal_by(*model, seen(0.95, 1), {}, "mu_in must be in [0.3, 0.7] of the table");
+    expect_refusal_by(*model, seen(0.5, 3), {},
+                      {"azimuth must be in [20, 130] degrees of the table, got 171.8"});
+    EXPECT_NO_THROW(fit_layer(*model, seen(0.7, -1)));
+    EXPECT_NO_THROW(fit_layer(*model, seen(0.95, 3, Light::beam)));
+}
+
+TEST(Fit, RefusesToHoldDepthsThatATableDoesNotKnow) {
+    const Table single = deep_table("1"),
+                ground = deep_table("8", "[below]\nground = 'rpv:rho0=0.1,k=0.7,theta=-0.2'\n");
+    std::vector<Observation> views = test::views(false);
+    for (Observation& view : views) view.brightness = view.sigma = 0.1;
+    const char* const sentence = "optical_depth held must be one that the model knows, such as in ";
+    expect_refusal_by(*table_model(single.view()), views, {.optical_depth = 0.3},
+                      {sentence, "[1, 1], got 0.3"});
+    expect_refusal_by(*table_model(ground.view()), views, {.optical_depth = 0.3},
+                      {sentence, "[1, 8], got 0.3"});
+    const Fit diluted = fit_layer(single.view(), views, {.optical_depth = 0.7, .density = 1 - 0.7});
+    EXPECT_EQ(diluted.optical_depth().value, 0.7);
 }
 
 TEST(Fit, RefusesWhatOtherModelsDoNotKnow) {

@@ -475,6 +475,9 @@ class Refusals(unittest.TestCase):
             over = small_table("[below]\n" + ground)  # thinner layers than the first have no law
             self.refused("optical_depth must be in [0.5, 2]", over.reflection, 0.9, 0.1, 1, 1, 0)
             self.refused("optical_depth must be in [0.5, 2]", over.bind, 0.1, 0.9)
+        single = stratus.bake(RECIPE.replace("min = 0.5, max = 2.0", "min = 1.0, max = 1.0").replace("tolerance = 1e-2", "tolerance = 0.1"))
+        self.refused("optical_depth must be in [1, 1]", single.reflection, 0.9, 0.5, 1, 1, 0)
+        self.refused("optical_depth must be in [1, 1]", single.bind, 0.5, 0.9)
         self.assertGreater(small_table("[below]\nlambert_albedo = 0.3").reflection(0.9, 0.1, 1, 1, 0), 0.2)
         self.assertTrue(table.bind(2.1, 0.9, clamp=True).clamped)
         self.refused("one number or three, got 2", table.bind, [1, 1.5], 0.9)

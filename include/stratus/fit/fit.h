@@ -104,6 +104,10 @@ class LayerModel {
         return effective_optical_depth >= 0;
     }
     virtual bool has(Light light) const = 0;
+
+    /// Refuses, as `caller`, light that the model has but not in the directions of an observation.
+    virtual void check_directions(const char* /*caller*/, const Observation&) const {}
+
     virtual bool has_lower_boundary() const { return false; }
 
     /// Axes over parameters of the first phase function that the model has sampled; none: it has not.
@@ -117,7 +121,11 @@ class LayerModel {
                                              const Observations& observations) const = 0;
 
     /// Estimated error at a layer: the largest of the observations', in their standard deviations.
+    /// `optical_depth` is the effective one here, too, and in `refined`.
     virtual double error(const LayerParameters&, const Observations&) const { return 0; }
+
+    /// Names that error in a remark.
+    virtual const char* error_name() const { return "the solver's error"; }
 
     /// The model with its error at a layer within `tolerance` standard deviations; null where it
     /// cannot be lower.
@@ -137,8 +145,10 @@ class LayerModel {
 /// A table of one phase function or of a family; it must outlive the model.
 ///
 /// Range    up to the largest finite depth; where the table holds one depth, albedo or mixture
-///          alone, that one.
-/// Errors   std::invalid_argument for a family that holds just some mixtures.
+///          alone, that one. A depth that is held may be less than the first where the law of thin
+///          layers is known.
+/// Errors   std::invalid_argument for a family that holds just some mixtures; a fit refuses
+///          observations in directions that the table leaves out.
 /// Accuracy lookups of droplets are joined by cubics over radii, wavelengths and variances of steps of
 ///          5 %: 1e-4 of them or so where the variance is 0.02 or more. So are those of narrow peaks.
 /// Cost     of a table of droplets that of their phase function (mie.h) at every such step that is

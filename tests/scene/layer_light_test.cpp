@@ -144,7 +144,6 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
         const LayerFluxes fluxes(baked->headers, {given, given, given});
         LayerFluxes::Place place;
         fluxes.set_cosine(place, table.mu_in.values[m]);
-        fluxes.set_albedo(place, 0, albedo);
         // Thinner layers: in proportion to the share of light that is intercepted, or to the depth.
         const auto expect = [&](std::size_t depth, double thinner) {
             const std::size_t row = a * depths + depth;
@@ -152,6 +151,7 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
                          factor = intercepted_share(thinner * sample, table.mu_in.values[m]) /
                                   intercepted_share(sample, table.mu_in.values[m]);
             fluxes.set_optical_depth(place, thinner * sample);
+            fluxes.set_albedo(place, 0, albedo);
             EXPECT_NEAR(fluxes.at(place, LayerFluxes::spherical_albedo),
                         thinner * double{table.spherical_albedo[row]}, 1e-6);
             EXPECT_NEAR(fluxes.at(place, LayerFluxes::plane_albedo),
@@ -161,6 +161,46 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
         };
         expect(d, 1);
         expect(0, 0.25);
+    }
+}
+
+TEST(LayerFluxes, AreTheSolversBetweenTheSamplesOfTheTable) {
+    Recipe recipe;
+    recipe.tolerance = 2e-3;
+    recipe.mu_out = {1, 1};
+    recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
+    struct Case {
+        Range depths, albedos;
+        std::vector<std::pair<double, double>> layers;  // optical depth, albedo
+    };
+    for (const Case& each : std::vector<Case>{
+             {{10, 10}, {0.9, 1}, {{10, 0.97}, {10, 0.9}}},
+             {{0.02, 40}, {0.9, 0.9}, {{0.05, 0.9}, {12, 0.9}, {32, 0.9}}},
+             {{2, 2}, {0, 1}, {{2, 0.05}, {2, 0.3}, {2, 0.97}}},
+             {{0.5, infinity}, {0.9, 1}, {{7, 0.97}, {40, 1}, {100, 0.9999}}},
+         }) {
+        recipe.optical_depth = each.depths;
+        recipe.albedo = each.albedos;
+        const auto baked = bake_layer_table(recipe);
+        for (const auto& [depth, albedo] : each.layers)
+            for (const bool own : {false, true}) {
+                SCOPED_TRACE(testing::Message() << "depth " << depth << " albedo " << albedo);
+                const double given = own ? albedo : 0.93, mu = 0.7;
+                const LayerFluxes fluxes(baked->headers, {given, given, given});
+                LayerFluxes::Place place;
+                fluxes.set_cosine(place, mu);
+                fluxes.set_optical_depth(place, depth);
+                fluxes.set_albedo(place, 0, albedo);
+                const LayerSolution free =
+                    solve_layer(recipe.phase_function, albedo, depth, {mu}, {});
+                EXPECT_NEAR(fluxes.at(place, LayerFluxes::diffuse_transmittance) /
+                                free.diffuse_transmittance(0),
+                            1, recipe.tolerance);
+                EXPECT_NEAR(fluxes.at(place, LayerFluxes::plane_albedo) / free.plane_albedo(0), 1,
+                            recipe.tolerance);
+                EXPECT_NEAR(fluxes.at(place, LayerFluxes::spherical_albedo) / free.spherical_albedo,
+                            1, recipe.tolerance);
+            }
     }
 }
 

@@ -82,6 +82,27 @@ TEST(LayerLight, MatchesTheSolver) {
         }
 }
 
+TEST(LayerLight, OfThinMatterOfSeveralDepthsIsTheSolvers) {
+    constexpr double law_of_thin_layers = 0.02;  // its error in the orders n >= 2
+    Scene scene = small_slab(0.01, 1);
+    scene.effects.single = false;
+    scene.tolerance = tolerance;
+    const auto expect_multiple = [&](double thinner) {
+        const BakedLight light = light_of_all_directions(scene);
+        const Rgb3 found = light.reflection({0.01 * thinner, scene.layer.albedo, 1}, over_ground);
+        for (const auto c : three_channels)
+            EXPECT_NEAR(
+                found[c] / solved(scene.layer, c, 0.01 * thinner).reflection(0, 1, 0.4).multiple, 1,
+                law_of_thin_layers)
+                << c;
+    };
+    scene.layer.extinction = {1, 0.5, 0.1};
+    expect_multiple(1);
+    scene.layer.extinction = {1, 1, 1};
+    cover_with_clouds(scene);
+    expect_multiple(0.2);
+}
+
 TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     Scene scene = small_planet(0, 3, 1);
     scene.layer.channels = {PhaseFunction::isotropic(), PhaseFunction::henyey_greenstein(0.6),

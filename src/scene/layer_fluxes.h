@@ -1,7 +1,7 @@
-// Fluxes of a scene's layer by its tables, cubic in albedo, optical depth and cosine. Those over
-// cosines are divided by the share of light that is intercepted, and smooth then at grazing cosines and
-// in thin layers. A picture asks at every sample, nearly always for the layer's own albedo: its fluxes
-// in each channel are found beforehand.
+// Fluxes of a scene's layer by its tables, cubic in albedo, optical depth and cosine once they are divided
+// by what scales them: the albedo, the share of light that is intercepted along the cosine, and the laws
+// of diffusion (diffusion.h). A picture asks at every sample, nearly always for the layer's own albedo:
+// its fluxes in each channel are found beforehand.
 #pragma once
 
 #include <stratus/table/table.h>
@@ -11,15 +11,37 @@
 namespace stratus {
 
 class LayerFluxes {
-    using Values = std::array<std::vector<double>, 3>;  // by Flux
+    /// By Flux, and then the diffusion exponents, over albedo alone.
+    using Values = std::array<std::vector<double>, 4>;
+
+    struct Scales {
+        double transmission, deficit;
+        double reflection() const { return 1 / (1 + deficit + deficit * deficit); }
+    };
+
+    /// The laws of one diffusion exponent, as diffusion.h has them but with one exponential for each depth.
+    class Decay {
+      public:
+        Decay(double exponent, double extrapolation_length);
+        Scales scales(double optical_depth) const;
+
+      private:
+        double exponent_, length_;
+        double rest_;  // 1 - exp(-2 k q)
+    };
 
   public:
     enum Flux : std::size_t { diffuse_transmittance, plane_albedo, spherical_albedo };
 
     /// A layer and a cosine among the samples of the tables.
     struct Place {
-        Stencil mu{}, albedo{}, optical_depth{};
+        Stencil mu{}, albedo{};
+        Stencil transmitted{}, reflected{};  // of optical depth
+        Stencil table{0, {1, 0, 0, 0}};      // among the mixtures
         double cosine = 1;
+        double depth = 0;                             // optical, not thinner than the tables'
+        double factor = 1;                            // the albedo, within the tables'
+        double transmission = 1, reflection = 1;      // scales of diffusion
         double intercepted = 1;                       // share, of light along the cosine
         double thinness = 1;                          // of layers thinner than the tables', below 1
         const std::vector<Values>* values = nullptr;  // of all albedos, or of the layer's
@@ -28,19 +50,27 @@ class LayerFluxes {
     /// `tables` differ in their mixtures alone; `albedo` of the layer in each channel.
     LayerFluxes(const std::vector<Table>& tables, const std::array<double, 3>& albedo);
 
-    void set_albedo(Place& place, std::size_t channel, double albedo) const;
     void set_cosine(Place& place, double mu) const;
     /// After the cosine.
     void set_optical_depth(Place& place, double optical_depth) const;
+    /// After all else.
+    void set_albedo(Place& place, std::size_t channel, double albedo) const;
 
-    /// By one of the tables, at a place whose parts are all set; 0 where it has no such flux.
-    double at(const Place& place, Flux flux, std::size_t table = 0) const;
+    /// At a place whose parts are all set; 0 where the tables have no such flux.
+    double at(const Place& place, Flux flux) const;
 
   private:
+    Decay decay_at(const Place& place) const;
+    /// What is stored of a flux, by these weights of the depths.
+    double interpolated(const std::vector<double>& values, const Place& place,
+                        const Stencil& depths, Flux flux) const;
+
     AxisView albedo_, optical_depth_, mu_;
     std::array<double, 3> own_albedo_;
-    std::vector<Values> all_;                 // over (albedo, optical_depth, mu)
-    std::array<std::vector<Values>, 3> own_;  // of each channel, over (optical_depth, mu)
+    std::vector<double> extrapolation_length_;  // of each table
+    std::vector<Values> all_;                   // over (albedo, optical_depth, mu)
+    std::array<std::vector<Values>, 3> own_;    // of each channel, over (optical_depth, mu)
+    std::array<std::vector<Decay>, 3> own_decay_;
 };
 
 }  // namespace stratus

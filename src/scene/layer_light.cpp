@@ -285,19 +285,24 @@ class LayerLight::FluxLookup {
   public:
     const LayerFluxes::Place& place(const Channel& channel) {
         const LayerFluxes* const fluxes = channel.light.fluxes_.get();
-        const bool other = fluxes != fluxes_;
+        const bool other = fluxes != fluxes_, deeper = channel.optical_depth != optical_depth_;
+        if (!other && !deeper && channel.index == index_) return place_;
+        const Axis& mixtures = channel.light.table(LightPath::fluxes)->mixture;
+        if (other && !mixtures.values.empty())
+            place_.table = mixtures.view().stencil(channel.mixture);
         if (other) fluxes->set_cosine(place_, channel.mu);
-        if (other || channel.optical_depth != optical_depth_)
-            fluxes->set_optical_depth(place_, channel.optical_depth);
+        if (other || deeper) fluxes->set_optical_depth(place_, channel.optical_depth);
         fluxes->set_albedo(place_, channel.index, channel.albedo);
         fluxes_ = fluxes;
         optical_depth_ = channel.optical_depth;
+        index_ = channel.index;
         return place_;
     }
 
   private:
     const LayerFluxes* fluxes_ = nullptr;  // of the last channel
     double optical_depth_ = 0;
+    std::size_t index_ = 0;
     LayerFluxes::Place place_;
 };
 
@@ -342,15 +347,8 @@ double LayerLight::diffuse_transmittance(const Channel& channel) const {
         once *= channel.albedo;
     }
     if (!fluxes_) return scene_.effects.single ? once : 0;
-    Stencil mixture{0, {1, 0, 0, 0}};
-    const Axis& mixtures = table(LightPath::fluxes)->mixture;
-    if (!mixtures.values.empty()) mixture = mixtures.view().stencil(channel.mixture);
-    const LayerFluxes::Place& place = channel.fluxes.place(channel);
-    double all = 0;
-    for (int k = 0; k < stencil_size; ++k)
-        if (mixture.weight[k] != 0)
-            all += double{mixture.weight[k]} *
-                   fluxes_->at(place, LayerFluxes::diffuse_transmittance, size(mixture.first + k));
+    const double all =
+        fluxes_->at(channel.fluxes.place(channel), LayerFluxes::diffuse_transmittance);
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 

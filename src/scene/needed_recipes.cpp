@@ -11,11 +11,12 @@
 namespace stratus {
 namespace {
 
-/// For maps that go down to 0: below it, lookups follow the law of thin layers (lookup.h).
-constexpr double min_mapped_depth = 0.02;
-
 /// Limits of recipes.
 constexpr double min_table_depth = 1e-6, max_table_depth = 1e9;
+
+/// Where tables of several depths may begin: below, lookups follow the law of thin layers (lookup.h), which
+/// looks up to an octave deeper.
+double thinnest_tabulated(double deepest) { return std::min(0.02, deepest / 2); }
 
 /// A single value where two differ by rounding alone.
 Range merged(const Range& range) {
@@ -40,7 +41,7 @@ MatterSpan matter_range(const Scene& scene) {
     }
     add({scene.layer.optical_depth.max, scene.layer.albedo, 1});
     if (!scene.layer.optical_depth.is_plain() && range.optical_depth.max > 0)
-        widen(range.optical_depth, std::min(min_mapped_depth, range.optical_depth.max));
+        widen(range.optical_depth, thinnest_tabulated(range.optical_depth.max));
     return range;
 }
 
@@ -261,13 +262,14 @@ Recipe matter_recipe(const Scene& scene, const MatterSpan& range) {
     }
     recipe.phase_text = recipe.phase_function.text();
     // Beyond the limits of tables, lookups follow the laws of thin and deep layers (lookup.h).
-    auto tabulated = [](double depth) {
-        return std::isinf(depth) ? depth : std::clamp(depth, min_table_depth, max_table_depth);
+    const auto tabulated = [](double depth, double least) {
+        return std::isinf(depth) ? depth : std::clamp(depth, least, max_table_depth);
     };
+    const auto [thinnest, deepest] = range.optical_depth;
+    const bool is_one = thinnest == deepest && deepest >= min_table_depth;
+    const double last = tabulated(deepest, is_one ? deepest : 2 * min_table_depth);
     recipe.optical_depth =
-        merged({std::max(tabulated(range.optical_depth.min),
-                         std::min(min_mapped_depth, tabulated(range.optical_depth.max))),
-                tabulated(range.optical_depth.max)});
+        merged({std::max(tabulated(thinnest, min_table_depth), thinnest_tabulated(last)), last});
     recipe.albedo = merged(range.albedo);
     return recipe;
 }

@@ -82,6 +82,27 @@ TEST(LayerLight, MatchesTheSolver) {
         }
 }
 
+TEST(LayerLight, OfThinMatterOfSeveralDepthsIsTheSolvers) {
+    constexpr double law_of_thin_layers = 0.02;  // its error in the orders n >= 2
+    Scene scene = small_slab(0.01, 1);
+    scene.effects.single = false;
+    scene.tolerance = tolerance;
+    const auto expect_multiple = [&](double thinner) {
+        const BakedLight light = light_of_all_directions(scene);
+        const Rgb3 found = light.reflection({0.01 * thinner, scene.layer.albedo, 1}, over_ground);
+        for (const auto c : three_channels)
+            EXPECT_NEAR(
+                found[c] / solved(scene.layer, c, 0.01 * thinner).reflection(0, 1, 0.4).multiple, 1,
+                law_of_thin_layers)
+                << c;
+    };
+    scene.layer.extinction = {1, 0.5, 0.1};
+    expect_multiple(1);
+    scene.layer.extinction = {1, 1, 1};
+    cover_with_clouds(scene);
+    expect_multiple(0.2);
+}
+
 TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     Scene scene = small_planet(0, 3, 1);
     scene.layer.channels = {PhaseFunction::isotropic(), PhaseFunction::henyey_greenstein(0.6),
@@ -144,7 +165,6 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
         const LayerFluxes fluxes(baked->headers, {given, given, given});
         LayerFluxes::Place place;
         fluxes.set_cosine(place, table.mu_in.values[m]);
-        fluxes.set_albedo(place, 0, albedo);
         // Thinner layers: in proportion to the share of light that is intercepted, or to the depth.
         const auto expect = [&](std::size_t depth, double thinner) {
             const std::size_t row = a * depths + depth;
@@ -152,6 +172,7 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
                          factor = intercepted_share(thinner * sample, table.mu_in.values[m]) /
                                   intercepted_share(sample, table.mu_in.values[m]);
             fluxes.set_optical_depth(place, thinner * sample);
+            fluxes.set_albedo(place, 0, albedo);
             EXPECT_NEAR(fluxes.at(place, LayerFluxes::spherical_albedo),
                         thinner * double{table.spherical_albedo[row]}, 1e-6);
             EXPECT_NEAR(fluxes.at(place, LayerFluxes::plane_albedo),
@@ -161,6 +182,46 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
         };
         expect(d, 1);
         expect(0, 0.25);
+    }
+}
+
+TEST(LayerFluxes, AreTheSolversBetweenTheSamplesOfTheTable) {
+    Recipe recipe;
+    recipe.tolerance = 2e-3;
+    recipe.mu_out = {1, 1};
+    recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
+    struct Case {
+        Range depths, albedos;
+        std::vector<std::pair<double, double>> layers;  // optical depth, albedo
+    };
+    for (const Case& each : std::vector<Case>{
+             {{10, 10}, {0.9, 1}, {{10, 0.97}, {10, 0.9}}},
+             {{0.02, 40}, {0.9, 0.9}, {{0.05, 0.9}, {12, 0.9}, {32, 0.9}}},
+             {{2, 2}, {0, 1}, {{2, 0.05}, {2, 0.3}, {2, 0.97}}},
+             {{0.5, infinity}, {0.9, 1}, {{7, 0.97}, {40, 1}, {100, 0.9999}}},
+         }) {
+        recipe.optical_depth = each.depths;
+        recipe.albedo = each.albedos;
+        const auto baked = bake_layer_table(recipe);
+        for (const auto& [depth, albedo] : each.layers)
+            for (const bool own : {false, true}) {
+                SCOPED_TRACE(testing::Message() << "depth " << depth << " albedo " << albedo);
+                const double given = own ? albedo : 0.93, mu = 0.7;
+                const LayerFluxes fluxes(baked->headers, {given, given, given});
+                LayerFluxes::Place place;
+                fluxes.set_cosine(place, mu);
+                fluxes.set_optical_depth(place, depth);
+                fluxes.set_albedo(place, 0, albedo);
+                const LayerSolution free =
+                    solve_layer(recipe.phase_function, albedo, depth, {mu}, {});
+                EXPECT_NEAR(fluxes.at(place, LayerFluxes::diffuse_transmittance) /
+                                free.diffuse_transmittance(0),
+                            1, recipe.tolerance);
+                EXPECT_NEAR(fluxes.at(place, LayerFluxes::plane_albedo) / free.plane_albedo(0), 1,
+                            recipe.tolerance);
+                EXPECT_NEAR(fluxes.at(place, LayerFluxes::spherical_albedo) / free.spherical_albedo,
+                            1, recipe.tolerance);
+            }
     }
 }
 

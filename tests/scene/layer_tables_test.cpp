@@ -83,6 +83,17 @@ TEST(NeededRecipe, CoversAllDepthsAndAlbedos) {
     EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 2);
 }
 
+TEST(NeededRecipe, HasSeveralDepthsWhereThinMatterVaries) {
+    expect_range(needed_recipe(small_slab(0.02, 0.4))->optical_depth, 0.02, 0.02);
+    Scene clouds = small_slab(0.02, 0.4);
+    cover_with_clouds(clouds);
+    expect_range(needed_recipe(clouds)->optical_depth, 0.01, 0.02);
+    Scene rings = small_rings(0.02);
+    the_rings(rings).profile.optical_depth[1] = 0.002;
+    expect_range(needed_recipe(rings)->optical_depth, 0.01, 0.02);
+    expect_range(needed_recipe(small_slab(1e-7, 0.4))->optical_depth, 1e-6, 2e-6);
+}
+
 TEST(NeededRecipe, HasTheOneCosineOfAPointSun) {
     Scene slab = small_slab(2, 0.4);
     slab.background.colour = {0, 0, 0};

@@ -243,7 +243,8 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
         geometry.mu_out = own.mu_out;
         return own.seen * own.mu_in * (sun * view.light.reflection(matter, geometry));
     });
-    if (!hits) return light + through * light_beyond(scene, direction);
+    if (!hits && scene.effects.background) light += through * light_beyond(scene, direction);
+    if (!hits) return light;
     const bool is_dark = std::ranges::all_of(beams, [](auto& own) { return own.mu_in <= 0; });
     if (planet.surface.is_black() || is_dark) return light;
     // The ground's beams are those of the shell; what is diffuse is that of the plane layer. Light that

@@ -155,8 +155,10 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
         const auto write_shown = [&](const Image& shown) {
             write_png(shown, file.panels[0].white, panel_labels(file), temporary);
         };
-        if (png)
-            has_one_white(file) ? write_shown(image) : write_shown(over_first_white(file, image));
+        if (png && has_one_white(file))
+            write_shown(image);
+        else if (png)
+            write_shown(over_first_white(file, image));
         else
             write_exr_image(image,
                             {{"title", file.title},

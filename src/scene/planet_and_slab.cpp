@@ -205,7 +205,8 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
     const Vector3 normal = normalised(hits ? inside.at(chord) : nearest);
     const ShellRay ray{inside, planet.shell, chord, half / top, normal};
     const SceneLayer& layer = scene.layer;
-    const auto [place, matter] = planet_place(planet, layer, normal);
+    const PlanetPlace place = planet_place(planet, layer, normal);
+    const Matter& matter = place.matter;  // no binding: lambdas capture it
     const double depth = seen_depth(scene, matter.optical_depth);
     const Rgb3 sun = irradiance(view, 1);
     const double cosine = dot(view.to_sun, direction);  // of the scattering angle
@@ -243,7 +244,8 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
         geometry.mu_out = own.mu_out;
         return own.seen * own.mu_in * (sun * view.light.reflection(matter, geometry));
     });
-    if (!hits) return light + through * light_beyond(scene, direction);
+    if (!hits && scene.effects.background) light += through * light_beyond(scene, direction);
+    if (!hits) return light;
     const bool is_dark = std::ranges::all_of(beams, [](auto& own) { return own.mu_in <= 0; });
     if (planet.surface.is_black() || is_dark) return light;
     // The ground's beams are those of the shell; what is diffuse is that of the plane layer. Light that
@@ -256,7 +258,7 @@ Rgb3 shell_radiance(const Planet& planet, const View& view) {
     };
     const Rgb3 down = diffuse_along(&ShellBeams::mu_in), up = diffuse_along(&ShellBeams::mu_out),
                vertical = view.light.total_transmittance(matter, 1),
-               lit = view.light.ground(matter, 1, planet.surface.at(place));
+               lit = view.light.ground(matter, 1, planet.surface.at(place.point));
     for (std::size_t c = 0; c < 3; ++c) {
         if (vertical[c] == 0) continue;
         const double extinction = layer.extinction[c] * depth / planet.shell,

@@ -142,6 +142,16 @@ TEST(Shell, OfThinAirIsPlaneBeforeTheSun) {
     }
 }
 
+TEST(Shell, WithoutBackgroundHidesTheSky) {
+    Scene scene = once(shell(0.05, 0.5, 0, 60));
+    scene.background.colour = {1, 1, 1};
+    const double seen = seen_at(scene, LayerLight(scene, nullptr), 1.03);
+    EXPECT_TRUE(seen > 0.01 && seen < 0.5) << seen;
+    scene.effects.background = false;
+    EXPECT_EQ(seen_at(scene, LayerLight(scene, nullptr), 1.03), 0);
+    EXPECT_EQ(seen_at(scene, LayerLight(scene, nullptr), 1.06), 1) << "beside it";
+}
+
 // A sun so low that no beam gets through leaves numbers finite, and the ocean's glint is the plane layer's.
 TEST(Shell, OverGroundIsFiniteAndMirrors) {
     Scene scene = once(shell(1e-4, 400, 0.9, 89));

@@ -43,6 +43,15 @@ TEST(Plan, NeedsNoTableForDarkDust) {
     EXPECT_LE(plan.left_out[0].change.found, plan.left_out[0].change.change);
 }
 
+TEST(Plan, MeasuresAzimuthsByTheOrdersThatAreThere) {
+    Scene scene = wide_slab(0.05, 1);
+    scene.camera.position = 10.0 * direction_at(radians(20), 0);
+    scene.to_sun = direction_at(radians(20), pi);
+    EXPECT_FALSE(plan_scene(scene).effects.azimuth);
+    scene.effects.single = false;
+    EXPECT_TRUE(plan_scene(scene).effects.azimuth);
+}
+
 TEST(Plan, LeavesOutOfFilmsWhatAllFramesDo) {
     Scene dark = wide_slab(0.5, 0.02), darker = wide_slab(0.5, 0.01);
     dark.tolerance = darker.tolerance = 0.05;

@@ -261,6 +261,20 @@ TEST(OrderShares, SumToAllOrders) {
     EXPECT_EQ(orders_for({0.5, 0.3}, 0.01), 6);  // 0.2, and 0.4 of it with each order
 }
 
+TEST(PlanReport, TellsHowManyOrdersSuffice) {
+    Scene scene = wide_slab(4, 0.95);
+    scene.tolerance = 2e-3;
+    scene.background.colour = {0, 0, 0};
+    scene.layer.components = {PhaseFunction::henyey_greenstein(-0.5)};
+    const PlanReport report = report_plans({scene}).scenes[0];
+    ASSERT_EQ(report.orders.size(), 1u);
+    EXPECT_EQ(report.orders[0].share.size(), 5u);
+    const Geometry at{std::cos(radians(30)), std::cos(radians(60)), 0};
+    const std::vector<double> all =
+        order_shares(scene.layer.components[0], 0.95, 4, Side::reflection, {{at, 1}}, 60);
+    EXPECT_NEAR(report.orders[0].enough, orders_for(all, scene.tolerance), 2);
+}
+
 TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     Scene scene = wide_slab(1, 0.9);
     scene.background.colour = {0, 0, 0};

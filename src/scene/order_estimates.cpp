@@ -209,22 +209,23 @@ struct Estimates {
                short_number(layer.albedo, 3);
     }
 
-    static void add(const LayerSolution& layer, Side side, const SeenPair& pair, int in, int out,
-                    OrderEstimates& found) {
+    void add(const LayerSolution& layer, Side side, const SeenPair& pair, int in, int out,
+             OrderEstimates& found) const {
         if (side == Side::transmission && std::isinf(layer.optical_depth)) return;
         const auto& modes = layer.modes[side];
         const double mean = modes.empty() ? 0 : modes[0](in, out);
         const std::vector<SolvedValue> values = layer.values(side, in, out, pair.azimuths);
         for (std::size_t k = 0; k < values.size(); ++k) {
             const SolvedValue& value = values[k];
-            if (value.total <= 0) continue;
+            const double light = scene.effects.single ? value.total : value.multiple;
+            if (light <= 0) continue;
             const auto where = [&] {
                 return layer_text(layer) + ", mu_in " + short_number(pair.mu_in, 3) + ", mu_out " +
                        short_number(pair.mu_out, 3) + ", azimuth " +
                        short_number(degrees(pair.azimuths[k]), 3) + " deg";
             };
-            raise(found.multiple, std::min(1.0, value.multiple / value.total), where);
-            raise(found.azimuth, std::abs(value.multiple - mean) / value.total, where);
+            raise(found.multiple, std::min(1.0, value.multiple / light), where);
+            raise(found.azimuth, std::abs(value.multiple - mean) / light, where);
         }
     }
 
@@ -239,15 +240,16 @@ struct Estimates {
             layer.stack ? layer.stack->spherical_albedo_below : layer.spherical_albedo;
         double least_direct = 1;
         for (Eigen::Index m = 0; m < layer.mu.size(); ++m) {
-            const double direct = direct_transmittance(layer.optical_depth, layer.mu(m)),
-                         diffuse = layer.diffuse_transmittance(m), all = direct + diffuse;
-            if (all <= 0) continue;
-            least_direct = std::min(least_direct, direct / all);
+            const double direct = direct_transmittance(layer.optical_depth, layer.mu(m));
             // In stacks all that is diffuse counts.
             const double single =
                 once ? layer.albedo * (*once)(layer.optical_depth, layer.mu(m)) : 0;
+            const double multiple = layer.diffuse_transmittance(m) - single;
+            const double all = direct + multiple + (scene.effects.single ? single : 0);
+            if (all <= 0) continue;
+            least_direct = std::min(least_direct, direct / all);
             if (ground == 0)
-                raise(found.multiple, (diffuse - single) / all,
+                raise(found.multiple, multiple / all,
                       [&] { return "the background through " + layer_text(layer); });
         }
         if (ground > 0)

@@ -14,8 +14,8 @@
 namespace stratus {
 namespace {
 
-constexpr int listed_orders = 5;
-constexpr std::size_t order_places = 3;  // of each side, at which orders are counted
+constexpr int listed_orders = 5, solved_orders = 30;  // the later ones tell how the series goes on
+constexpr std::size_t order_places = 3;               // of each side, at which orders are counted
 
 /// Returns the scene with at most so many pixels, one ray each.
 Scene sparse(Scene scene, double most) {
@@ -303,8 +303,9 @@ std::vector<OrderReport> order_reports(const Scene& whole, const LayerTables* ta
         report.share = order_shares(
             parts.size() < 2 ? parts[0]
                              : PhaseFunction::mixture(middle.mixture, parts[0], parts[1]),
-            middle.albedo, middle.optical_depth, side, directions, listed_orders);
+            middle.albedo, middle.optical_depth, side, directions, solved_orders);
         report.enough = orders_for(report.share, scene.tolerance);
+        report.share.resize(listed_orders);
         report.where = joined({"optical depth " + short_number(middle.optical_depth, 3),
                                "albedo " + short_number(middle.albedo, 3),
                                range_text("mu_in", places, &Geometry::mu_in),

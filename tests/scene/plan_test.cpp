@@ -43,6 +43,15 @@ TEST(Plan, NeedsNoTableForDarkDust) {
     EXPECT_LE(plan.left_out[0].change.found, plan.left_out[0].change.change);
 }
 
+TEST(Plan, MeasuresAzimuthsByTheOrdersThatAreThere) {
+    Scene scene = wide_slab(0.05, 1);
+    scene.camera.position = 10.0 * direction_at(radians(20), 0);
+    scene.to_sun = direction_at(radians(20), pi);
+    EXPECT_FALSE(plan_scene(scene).effects.azimuth);
+    scene.effects.single = false;
+    EXPECT_TRUE(plan_scene(scene).effects.azimuth);
+}
+
 TEST(Plan, LeavesOutOfFilmsWhatAllFramesDo) {
     Scene dark = wide_slab(0.5, 0.02), darker = wide_slab(0.5, 0.01);
     dark.tolerance = darker.tolerance = 0.05;
@@ -250,6 +259,20 @@ TEST(OrderShares, SumToAllOrders) {
     const std::vector<double> first(shares.begin(), shares.begin() + 5);
     EXPECT_NEAR(orders_for(first, 0.01), enough, 1);
     EXPECT_EQ(orders_for({0.5, 0.3}, 0.01), 6);  // 0.2, and 0.4 of it with each order
+}
+
+TEST(PlanReport, TellsHowManyOrdersSuffice) {
+    Scene scene = wide_slab(4, 0.95);
+    scene.tolerance = 2e-3;
+    scene.background.colour = {0, 0, 0};
+    scene.layer.components = {PhaseFunction::henyey_greenstein(-0.5)};
+    const PlanReport report = report_plans({scene}).scenes[0];
+    ASSERT_EQ(report.orders.size(), 1u);
+    EXPECT_EQ(report.orders[0].share.size(), 5u);
+    const Geometry at{std::cos(radians(30)), std::cos(radians(60)), 0};
+    const std::vector<double> all =
+        order_shares(scene.layer.components[0], 0.95, 4, Side::reflection, {{at, 1}}, 60);
+    EXPECT_NEAR(report.orders[0].enough, orders_for(all, scene.tolerance), 2);
 }
 
 TEST(PlanReport, TellsWhatEffectsChangeAndCost) {

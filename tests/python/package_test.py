@@ -131,6 +131,12 @@ class Solver(unittest.TestCase):
                 self.assertEqual(of_all.absorptance[i, j], alone.absorptance)
                 assert_array_equal(of_all.plane_albedo[i, j], alone.plane_albedo)
 
+    def test_takes_no_layers(self):
+        self.assertEqual(stratus.solve("rayleigh", [], 1, 1, 1, 0).reflection.shape, (0,))
+        none = stratus.fluxes("rayleigh", [], [[1], [2]], [0.5, 1])
+        self.assertEqual((none.spherical_albedo.shape, none.error.shape), ((2, 0), (2, 0)))
+        self.assertEqual((none.plane_albedo.shape, none.direct_transmittance.shape), ((2, 0, 2), (2, 0, 2)))
+
     def test_gives_the_light_inside(self):
         stack = stratus.Stack.of(("rayleigh", 1, 0.5), (HG, 1, 1.5), below=0.3)
         inside = stratus.stack_fluxes_inside(stack, [0, 0.7, 2], [0.4, 1])

@@ -221,10 +221,14 @@ def _cosines(function: str, mu_in: ArrayLike) -> NDArray[np.float64]:
     return at
 
 
-def _fluxes(found: Sequence[dict[str, Any]], shape: tuple[int, ...], mu_in: NDArray[np.float64]) -> Fluxes:
-    """Fluxes of layers one after the other, put together over `shape`."""
-    together = {name: np.array([of_layer[name] for of_layer in found]) for name in found[0]}
-    return Fluxes(mu_in=mu_in, **{name: values.reshape((*shape, *values.shape[1:]))[()] for name, values in together.items()})
+def _fluxes(
+    found: Sequence[dict[str, Any]], shape: tuple[int, ...], mu_in: NDArray[np.float64], alike: dict[str, Any]
+) -> Fluxes:
+    """Fluxes of layers one after the other, put together over `shape`; `alike` are those of one layer."""
+    return Fluxes(mu_in=mu_in, **{
+        name: np.array([of_layer[name] for of_layer in found]).reshape((*shape, *np.shape(one)))[()]
+        for name, one in alike.items()
+    })
 
 
 def fluxes(
@@ -244,12 +248,13 @@ def fluxes(
     options, ground = _options("fluxes", nodes, tolerance, orders), _boundary(below)
     found: dict[int, dict[str, Any]] = {}
     error = 0.0
-    for own, w, depth, places in layers:
+    nothing = as_phase_function("isotropic")._own, 0.0, 0.0, np.array([], int)  # where there are no layers
+    for own, w, depth, places in layers or [nothing]:
         of_layer = _stratus.stack_fluxes(_stratus.make_layer(own, w, depth, ground), at, options)
         error = max(error, of_layer.pop("relative_error"))
         found.update((place, of_layer) for place in places.tolist())
     warn(_missed_fluxes("fluxes", error, tolerance, nodes))
-    return _fluxes([found[place] for place in range(len(found))], shape, at)
+    return _fluxes([found[place] for place in range(len(found))], shape, at, of_layer)
 
 
 def stack_fluxes(
@@ -259,7 +264,7 @@ def stack_fluxes(
     at = _cosines("stack_fluxes", mu_in)
     found = _stratus.stack_fluxes(stack._own, at, _options("stack_fluxes", nodes, tolerance, 0))
     warn(_missed_fluxes("stack_fluxes", found.pop("relative_error"), tolerance, nodes))
-    return _fluxes([found], (), at)
+    return _fluxes([found], (), at, found)
 
 
 @dataclass(frozen=True)

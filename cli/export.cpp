@@ -68,11 +68,9 @@ std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::st
     require(stacks == 0 || stacks == std::ssize(command.inputs), "export", "TABLE|STACK.toml",
             "tables alone or stacks alone", joined(command.inputs));
     for (const auto& [option, given] : {std::pair{"--optical-depth", &command.optical_depth},
-                                        std::pair{"--albedo", &command.albedo}}) {
+                                        std::pair{"--albedo", &command.albedo}})
         require(stacks == 0 || given->empty(), "export", option,
                 "left out for a stack, which has its own", given->empty() ? 0 : given->front());
-        require(stacks > 0 || !given->empty(), "export", option, "given for a table", "nothing");
-    }
     require(stacks == 0 || command.at.empty(), "export", "--at", "left out for a stack",
             joined(command.at));
     if (stacks == 1) return read_coloured_stack(command.inputs[0], &notes);
@@ -84,6 +82,9 @@ std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::st
                                                command.at.empty() ? "" : of_colour(command.at, c),
                                                command.reading));
     }
+    for (const auto& [option, given] : {std::pair{"--optical-depth", &command.optical_depth},
+                                        std::pair{"--albedo", &command.albedo}})
+        require(stacks > 0 || !given->empty(), "export", option, "given for a table", "nothing");
     return read;
 }
 

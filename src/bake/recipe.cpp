@@ -309,8 +309,10 @@ Recipe make_recipe(const toml::table& parsed, const TomlFile& file, const PhaseS
     for (const auto& [key, range] :
          {std::pair("mu_in", &recipe.mu_in), std::pair("mu_out", &recipe.mu_out),
           std::pair("azimuth_deg", &recipe.azimuth)})
-        if (section.has(key)) *range = read_directions(section, key);
-    check_directions(recipe);
+        if (section.has(key)) {
+            *range = read_directions(section, key);
+            section.placed(key, [&] { check_directions(recipe); });
+        }
     read_sides(section, recipe);
     const LowerBoundary& below = recipe.lower_boundary;
     section.require(!below.law || !below.law->text().starts_with("table:"), "below",

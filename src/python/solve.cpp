@@ -90,7 +90,8 @@ py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, const AskedOptio
                     "ground_absorptance"_a = solved.spherical_ground_absorptance,
                     "plane_albedo"_a = numpy_array(solved.plane_albedo),
                     "diffuse_transmittance"_a = numpy_array(solved.diffuse_transmittance),
-                    "direct_transmittance"_a = numpy_array(direct), "error"_a = solved.error);
+                    "direct_transmittance"_a = numpy_array(direct), "error"_a = solved.error,
+                    "relative_error"_a = solved.relative_error);
 }
 
 using LayerParts = std::tuple<PhaseFunction, double, double>;  // with albedo and optical depth
@@ -124,6 +125,7 @@ py::list fluxes_inside(const Stack& stack, const Doubles& levels, const Doubles&
                 {at.direct[i], at.diffuse[i], at.upward[i], at.actinic[i], at.heating_rate[i]});
     py::list found = numpy_arrays(rows);
     found.append(solved.error);
+    found.append(solved.relative_error);
     return found;
 }
 

@@ -76,6 +76,7 @@ expect_refused(
     "coloured.toml coloured.toml 0.4.toml => coloured.toml, line 1 | without lists of three",
     "mixed.h5 --optical-depth 1 --albedo 1 => --at | given | as in mixture=0 | nothing",
     "stack.stratus --optical-depth 1 --albedo 1 => TABLE stack.stratus | one layer | .toml | a stack",
+    "stack.stratus => TABLE stack.stratus | one layer | .toml | a stack",
     "full.h5 --at g=0.5 --optical-depth 1 --albedo 1 => --at | left out | g=0.5",
     "full.h5 --at '' --optical-depth 1 --albedo 1 => --at | a member | got nothing",
     "free.toml --at g=0.5 => --at | left out for a stack | g=0.5",

@@ -151,6 +151,7 @@ for lines, fragments in cases(
         "phase_function henyey_greenstein:g=1 => bad.csv, line 2: phase_function",
         "optical_depth.min 3 => bad.csv, line 2: optical_depth.min must be at most max",
         "mu_in.min,mu_in.max 0.5,1 0.5, => bad.csv, line 3 | mu_in.max",
+        "azimuth_deg 0 => bad.csv, line 2: azimuth_deg | azimuth_deg.max must be in [0.001, 180], got 0",
         "tolerence 0.01 => no key of the recipe is 'tolerence'; did you mean 'tolerance'?",
         "layers.1.albedo 0.5 => no key of the recipe is 'layers.1.albedo'",
         "name a a => bad.csv, line 3: name must be a new one | 'a' again",

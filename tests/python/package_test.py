@@ -17,6 +17,7 @@ import threading
 import time
 import unittest
 import warnings
+from unittest import mock
 
 import numpy as np
 import stratus
@@ -130,6 +131,12 @@ class Solver(unittest.TestCase):
                 self.assertEqual(of_all.absorptance[i, j], alone.absorptance)
                 assert_array_equal(of_all.plane_albedo[i, j], alone.plane_albedo)
 
+    def test_takes_no_layers(self):
+        self.assertEqual(stratus.solve("rayleigh", [], 1, 1, 1, 0).reflection.shape, (0,))
+        none = stratus.fluxes("rayleigh", [], [[1], [2]], [0.5, 1])
+        self.assertEqual((none.spherical_albedo.shape, none.error.shape), ((2, 0), (2, 0)))
+        self.assertEqual((none.plane_albedo.shape, none.direct_transmittance.shape), ((2, 0, 2), (2, 0, 2)))
+
     def test_gives_the_light_inside(self):
         stack = stratus.Stack.of(("rayleigh", 1, 0.5), (HG, 1, 1.5), below=0.3)
         inside = stratus.stack_fluxes_inside(stack, [0, 0.7, 2], [0.4, 1])
@@ -143,6 +150,44 @@ class Solver(unittest.TestCase):
         assert_allclose(light.upward[0], stratus.solve_stack(stack, 0.4, [0.3, 0.8], 1.0).reflection, rtol=1e-4)
         assert_allclose(light.upward[1], 0.3 * (inside.diffuse_flux + inside.direct_flux)[2, 0], rtol=1e-4)  # Lambert
         self.assertTrue((light.downward[0] == 0).all())
+
+    def test_warns_of_missed_tolerances(self):
+        def with_errors_of_one(function):
+            def call(*arguments):
+                found = function(*arguments)
+                if isinstance(found, dict):
+                    found["relative_error"] = 1
+                else:
+                    found[-1] = found[-1] + 1
+                return found
+            return call
+
+        layer, at = (HG, 0.9, 1), (0.5, 0.4, 1)
+        stack, solver = stratus.Stack.of(layer), stratus._solve._stratus
+        for function, call in (
+            ("solve", lambda **how: stratus.solve(*layer, *at, **how)),
+            ("solve_stack", lambda **how: stratus.solve_stack(stack, *at, **how)),
+            ("solve_stack_inside", lambda **how: stratus.solve_stack_inside(stack, 0.5, *at, **how)),
+            ("fluxes", lambda **how: stratus.fluxes(*layer, **how)),
+            ("stack_fluxes", lambda **how: stratus.stack_fluxes(stack, **how)),
+            ("stack_fluxes_inside", lambda **how: stratus.stack_fluxes_inside(stack, 0.5, **how)),
+        ):
+            inner = {"solve": "solve_stack", "fluxes": "stack_fluxes"}.get(function, function)
+            with mock.patch.object(solver, inner, with_errors_of_one(getattr(solver, inner))):
+                with self.assertWarnsRegex(UserWarning, f"^{function}: the tolerance of 0.001 is missed") as met:
+                    call(tolerance=1e-3)
+                self.assertEqual(met.filename, __file__)
+                with warnings.catch_warnings():
+                    warnings.simplefilter("error")
+                    call(nodes=16)  # in place of a tolerance
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                call(tolerance=1e-3)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertEqual(stratus.solve(*layer, *at, below=0.3, nodes=16).transmission, 0)
+        with self.assertWarnsRegex(UserWarning, "the tolerance of 1e-12 is missed: the largest relative error is some 0.0"):
+            stratus.stack_fluxes_inside(stratus.Stack.of(("henyey_greenstein:g=-0.99", 1, 0.01)), 0.005, 0.5, tolerance=1e-12)
 
     def test_has_the_fluxes_of_the_program(self):
         haze = REFERENCE.parent.parent / "tables" / "stacks" / "haze_over_ground.toml"

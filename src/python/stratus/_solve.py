@@ -127,13 +127,25 @@ def _layers(
     return [(own[int(k)], w, depth, np.array(at)) for (k, w, depth), at in places.items()], others, shape
 
 
-def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...], tolerance: float) -> Light:
+def _missed(function: str, found: Sequence[NDArray[np.float64]], tolerance: float, nodes: int | None) -> list[str]:
+    """Says how many of two kinds of values miss the tolerance, relative to them but to no less than 1e-8."""
     missed = sum(
-        int(np.count_nonzero(error > np.maximum(tolerance * np.abs(value), 1e-15)))
+        int(np.count_nonzero(error > np.maximum(tolerance * np.maximum(np.abs(value), 1e-8), 1e-15)))
         for value, error in ((found[0], found[4]), (found[1], found[5]))
     )
-    if missed:
-        warn([f"solve: the tolerance of {tolerance:g} is missed by {missed} of {2 * found[0].size} values"])
+    if nodes is not None or not missed:
+        return []
+    return [f"{function}: the tolerance of {tolerance:g} is missed by {missed} of {2 * found[0].size} values"]
+
+
+def _missed_fluxes(function: str, error: float, tolerance: float, nodes: int | None) -> list[str]:
+    """Says that fluxes miss the tolerance, by their largest relative error."""
+    if nodes is not None or error <= tolerance:
+        return []
+    return [f"{function}: the tolerance of {tolerance:g} is missed: the largest relative error is some {error:.2g}"]
+
+
+def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...]) -> Light:
     return Light(*(values.reshape(shape)[()] for values in found))
 
 
@@ -182,7 +194,8 @@ def solve(
         at[0].size,
         ((places, _stratus.solve_stack(_stratus.make_layer(own, w, depth, ground), [values[places] for values in at], options))
          for own, w, depth, places in layers))
-    return _light(found, shape, tolerance if nodes is None else np.inf)
+    warn(_missed("solve", found, tolerance, nodes))
+    return _light(found, shape)
 
 
 def solve_stack(
@@ -197,7 +210,8 @@ def solve_stack(
     """R and T of a stack lit from above, as `solve` has them."""
     arrays, shape = broadcast("solve_stack", np.float64, mu_in=mu_in, mu_out=mu_out, azimuth=azimuth)
     found = _stratus.solve_stack(stack._own, arrays, _options("solve_stack", nodes, tolerance, 0))
-    return _light(found, shape, tolerance if nodes is None else np.inf)
+    warn(_missed("solve_stack", found, tolerance, nodes))
+    return _light(found, shape)
 
 
 def _cosines(function: str, mu_in: ArrayLike) -> NDArray[np.float64]:
@@ -207,10 +221,14 @@ def _cosines(function: str, mu_in: ArrayLike) -> NDArray[np.float64]:
     return at
 
 
-def _fluxes(found: Sequence[dict[str, Any]], shape: tuple[int, ...], mu_in: NDArray[np.float64]) -> Fluxes:
-    """Fluxes of layers one after the other, put together over `shape`."""
-    together = {name: np.array([of_layer[name] for of_layer in found]) for name in found[0]}
-    return Fluxes(mu_in=mu_in, **{name: values.reshape((*shape, *values.shape[1:]))[()] for name, values in together.items()})
+def _fluxes(
+    found: Sequence[dict[str, Any]], shape: tuple[int, ...], mu_in: NDArray[np.float64], alike: dict[str, Any]
+) -> Fluxes:
+    """Fluxes of layers one after the other, put together over `shape`; `alike` are those of one layer."""
+    return Fluxes(mu_in=mu_in, **{
+        name: np.array([of_layer[name] for of_layer in found]).reshape((*shape, *np.shape(one)))[()]
+        for name, one in alike.items()
+    })
 
 
 def fluxes(
@@ -229,10 +247,14 @@ def fluxes(
     layers, _, shape = _layers("fluxes", phase_function, albedo, optical_depth)
     options, ground = _options("fluxes", nodes, tolerance, orders), _boundary(below)
     found: dict[int, dict[str, Any]] = {}
-    for own, w, depth, places in layers:
+    error = 0.0
+    nothing = as_phase_function("isotropic")._own, 0.0, 0.0, np.array([], int)  # where there are no layers
+    for own, w, depth, places in layers or [nothing]:
         of_layer = _stratus.stack_fluxes(_stratus.make_layer(own, w, depth, ground), at, options)
+        error = max(error, of_layer.pop("relative_error"))
         found.update((place, of_layer) for place in places.tolist())
-    return _fluxes([found[place] for place in range(len(found))], shape, at)
+    warn(_missed_fluxes("fluxes", error, tolerance, nodes))
+    return _fluxes([found[place] for place in range(len(found))], shape, at, of_layer)
 
 
 def stack_fluxes(
@@ -240,7 +262,9 @@ def stack_fluxes(
 ) -> Fluxes:
     """Fluxes of a stack lit from above, at cosines mu_in of shape (n,) or one."""
     at = _cosines("stack_fluxes", mu_in)
-    return _fluxes([_stratus.stack_fluxes(stack._own, at, _options("stack_fluxes", nodes, tolerance, 0))], (), at)
+    found = _stratus.stack_fluxes(stack._own, at, _options("stack_fluxes", nodes, tolerance, 0))
+    warn(_missed_fluxes("stack_fluxes", found.pop("relative_error"), tolerance, nodes))
+    return _fluxes([found], (), at, found)
 
 
 @dataclass(frozen=True)
@@ -271,7 +295,8 @@ def stack_fluxes_inside(
     """
     name = "stack_fluxes_inside"
     at, depths = _cosines(name, mu_in), np.atleast_1d(as_array(name, "levels", np.float64, levels)).reshape(-1)
-    *arrays, error = _stratus.stack_fluxes_inside(stack._own, depths, at, _options(name, nodes, tolerance, 0))
+    *arrays, error, relative = _stratus.stack_fluxes_inside(stack._own, depths, at, _options(name, nodes, tolerance, 0))
+    warn(_missed_fluxes(name, relative, tolerance, nodes))
     return FluxesInside(depths, at, *(values.reshape(depths.size, at.size) for values in arrays), error=error)
 
 
@@ -307,6 +332,7 @@ def solve_stack_inside(
         depths.size,
         ((places, _stratus.solve_stack_inside(stack._own, depth, [values[places] for values in at], options))
          for depth, places in at_level))
+    warn(_missed(name, found, tolerance, nodes))
     return LightInside(*(values.reshape(shape)[()] for values in found))
 
 

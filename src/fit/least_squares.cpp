@@ -306,12 +306,15 @@ void scan(const Problem& problem, const Point& start, int depth, std::vector<Min
         at[depth] = n / (count - 1.0);
         profile.push_back(descend(problem, at, depth, rough_tolerance));
     }
-    for (std::size_t n = 0; n < profile.size(); ++n) {
-        const auto is_below = [&](std::size_t other) {
-            return other >= profile.size() || profile[n].chi_square <= profile[other].chi_square;
-        };
-        if (is_below(n - 1) && is_below(n + 1)) minima.push_back(profile[n]);
-    }
+    const auto chi_square = [&](std::size_t n) {
+        return n < profile.size() ? profile[n].chi_square : infinity;
+    };
+    const auto is_minimum = [&](std::size_t n) {
+        return chi_square(n) <= std::min(chi_square(n - 1), chi_square(n + 1));
+    };
+    // A valley less than two steps from a minimum hides beside it.
+    for (std::size_t n = 0; n < profile.size(); ++n)
+        if (is_minimum(n - 1) || is_minimum(n) || is_minimum(n + 1)) minima.push_back(profile[n]);
 }
 
 /// Without those that lie next to a better one.

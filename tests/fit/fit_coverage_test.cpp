@@ -164,6 +164,26 @@ TEST_P(FitCoverage, IsNominal) {
 
 INSTANTIATE_TEST_SUITE_P(Of, FitCoverage, testing::ValuesIn(modes()), row_name);
 
+// Between the depths of a scan chi-square falls to 0 in a valley less than two steps from another.
+TEST(FitOfFewObservations, FindsTheLayerInANarrowValley) {
+    const auto model = solver_model(
+        parse_phase_function("0.6*henyey_greenstein:g=0.6 + 0.4*henyey_greenstein:g=-0.3"),
+        std::nullopt, 16);
+    const auto unlit = Light::transmitted;
+    const Observations four{{{0.869, 0.92, 2.44}, unlit, 0, 0},
+                            {{0.8298, 0.7828, 1.7317}, unlit, 0, 0},
+                            {{0.4206, 0.5004, 0.2917}, unlit, 0, 0},
+                            {{0.2708, 0.9991, 0.0193}, unlit, 0, 0}};
+    const Observations two{{{0.1785, 0.3341, 2.4787}, Light::reflected, 0, 0},
+                           {{0.8835, 0.6943, 0.9979}, unlit, 0, 0}};
+    for (auto [views, w, depth] : {std::tuple(four, 0.893, 4.18), std::tuple(two, 0.9007, 1.58)}) {
+        set_brightness(views, model->brightness({depth, w, 0, 0, 0}, views));
+        const Fit fit = fit_layer(*model, views);
+        EXPECT_NEAR(fit.w1().value, w, fit.w1().sigma);
+        EXPECT_NEAR(fit.optical_depth().value, depth, fit.optical_depth().sigma);
+    }
+}
+
 TEST(FitCoverageOfClouds, IsNominal) {
     const auto model = table_model(droplet_table().view());
     std::mt19937 random(1990);

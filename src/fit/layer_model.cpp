@@ -168,7 +168,7 @@ class TableModel : public LayerModel {
         return values;
     }
 
-    /// Of layers thinner than the samples, which lookups extrapolate; 0 for all others.
+    /// Estimates the error of layers thinner than the samples, which lookups extrapolate; 0 for all others.
     double error(const LayerParameters& layer, const Observations& observations) const override {
         double largest = 0;
         if (!is_thinner(layer.optical_depth)) return largest;

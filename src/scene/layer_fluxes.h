@@ -61,7 +61,7 @@ class LayerFluxes {
 
   private:
     Decay decay_at(const Place& place) const;
-    /// What is stored of a flux, by these weights of the depths.
+    /// Interpolates what is stored of a flux, by these weights of the depths.
     double interpolated(const std::vector<double>& values, const Place& place,
                         const Stencil& depths, Flux flux) const;
 

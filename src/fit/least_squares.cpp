@@ -312,9 +312,11 @@ void scan(const Problem& problem, const Point& start, int depth, std::vector<Min
     const auto is_minimum = [&](std::size_t n) {
         return chi_square(n) <= std::min(chi_square(n - 1), chi_square(n + 1));
     };
-    // A valley less than two steps from a minimum hides beside it.
+    // With few observations another valley, less than two steps from a minimum, may hide beside it.
+    const bool are_few = int_size(problem.observations) <= problem.space.size() + 2;
     for (std::size_t n = 0; n < profile.size(); ++n)
-        if (is_minimum(n - 1) || is_minimum(n) || is_minimum(n + 1)) minima.push_back(profile[n]);
+        if (is_minimum(n) || (are_few && (is_minimum(n - 1) || is_minimum(n + 1))))
+            minima.push_back(profile[n]);
 }
 
 /// Without those that lie next to a better one.

@@ -118,14 +118,19 @@ std::vector<Vector3> sun_directions(const Scene& scene) {
     const Vector3 across =
         normalised(cross(scene.to_sun, upright ? Vector3{1, 0, 0} : Vector3{0, 0, 1}));
     const Vector3 along = cross(scene.to_sun, across);
-    // Vogel's spiral, in even steps of the solid angle within it: 4 pi times sin^2(angle / 2).
-    const double golden_angle = pi * (3 - std::sqrt(5.0));
+    // Opposite pairs along Vogel's spiral, whose mean is the centre, in even steps of the solid angle within it:
+    // 4 pi times sin^2(angle / 2). An odd number begins with the centre. The first pair is turned so that a level
+    // horizon through the disk meets those of 9 to 256 best.
+    const double golden_section = pi * (std::numbers::phi - 1), turned = 2.33;  // of half a turn
+    const bool odd = count % 2 == 1;
     std::vector<Vector3> directions;
     for (int k = 0; k < count; ++k) {
-        const double angle =
-            2 * std::asin(std::sin(scene.sun_diameter / 4) * std::sqrt((k + 0.5) / count));
-        const Vector3 sideways =
-            std::cos(k * golden_angle) * across + std::sin(k * golden_angle) * along;
+        const int pair = (k + (odd ? 1 : 2)) / 2;
+        const double share = odd ? 2.0 * pair * count / (count * count - 1.0)
+                                 : (2.0 * pair - 1) / count,
+                     angle = 2 * std::asin(std::sin(scene.sun_diameter / 4) * std::sqrt(share)),
+                     around = turned + pair * golden_section + k % 2 * pi;
+        const Vector3 sideways = std::cos(around) * across + std::sin(around) * along;
         directions.push_back(
             normalised(std::cos(angle) * scene.to_sun + std::sin(angle) * sideways));
     }

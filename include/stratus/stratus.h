@@ -245,8 +245,9 @@ int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const floa
                             const float* const wo[3], float* value);
 
 /* The beam that is transmitted unscattered, exp(-tau / mu); the share of a uniform background that
- * is seen through the layer, which is that beam and the diffuse transmittance, at most 1; and, of a
- * small bright source straight behind the layer, the beam and the radiance that is scattered once
+ * is seen through the layer, which is that beam and the diffuse transmittance, at most 1 (of a table
+ * that holds none, narrowed in mu_in or without transmission, the beam and order 1 alone); and, of
+ * a small bright source straight behind the layer, the beam and the radiance that is scattered once
  * towards the viewer for each steradian of the source, which may exceed 1. Each value[channels].
  * Over a lower boundary nothing is seen through the layer: 0. */
 int stratus_slice_direct(const stratus_slice* slice, float mu, float* value);

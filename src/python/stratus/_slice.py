@@ -61,7 +61,8 @@ class Slice:
         return self._behind("direct", mu)
 
     def background(self, mu: ArrayLike) -> NDArray[np.float32]:
-        """The share of a uniform background that is seen through the layer."""
+        """The share of a uniform background that is seen through the layer; of a table without
+        diffuse_transmittance (narrowed in mu_in, or without transmission) by the beam and order 1 alone."""
         return self._behind("background", mu)
 
     def source_behind(self, mu: ArrayLike) -> NDArray[np.float32]:

@@ -67,8 +67,9 @@ std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::st
     const auto stacks = std::ranges::count_if(command.inputs, is_stack);
     require(stacks == 0 || stacks == std::ssize(command.inputs), "export", "TABLE|STACK.toml",
             "tables alone or stacks alone", joined(command.inputs));
-    for (const auto& [option, given] : {std::pair{"--optical-depth", &command.optical_depth},
-                                        std::pair{"--albedo", &command.albedo}})
+    const auto layer_options = {std::pair{"--optical-depth", &command.optical_depth},
+                                std::pair{"--albedo", &command.albedo}};
+    for (const auto& [option, given] : layer_options)
         require(stacks == 0 || given->empty(), "export", option,
                 "left out for a stack, which has its own", given->empty() ? 0 : given->front());
     require(stacks == 0 || command.at.empty(), "export", "--at", "left out for a stack",
@@ -82,8 +83,7 @@ std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::st
                                                command.at.empty() ? "" : of_colour(command.at, c),
                                                command.reading));
     }
-    for (const auto& [option, given] : {std::pair{"--optical-depth", &command.optical_depth},
-                                        std::pair{"--albedo", &command.albedo}})
+    for (const auto& [option, given] : layer_options)
         require(stacks > 0 || !given->empty(), "export", option, "given for a table", "nothing");
     return read;
 }

@@ -152,13 +152,9 @@ Image over_first_white(const SceneFile& file, Image image) {
 void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
     const bool png = fs::path(output).extension() == ".png";
     write_file(output, [&](const fs::path& temporary) {
-        const auto write_shown = [&](const Image& shown) {
-            write_png(shown, file.panels[0].white, panel_labels(file), temporary);
-        };
-        if (png && has_one_white(file))
-            write_shown(image);
-        else if (png)
-            write_shown(over_first_white(file, image));
+        if (png)
+            write_png(over_first_white(file, image), file.panels[0].white, panel_labels(file),
+                      temporary);
         else
             write_exr_image(image,
                             {{"title", file.title},

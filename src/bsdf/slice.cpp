@@ -298,8 +298,8 @@ void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunct
     if (over_boundary_ || !effects.background) return;
     const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
     if (!all_orders && !effects.single) return;
-    const SliceBackground background(all_orders ? table : nullptr, effects.single, phase_function,
-                                     layers);
+    SliceBackground background(all_orders ? table : nullptr, effects.single, phase_function,
+                               layers);
     background_mu_ = background.cosines();
     for (std::size_t c = 0; c < channels; ++c)
         background_[c] = background.curve(medium_.albedo[c], medium_.optical_depth[c]);

@@ -69,17 +69,16 @@ ChannelOrders find_orders(const TableView& table, Side which, double albedo, dou
 SliceBackground::SliceBackground(const TableView* table, bool with_order_1,
                                  const PhaseFunction& phase_function, const StackLayers* layers)
     : table_(table),
+      phase_function_(phase_function),
       layers_(layers),
       cosines_(table ? table->mu_in : background_axis()),
-      times_order_1_((with_order_1 ? 1 : 0) - (table ? 1 : 0)) {
-    if (times_order_1_ == 0 && table->albedo.lowest > tiny_albedo) return;
-    if (layers)
-        for (const StackLayer& layer : *layers) order_1_.emplace_back(layer.phase_function);
-    else
-        order_1_.emplace_back(phase_function);
-}
+      times_order_1_((with_order_1 ? 1 : 0) - (table ? 1 : 0)) {}
 
-double SliceBackground::order_1(double albedo, double optical_depth, double mu) const {
+double SliceBackground::order_1(double albedo, double optical_depth, double mu) {
+    if (order_1_.empty() && layers_)
+        for (const StackLayer& layer : *layers_) order_1_.emplace_back(layer.phase_function);
+    else if (order_1_.empty())
+        order_1_.emplace_back(phase_function_);
     if (!layers_) return albedo * order_1_[0](optical_depth, mu);
     Surroundings around{0, optical_depth};
     double sum = 0;
@@ -93,8 +92,7 @@ double SliceBackground::order_1(double albedo, double optical_depth, double mu) 
     return sum;
 }
 
-std::vector<double> SliceBackground::diffuse_transmittance(double albedo,
-                                                           double optical_depth) const {
+std::vector<double> SliceBackground::diffuse_transmittance(double albedo, double optical_depth) {
     const TableView& table = *table_;
     const int cosines = cosines_.count;
     std::vector<double> sum(size(cosines));
@@ -120,7 +118,7 @@ std::vector<double> SliceBackground::diffuse_transmittance(double albedo,
     return sum;
 }
 
-std::vector<float> SliceBackground::curve(double albedo, double optical_depth) const {
+std::vector<float> SliceBackground::curve(double albedo, double optical_depth) {
     if (albedo == 0 || optical_depth == 0 || optical_depth == infinity) return {};
     std::vector<double> diffuse(size(cosines_.count));
     if (table_) diffuse = diffuse_transmittance(albedo, optical_depth);

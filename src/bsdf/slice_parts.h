@@ -45,27 +45,28 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
 class SliceBackground {
   public:
     /// Takes all orders of a table that has them or, without a table, order 1 alone: that of the layer
-    /// or, given `layers`, of a stack's. Keeps pointers to both.
+    /// or, given `layers`, of a stack's. All outlive this.
     SliceBackground(const TableView* table, bool with_order_1, const PhaseFunction& phase_function,
                     const StackLayers* layers);
 
     const AxisView& cosines() const noexcept { return cosines_; }
 
     /// Over cosines(); empty where nothing is transmitted diffusely.
-    std::vector<float> curve(double albedo, double optical_depth) const;
+    std::vector<float> curve(double albedo, double optical_depth);
 
   private:
-    double order_1(double albedo, double optical_depth, double mu) const;
+    double order_1(double albedo, double optical_depth, double mu);
 
     /// t of the orders that the table holds, over cosines(); deeper than its deepest sample it follows
     /// diffusion. Interpolated after division by the albedo, which leaves order 1 at albedo 0.
-    std::vector<double> diffuse_transmittance(double albedo, double optical_depth) const;
+    std::vector<double> diffuse_transmittance(double albedo, double optical_depth);
 
     const TableView* table_;
+    const PhaseFunction& phase_function_;
     const StackLayers* layers_;
     AxisView cosines_;
     int times_order_1_;  // to be added: 1 without a table; 0, or -1, to those of one
-    std::vector<SingleDiffuseTransmittance> order_1_;  // of the layer, or of each of the stack's
+    std::vector<SingleDiffuseTransmittance> order_1_;  // of each layer; empty until asked for
 };
 
 }  // namespace stratus

@@ -64,23 +64,69 @@ void check(const LayerMode& above, const LayerMode& below, int nodes) {
 
 MatrixXd symmetric(const MatrixXd& K) { return (K + K.transpose()) / 2; }
 
-using Factor = Eigen::PartialPivLU<MatrixXd>;
+/// I - Q over the nodes, factored, Q = R* R of two layers.
+///
+/// Deep layers that absorb nothing keep nearly all light between them, and I - Q is singular to rounding.
+/// What leaves is known without loss (derived here): with s^T R* = s^T - t_above^T and s^T R = s^T - t_below^T,
+/// t what is transmitted of uniform light, s^T (I - Q) = t_below^T + t_above^T R. That takes the place of a row.
+class InterreflectionFactor {
+  public:
+    InterreflectionFactor(const LayerMode& above, const LayerMode& below, const MatrixXd& Q) {
+        const Eigen::Index N = Q.rows();
+        MatrixXd rest = MatrixXd::Identity(N, N) - Q;
+        if (above.is_conservative() && below.is_conservative()) {
+            s_ = above.conserved;
+            const VectorXd leaving =
+                transmitted(below, below.transmission.transpose()) +
+                below.reflection.topLeftCorner(N, N) * transmitted(above, above.transmission);
+            scale_ = leaving.maxCoeff(&row_);
+            rest.row(row_) = leaving / scale_;
+        }
+        factor_.compute(rest);
+        // Between a white ground's law and a deep layer, singular to the last bit: Q is then short of a
+        // rounding error.
+        if ((factor_.matrixLU().diagonal().array() == 0).any())
+            factor_.compute(rest + std::numeric_limits<double>::epsilon() * Q);
+    }
 
-/// I - Q, factored. Where two layers keep all light between them it may be singular to the last bit;
-/// Q is then short of a rounding error.
-Factor factored_rest(const MatrixXd& Q) {
-    const auto I = MatrixXd::Identity(Q.rows(), Q.cols());
-    Factor factor(I - Q);
-    if ((factor.matrixLU().diagonal().array() == 0).any())
-        factor.compute(I - (1 - std::numeric_limits<double>::epsilon()) * Q);
-    return factor;
-}
+    /// Solves (I - Q) X = F.
+    MatrixXd solve(const MatrixXd& F) const {
+        MatrixXd B = F;
+        if (s_.size() > 0) B.row(row_) = s_.transpose() * F / scale_;
+        return factor_.solve(B);
+    }
 
-/// Interreflection between two layers: solves (I - Q) X = F, Q = R* R or R R*.
-template <class Solver>
-BeamMatrix between(const Solver& I_minus_Q, const MatrixXd& Q, const BeamMatrix& F, int nodes) {
+    /// Solves (I - Q)^T X = F.
+    MatrixXd solve_transposed(const MatrixXd& F) const {
+        MatrixXd X = factor_.transpose().solve(F);
+        if (s_.size() > 0) {
+            const Eigen::RowVectorXd uniform = X.row(row_) / scale_;
+            X.row(row_).setZero();
+            X += s_ * uniform;
+        }
+        return X;
+    }
+
+  private:
+    /// Of uniform light, by the diffuse transmission T out of row, into column, and the beam.
+    VectorXd transmitted(const LayerMode& layer, const MatrixXd& T) const {
+        const Eigen::Index N = s_.size();
+        if (layer.is_opaque()) return VectorXd::Zero(N);
+        return T.topLeftCorner(N, N) * s_ + layer.beam.head(N).cwiseProduct(s_);
+    }
+
+    Eigen::PartialPivLU<MatrixXd> factor_;
+    VectorXd s_;  // empty unless a row was replaced
+    Eigen::Index row_ = 0;
+    double scale_ = 1;
+};
+
+/// Interreflection between two layers: solves (I - Q) X = F; or with Q^T, by `solve_transposed`.
+BeamMatrix between(const InterreflectionFactor& factor,
+                   MatrixXd (InterreflectionFactor::*solve)(const MatrixXd&) const,
+                   const MatrixXd& Q, const BeamMatrix& F, int nodes) {
     MatrixXd K = F.K + Q * F.d.asDiagonal();
-    K += Q.leftCols(nodes) * MatrixXd(I_minus_Q.solve(K.topRows(nodes)));
+    K += Q.leftCols(nodes) * (factor.*solve)(K.topRows(nodes));
     return {F.d, K};
 }
 
@@ -89,15 +135,15 @@ BeamMatrix between(const Solver& I_minus_Q, const MatrixXd& Q, const BeamMatrix&
 struct Interreflection {
     BeamMatrix R, R_star;
     MatrixXd Q;
-    Factor factor;  // of I - Q
+    InterreflectionFactor factor;
     BeamMatrix D, U;
 
     Interreflection(const LayerMode& above, const LayerMode& below, int N)
         : R{VectorXd::Zero(above.beam.size()), below.reflection},
           R_star{R.d, above.reflection_below},
           Q(product(R_star, R, N).K),
-          factor(factored_rest(Q.topLeftCorner(N, N))),
-          D(between(factor, Q, {above.beam, above.transmission}, N)),
+          factor(above, below, Q.topLeftCorner(N, N)),
+          D(between(factor, &InterreflectionFactor::solve, Q, {above.beam, above.transmission}, N)),
           U(product(R, D, N)) {}
 };
 
@@ -116,12 +162,14 @@ LayerMode add(const LayerMode& above, const LayerMode& below, int nodes) {
     const BeamMatrix T_up{above.beam, above.transmission.transpose()};
     LayerMode sum;
     sum.reflection = symmetric(above.reflection + product(T_up, U, N).K);
+    if (below.is_conservative()) sum.conserved = above.conserved;
     if (below.is_opaque()) return sum;
 
     const BeamMatrix S_down{below.beam, below.transmission};
     const BeamMatrix S_up{below.beam, below.transmission.transpose()};
     sum.transmission = product(S_down, D, N).K;
-    const BeamMatrix V = between(factor.transpose(), MatrixXd(Q.transpose()), S_up, N);
+    const BeamMatrix V =
+        between(factor, &InterreflectionFactor::solve_transposed, Q.transpose(), S_up, N);
     sum.reflection_below =
         symmetric(below.reflection_below + product(S_down, product(R_star, V, N), N).K);
     sum.beam = above.beam.cwiseProduct(below.beam);
@@ -134,7 +182,8 @@ MatrixXd diffuse_flux_between(const LayerMode& above, const LayerMode& below,
     const int N = nodes;
     const MatrixXd bounce = below.reflection.leftCols(N) * above.reflection_below.topRows(N);
     // weights^T (I - R* R)^-1 T from the left: a few vectors instead of matrices.
-    const MatrixXd inner = factored_rest(bounce.topLeftCorner(N, N)).solve(weights.topRows(N));
+    const InterreflectionFactor factor(above, below, bounce.topLeftCorner(N, N).transpose());
+    const MatrixXd inner = factor.solve_transposed(weights.topRows(N));
     return above.beam.asDiagonal() * (bounce.leftCols(N) * inner) +
            above.transmission.topRows(N).transpose() * inner;
 }

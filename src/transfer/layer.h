@@ -56,6 +56,10 @@ struct LayerMode {
     Eigen::MatrixXd reflection_below{};  // R*, lit from below; symmetric
     Eigen::MatrixXd transmission{};      // diffuse, downward: out of row, into column
     Eigen::VectorXd beam{};              // exp(-tau / mu)
+    /// s at the nodes in mode 0 of a layer that absorbs nothing: s^T (R + T + beam) = s^T. Else empty.
+    Eigen::VectorXd conserved{};
+
+    bool is_conservative() const { return conserved.size() > 0; }
 
     /// Whether nothing is transmitted: a surface or a semi-infinite layer. It has reflection alone.
     bool is_opaque() const { return transmission.size() == 0; }

@@ -55,6 +55,8 @@ void LayerModes::solve_pack(int first) {
             else
                 layers_.push_back(
                     {layer.reflection, layer.reflection, std::move(layer.transmission), beam});
+            if (mode == 0 && task_.co_albedo == 0)
+                layers_.back().conserved = directions_.s.head(directions_.nodes);
             return false;
         });
 }
@@ -79,7 +81,10 @@ LayerMode BoundaryModes::layer(int mode) {
     const auto n = directions_.size();
     if (mode >= count()) return {MatrixXd::Zero(n, n)};
     if (modes_) return modes_->layer(mode);
-    return {directions_.s.asDiagonal() * once(mode) * directions_.s.asDiagonal()};
+    LayerMode layer{directions_.s.asDiagonal() * once(mode) * directions_.s.asDiagonal()};
+    if (!boundary_.law && boundary_.albedo == 1)
+        layer.conserved = directions_.s.head(directions_.nodes);
+    return layer;
 }
 
 MatrixXd BoundaryModes::once(int mode) {

@@ -76,8 +76,7 @@ void ModeRecorder::record_fluxes(const LayerMode& all) {
     solution_.diffuse_transmittance += beam_.truncated.tail(count);
 }
 
-void ModeRecorder::record_boundary(const LayerMode& above, bool is_conservative,
-                                   BoundaryModes& boundary) {
+void ModeRecorder::record_boundary(const LayerMode& above, BoundaryModes& boundary) {
     if (above.is_opaque()) {
         solution_.ground_absorptance = solution_.diffuse_transmittance =
             VectorXd::Zero(solution_.mu.size());
@@ -89,14 +88,12 @@ void ModeRecorder::record_boundary(const LayerMode& above, bool is_conservative,
     const LowerBoundary& below = solution_.lower_boundary;
     record_fluxes_below(
         below.is_surface()
-            ? flux_over_surface(above, is_conservative, below.albedo) *
-                  RowVector2d(1 - below.albedo, 1)
+            ? flux_over_surface(above, below.albedo) * RowVector2d(1 - below.albedo, 1)
             : diffuse_flux_between(above, boundary.layer(0), weights, directions_.nodes),
         weights);
 }
 
-VectorXd ModeRecorder::flux_over_surface(const LayerMode& above, bool is_conservative,
-                                         double albedo) const {
+VectorXd ModeRecorder::flux_over_surface(const LayerMode& above, double albedo) const {
     // The light that falls on the surface is t + A R* t + (A R*)^2 t + ... = t / (1 - A R*), for it sends back
     // uniform light. Without absorption R* = 1 - T, where 1 - R* would lose T of deep layers.
     const int N = directions_.nodes;
@@ -104,6 +101,7 @@ VectorXd ModeRecorder::flux_over_surface(const LayerMode& above, bool is_conserv
     const VectorXd diffuse = above.transmission.topRows(N).transpose() * s;
     const VectorXd all = diffuse + above.beam.cwiseProduct(directions_.s);
     const double T = s.dot(all.head(N)) / s.squaredNorm();
+    const bool is_conservative = above.is_conservative();
     const double R = is_conservative ? 1 - T : uniform_mean(directions_, above.reflection_below);
     const double lost = 1 - albedo + albedo * (is_conservative ? T : 1 - R);
     return diffuse + albedo * R / lost * all;

@@ -33,7 +33,7 @@ class ModeRecorder {
                 BoundaryModes* boundary);
 
     /// Mode 0: the flux that reaches the lower boundary through `above`.
-    void record_boundary(const LayerMode& above, bool is_conservative, BoundaryModes& boundary);
+    void record_boundary(const LayerMode& above, BoundaryModes& boundary);
 
     /// Mode 0: diffuse light that falls on the lower boundary, summed with `weights`, and the beam:
     /// column 0 is the net flux, column 1 what falls.
@@ -49,8 +49,7 @@ class ModeRecorder {
     void record_fluxes(const LayerMode& all);
 
     /// Diffuse light that falls on a Lambert surface, along all directions of incidence.
-    Eigen::VectorXd flux_over_surface(const LayerMode& above, bool is_conservative,
-                                      double albedo) const;
+    Eigen::VectorXd flux_over_surface(const LayerMode& above, double albedo) const;
     Eigen::MatrixXd unscaled(const Eigen::MatrixXd& matrix) const;
 
     const Directions& directions_;

@@ -202,7 +202,9 @@ class LadderRun {
                 all.reflection_below = all.reflection;
                 all.beam = recorder.beam();
             }
-            if (mode == 0) recorder.record_boundary(all, problem_.albedos[a] == 1, boundary_modes_);
+            if (mode == 0 && problem_.albedos[a] == 1)
+                all.conserved = directions_.s.head(directions_.nodes);
+            if (mode == 0) recorder.record_boundary(all, boundary_modes_);
             // The layer and its lower boundary as one opaque layer.
             if (all.is_opaque() || mode >= boundary_modes_.count())
                 all = {std::move(all.reflection)};

@@ -31,10 +31,6 @@ StackLayers merged(const StackLayers& layers) {
     return all;
 }
 
-bool is_conservative(const StackLayers& layers) {
-    return std::ranges::all_of(layers, [](const StackLayer& layer) { return layer.albedo == 1; });
-}
-
 /// A stack of one layer over nothing, which is solved as such.
 StackSolution as_stack(const LayerSolution& layer, const StackLayer& of) {
     StackSolution solution;
@@ -84,7 +80,7 @@ class StackRun : StackSolver {
             sum = add(sum, layer_modes_.layer(k, mode), directions_.nodes);
         ModeRecorder& recorder = recorders_[0];
         if (boundary_.is_present()) {
-            if (mode == 0) recorder.record_boundary(sum, is_conservative(layers_), boundary_modes_);
+            if (mode == 0) recorder.record_boundary(sum, boundary_modes_);
             sum = add(sum, boundary_modes_.layer(mode), directions_.nodes);
         } else if (mode == 0 && !sum.is_opaque()) {
             solution_.spherical_albedo_below =  // rounding is taken off

@@ -323,7 +323,7 @@ TEST(Stack, ReflectsNothingOfBlackLayersFromEitherSide) {
 
 TEST(Stack, BalancesEnergyOverEveryGround) {
     for (const int nodes : {1, 2, 16})
-        for (const double tau : {0.0, 1e-12, 0.01, 3.0, 1e3, 1e6, 1e12})
+        for (const double tau : {0.0, 1e-12, 0.01, 3.0, 1e3, 1e6, 1e12, 1e16, 1e250})
             for (const LowerBoundary& boundary :
                  {LowerBoundary::surface(0), LowerBoundary::surface(0.5),
                   LowerBoundary::surface(1 - 1e-9), LowerBoundary::surface(1),
@@ -335,9 +335,9 @@ TEST(Stack, BalancesEnergyOverEveryGround) {
                 EXPECT_NEAR(stack.spherical_albedo + stack.spherical_ground_absorptance, 1, 1e-13);
                 for (int i = 0; i < stack.mu.size(); ++i)
                     EXPECT_NEAR(stack.plane_albedo(i) + stack.ground_absorptance(i), 1, 1e-13);
-                // All that falls on a white surface leaves again: as much has to come down, however
+                // All that falls on a white ground leaves again: as much has to come down, however
                 // deep the layer.
-                if (boundary.kind != LowerBoundary::Kind::surface || boundary.albedo < 1) continue;
+                if (boundary.albedo < 1) continue;
                 EXPECT_EQ(stack.spherical_ground_absorptance, 0);
                 EXPECT_NEAR(stack.total_transmittance, 1, 1e-12);
             }
@@ -350,6 +350,18 @@ TEST(Stack, ConservesEnergyThroughDifferentLayers) {
                         stack_options(16));
         expect_conserved(stack, 2 * tau + 0.4, 1e-13);
         EXPECT_NEAR(stack.spherical_albedo_below + stack.total_transmittance, 1, 1e-13) << tau;
+    }
+}
+
+TEST(Stack, TransmitsByTheLawOfDiffusionHoweverDeep) {
+    // T of deep white layers is 4/3 over the sum of their (1 - g) tau [vdH80].
+    for (const double tau : {1e12, 1e15, 1e100}) {
+        const StackSolution stack =
+            solve_stack({{PhaseFunction::henyey_greenstein(-0.5), 1, tau},
+                         {rayleigh, 1, 3 * tau},
+                         {PhaseFunction::henyey_greenstein(0.7), 1, 5 * tau}},
+                        nothing, cosines, stack_options(24));
+        EXPECT_NEAR(stack.total_transmittance * (1.5 + 3 + 0.3 * 5) * tau, 4.0 / 3, 1e-11) << tau;
     }
 }
 

@@ -303,6 +303,8 @@ template <class Number>
 std::vector<ModeMatrices> DoublingLadder<Number>::matrices() const {
     return lane_matrices(first_, layer_.directions, tasks_, [this](int i, int j, int lane) {
         const long at = i * layer_.stride + j;
+        // The doublings leave rounding where nothing is scattered.
+        if (extract_lane(layer_.albedo, lane) == 0) return std::pair(0.0, 0.0);
         return std::pair(extract_lane(layer_.reflection.K[at], lane),
                          extract_lane(layer_.transmission.K[at], lane));
     });

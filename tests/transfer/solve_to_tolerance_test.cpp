@@ -150,7 +150,14 @@ TEST(SolveToTolerance, AnswersForLayersThatDoNothing) {
         EXPECT_LE(relative_error(black.at[0].reflection.total, black.at[0].reflection_error), 1e-6);
         EXPECT_LE(relative_error(black.at[0].transmission.total, black.at[0].transmission_error),
                   1e-6);
+        const SolvedFluxes fluxes = solve_fluxes({{rayleigh, 0, depth}}, {}, {0.03, 0.5}, to(1e-6));
+        EXPECT_EQ(fluxes.plane_albedo, (std::vector<double>{0, 0}));
+        EXPECT_EQ(fluxes.diffuse_transmittance, (std::vector<double>{0, 0}));
+        EXPECT_LE(fluxes.relative_error, 1e-6);
     }
+    const SolvedFluxes over_ground =
+        solve_fluxes({{rayleigh, 0, 0.03}}, LowerBoundary::surface(0.5), {0.03}, to(1e-6));
+    EXPECT_LE(over_ground.relative_error, 1e-6);
     EXPECT_TRUE(solve(rayleigh, 1, 1, {}, to(1e-6)).at.empty());
 }
 

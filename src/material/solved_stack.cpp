@@ -146,7 +146,8 @@ Functions cosine_series(const AzimuthValues& values, double tolerance) {
         return dark ? Functions() : found;
     }
     throw std::runtime_error(
-        "export: the phase function is too narrow for cosine series of 4096 terms");
+        "export: cosine series of 4096 terms do not hold the light between some pair of cosines: "
+        "the phase function or the ground's hot spot is too narrow, or layers above are too dark");
 }
 
 namespace {

@@ -28,31 +28,39 @@ double sample_before(const double* next, std::size_t stride, std::size_t count) 
     }
 }
 
+/// The law by which fluxes of thin layers, over their depth, near their limit: orders 1 and 2 are of this form.
+double thin_law(double optical_depth) {
+    return optical_depth > 0 ? optical_depth * (1 - std::log(optical_depth)) : 0;
+}
+
 /// Fluxes of one of the mixtures over (albedo, optical_depth, mu), or without mu, divided by what scales
-/// them. Where that leaves nothing of a flux, at albedo 0 or in deep layers, order 1 at albedo 1 stands
-/// for light transmitted at albedo 0; all else goes on from the next albedos, or from the next depth.
+/// them; before the first depth of each albedo a row of the limit of thin layers. Where that leaves nothing of
+/// a flux, at albedo 0 or in deep layers, order 1 at albedo 1 stands for light transmitted at albedo 0; all
+/// else goes on from the next albedos, or from the next depth.
 std::vector<double> divided(const std::vector<float>& fluxes, const Table& table,
                             std::size_t mixture, LayerFluxes::Flux flux) {
     if (fluxes.empty()) return {};
     constexpr double least = std::numeric_limits<float>::min(), tiny_albedo = 1e-15;
     const auto &albedo = table.albedo.values, &depth = table.optical_depth.values;
     const std::size_t row = fluxes.size() / (albedo.size() * depth.size()),
-                      stride = depth.size() * row;
+                      stride = (depth.size() + 1) * row;
     std::optional<SingleDiffuseTransmittance> order_1;  // of what is transmitted at albedo 0
     if (albedo[0] <= tiny_albedo && flux == LayerFluxes::diffuse_transmittance)
         order_1.emplace(phase_function_of_member(table, mixture));
-    std::vector<double> all(fluxes.size());
-    for (std::size_t a = albedo.size(); a-- > 0;)
+    const bool of_all_cosines = flux == LayerFluxes::spherical_albedo;
+    std::vector<double> all(albedo.size() * stride);
+    for (std::size_t a = albedo.size(); a-- > 0;) {
+        const auto scale_at = [&](std::size_t d) {
+            return diffusion_scale(side_of(flux), depth[d], table.diffusion_exponent[a],
+                                   table.extrapolation_lengths[mixture]);
+        };
         for (std::size_t d = 0; d < depth.size(); ++d) {
-            const double scale =
-                diffusion_scale(side_of(flux), depth[d], table.diffusion_exponent[a],
-                                table.extrapolation_lengths[mixture]);
+            const double scale = scale_at(d);
             for (std::size_t m = 0; m < row; ++m) {
-                const std::size_t i = a * stride + d * row + m;
-                const double mu = table.mu_in.values[m], flux_here = double{fluxes[i]},
-                             share = flux == LayerFluxes::spherical_albedo
-                                         ? 1
-                                         : intercepted_share(depth[d], mu);
+                const std::size_t i = a * stride + (d + 1) * row + m;
+                const double mu = table.mu_in.values[m],
+                             flux_here = double{fluxes[(a * depth.size() + d) * row + m]},
+                             share = of_all_cosines ? 1 : intercepted_share(depth[d], mu);
                 if (flux_here >= least && albedo[a] > tiny_albedo)
                     all[i] = flux_here / (albedo[a] * scale * share);
                 else if (a == 0 && order_1 && scale >= least)
@@ -63,6 +71,15 @@ std::vector<double> divided(const std::vector<float>& fluxes, const Table& table
                     all[i] = all[i - row];
             }
         }
+        // Beyond the two thinnest samples, whose share of the light differs as their depth does without mu.
+        double* const limit = &all[a * stride];
+        std::copy_n(limit + row, row, limit);
+        if (depth.size() < 2 || !std::isfinite(depth[1])) continue;
+        const double next = scale_at(1) / scale_at(0) * (of_all_cosines ? depth[0] / depth[1] : 1),
+                     beyond = thin_law(depth[0]) / (thin_law(depth[1]) - thin_law(depth[0]));
+        for (double* value = limit; value < limit + row; ++value)
+            *value += beyond * (value[row] - next * value[2 * row]);
+    }
     return all;
 }
 
@@ -130,11 +147,18 @@ void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const {
     place.intercepted = intercepted_share(optical_depth, place.cosine);
     place.thinness = 1;
     place.depth = optical_depth;
-    place.transmitted = {0, {1, 0, 0, 0}};
+    place.transmitted = {1, {1, 0, 0, 0}};
     if (optical_depth_.count == 0) return;
-    place.transmitted = optical_depth_.stencil(optical_depth);
     place.thinness = std::min(1.0, optical_depth / optical_depth_.lowest);
     place.depth = std::max(optical_depth, optical_depth_.lowest);
+    if (place.thinness < 1) {
+        const double sampled = thin_law(optical_depth) / thin_law(optical_depth_.lowest);
+        place.transmitted = {0,
+                             {static_cast<float>(1 - sampled), static_cast<float>(sampled), 0, 0}};
+        return;
+    }
+    place.transmitted = optical_depth_.stencil(optical_depth);
+    ++place.transmitted.first;  // after the limit of thin layers
 }
 
 void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) const {
@@ -155,7 +179,7 @@ void LayerFluxes::set_albedo(Place& place, std::size_t channel, double albedo) c
     const double left = deepest.deficit > 0 ? scales.deficit / deepest.deficit : 0;
     place.reflection = 1;
     place.reflected = {
-        optical_depth_.count - 1,
+        optical_depth_.count,
         {static_cast<float>(left * deepest.reflection()), static_cast<float>(1 - left), 0, 0}};
 }
 
@@ -197,8 +221,9 @@ double LayerFluxes::interpolated(const std::vector<double>& values, const Place&
         for (std::size_t d = 0; d < stencil_size; ++d) {
             const double share = double{place.albedo.weight[a]} * double{depths.weight[d]};
             if (share == 0) continue;
-            const std::size_t row = (size(place.albedo.first) + a) * size(optical_depth_.size()) +
-                                    size(depths.first) + d;
+            const std::size_t row =
+                (size(place.albedo.first) + a) * (size(optical_depth_.size()) + 1) +
+                size(depths.first) + d;
             const double* const from = values.data() + row * cosines;
             if (of_all_cosines) {
                 sum += share * *from;

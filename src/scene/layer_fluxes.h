@@ -36,7 +36,7 @@ class LayerFluxes {
     /// A layer and a cosine among the samples of the tables.
     struct Place {
         Stencil mu{}, albedo{};
-        Stencil transmitted{}, reflected{};  // of optical depth
+        Stencil transmitted{}, reflected{};  // of optical depth, of which the limit 0 is the first
         Stencil table{0, {1, 0, 0, 0}};      // among the mixtures
         double cosine = 1;
         double depth = 0;                             // optical, not thinner than the tables'
@@ -68,7 +68,7 @@ class LayerFluxes {
     AxisView albedo_, optical_depth_, mu_;
     std::array<double, 3> own_albedo_;
     std::vector<double> extrapolation_length_;  // of each table
-    std::vector<Values> all_;                   // over (albedo, optical_depth, mu)
+    std::vector<Values> all_;                   // over (albedo, optical_depth, mu), depth 0 first
     std::array<std::vector<Values>, 3> own_;    // of each channel, over (optical_depth, mu)
     std::array<std::vector<Decay>, 3> own_decay_;
 };

@@ -151,9 +151,12 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
         for (const Side which : both_sides) {
             const bool asked =
                 which == Side::reflection ? effects.reflection : effects.transmission;
-            if (!asked || !table.has(which)) continue;
-            check_coverage(table, which, outside);
-            bind_orders(table, which);
+            if (asked && table.has(which)) {
+                check_coverage(table, which, outside);
+                bind_orders(table, which);
+            } else {
+                sides_[which]->form = PhaseForm::none;  // order 1 alone would pass for all light
+            }
         }
         set_kernels();
     }
@@ -184,7 +187,7 @@ void SliceOf<channels>::bind_layers(const StackLayers& layers, Side which) {
     BoundSide& side = *sides_[which];
     double above = 0, below = medium_.optical_depth[0];
     for (const StackLayer& layer : layers) {
-        below = below < infinity ? std::max(0.0, below - layer.optical_depth) : 0;
+        below = layer.optical_depth < infinity ? std::max(0.0, below - layer.optical_depth) : 0;
         side.layer_phases.push_back(PhaseCurve::sampled(layer.phase_function));
         side.layers.push_back({side.layer_phases.back().view(), in_single(above, which),
                                in_single(below, which), in_single(layer.optical_depth, which),

@@ -250,6 +250,24 @@ Table fine_table(bool with_azimuth) {
     return table;
 }
 
+TEST(Slice, HasNothingOfASideThatTheTableLacks) {
+    Table table = smooth_table(true);
+    table.transmission_multiple.clear();
+    const Slice slice(table.view(), {{0.7}, {0.9}});
+    EXPECT_EQ(slice.transmission(0.4f, 0.7f, 1), 0);
+    EXPECT_GT(slice.reflection(0.4f, 0.7f, 1), 0);
+    EXPECT_GT(bind(table.view(), 0.7, 0.9, {.multiple = false}).transmission(0.4f, 0.7f, 1), 0);
+}
+
+TEST(Slice, OfAStackWithoutEndTransmitsNothing) {
+    const StackLayers stack{{any_phase(), 0.9, 0.3}, {PhaseFunction::rayleigh(), 0.5, infinity}};
+    const Slice slice(stack, Effects{});
+    EXPECT_EQ(slice.transmission(1, 1, 0), 0);
+    EXPECT_EQ(slice.transmission(0.4f, 0.7f, 1), 0);
+    EXPECT_NEAR(slice.reflection(0.4f, 0.7f, 1),
+                stack_single_scattering(Side::reflection, stack, {0.4, 0.7, 1}), 1e-6);
+}
+
 TEST(Slice, IsSymmetricToTheLastBit) {
     for (const Table& table : {smooth_table(true), fine_table(true)}) {
         const Slice slice = bind(table.view(), 1, 0.9);

@@ -165,6 +165,16 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ShaderLayerOf,
                                                      "stack_over_surface", "droplets"})),
                          row_name);
 
+TEST(Shader, ScattersNothingToASideThatTheTableLacks) {
+    const PackedTable table(pack(table_of(kinds_of({"one_side"})[0])));
+    shader::AsCxx shader(with_layer(table));
+    const shader::vec3 in{0.6f, 0, 0.8f}, up{0, 0.6f, 0.8f}, down{0, 0.6f, -0.8f};
+    EXPECT_GT(shader.stratus_bsdf(in, up, 0.9f, 1), 0);
+    EXPECT_EQ(shader.stratus_bsdf(in, down, 0.9f, 1), 0);
+    EXPECT_GT(shader.stratus_layer_bsdf(in, up).y, 0);
+    EXPECT_EQ(shader.stratus_layer_bsdf(in, down).y, 0);
+}
+
 class FilteredLayerOf : public testing::TestWithParam<Kind> {};
 
 /// At the same directions by the runtime: R, T of all orders of the first and the last colour.

@@ -83,7 +83,7 @@ class SliceOf {
     SliceOf& operator=(SliceOf&&) noexcept;
     ~SliceOf();
 
-    /// R or diffuse T, by the side. 0 for a side that was not asked for.
+    /// R or diffuse T, by the side. 0 for a side that was not asked for, or that the table lacks.
     ///
     /// Range    cosines [0, 1], azimuth finite, radians; accurate below a million.
     Value scattering(Side side, float mu_in, float mu_out, float azimuth) const noexcept;

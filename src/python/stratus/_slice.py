@@ -23,7 +23,7 @@ class Slice:
     Vectors, arrays of (..., 3), are of length 1 in the layer's frame, z its normal, and point away
     from it: towards the light (wi) and the eye (wo).
 
-    Accuracy within the table's tolerance.
+    Accuracy within the table's tolerance; 0 for a side that the table lacks.
     Errors   ValueError for a cosine, an angle or a vector out of range, and for a direction that a
              narrowed table does not know.
     Threads  any number may share it; other Python threads run during a call.

@@ -207,7 +207,8 @@ std::string describe_plan(const PlanReport& report) {
                   " may be left out, without which light changes by " +
                   (change.change > 0 ? formatted("about %.2g at most", change.change) : "nothing");
     if (report.plan.left_out.empty()) answer += "; leave out nothing";
-    if (!idle.empty()) answer += " but " + listed(idle) + ", which shows nowhere";
+    if (!idle.empty())
+        answer += "; " + listed(idle) + (idle.size() == 1 ? " shows nowhere" : " show nowhere");
     return answer + formatted(" (tolerance %.2g)", report.plan.tolerance);
 }
 

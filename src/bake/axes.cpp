@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -151,7 +150,7 @@ void continue_to_black(const PhaseFunction& phase_function, const std::vector<do
         has_path_law ? std::vector{0.4, 0.3} : std::vector{0.2, 0.3, 0.4, 0.5};
     const auto is_dark = [&](double albedo) { return albedo < known[0]; };
     if (std::ranges::none_of(albedos, is_dark)) return;
-    std::vector<double> of_known = compute_diffusion_exponents(phase_function, known, {});
+    std::vector<double> of_known = compute_diffusion_exponents(phase_function, known);
     if (has_path_law) {
         known.push_back(0);
         of_known.push_back(0.96);
@@ -168,7 +167,7 @@ void continue_to_black(const PhaseFunction& phase_function, const std::vector<do
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos) {
     if (!recipe.layers.empty()) return std::vector<double>(albedos.size(), 0.0);
     if (recipe.orders > 0) return std::vector<double>(albedos.size(), 1.0);
-    std::vector<double> exponents = compute_diffusion_exponents(recipe.phase_function, albedos, {});
+    std::vector<double> exponents = compute_diffusion_exponents(recipe.phase_function, albedos);
     continue_to_black(recipe.phase_function, albedos, exponents);
     return exponents;
 }

@@ -1,6 +1,5 @@
 // Choices of what resolves directions: nodes, modes, samples of mu and of azimuth.
 #include <stratus/bake/axes.h>
-#include <stratus/bake/parallel.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
 

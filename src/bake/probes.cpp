@@ -4,7 +4,6 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
 #include <stratus/base/constants.h>
-#include <stratus/layer/diffusion.h>
 
 #include "piece_of_work.h"
 #include "table_units.h"

@@ -115,12 +115,12 @@ double read_length(const Section& section, const char* key, const std::string& t
     return unit == "um" ? value : value / 1000;
 }
 
-/// The numbers of a list, lengths in um.
+/// The numbers of a list, from two to `most`; lengths in um.
 std::vector<double> read_list(const Section& section, const char* key, PhaseParameter parameter,
-                              std::size_t least, std::size_t most) {
-    if (!is_length(parameter)) return section.numbers(key, least, most);
+                              std::size_t most) {
+    if (!is_length(parameter)) return section.numbers(key, 2, most);
     std::vector<double> lengths;
-    for (const std::string& text : section.texts(key, least, most))
+    for (const std::string& text : section.texts(key, 2, most))
         lengths.push_back(read_length(section, key, text));
     return lengths;
 }
@@ -130,12 +130,12 @@ FamilyRange read_axis(const Section& family, PhaseParameter parameter) {
     const char* const key = parameter_name(parameter);
     std::vector<double> values;
     if (!family.is_table(key)) {
-        values = read_list(family, key, parameter, 2, 2);
+        values = read_list(family, key, parameter, 2);
         family.require(values[0] < values[1], key, "a range, its end above its start", values[1]);
         return {parameter, {values[0], values[1]}, {}};
     }
     const Section section = family.section(key);
-    values = read_list(section, "values", parameter, 2, most_values);
+    values = read_list(section, "values", parameter, most_values);
     for (std::size_t n = 1; n < values.size(); ++n)
         section.require(values[n] > values[n - 1], "values", "ascending", values[n]);
     return {parameter, {values.front(), values.back()}, values};

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
-#include <utility>
 
 #ifdef __GLIBC__
 #include <malloc.h>

@@ -161,7 +161,7 @@ std::string read_text(const fs::path& path) {
     return text;
 }
 
-bool read_line(std::istream& stream, std::string& line, std::uint64_t most) {
+bool read_line(std::istream& stream, std::string& line) {
     using Traits = std::istream::traits_type;
     line.clear();
     const std::istream::sentry ready(stream, true);
@@ -173,7 +173,7 @@ bool read_line(std::istream& stream, std::string& line, std::uint64_t most) {
             if (Traits::eq_int_type(next, Traits::eof())) break;
             if (next == '\n') return true;
             line += Traits::to_char_type(next);
-            if (line.size() > most) return true;
+            if (line.size() > max_text) return true;
         }
     } catch (const std::ios_base::failure&) {  // the buffer's, of a folder
         stream.setstate(std::ios::badbit);

@@ -83,7 +83,7 @@ class Page {
     void vertical_text(Point at, const std::string& text, double size, const Colour& colour) const;
     /// With a rim, which keeps it legible on lines and images.
     void haloed_text(Point at, std::string text, double size, const Colour& colour, const Pen& halo,
-                     Align align = Align::left, double max_width = infinity) const;
+                     Align align, double max_width = infinity) const;
 
     void line(Point from, Point to, const Pen& pen) const;
     void curve(const std::vector<Point>& points, const Pen& pen) const;

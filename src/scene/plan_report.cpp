@@ -7,7 +7,6 @@
 
 #include "render_forecast.h"
 
-#include <array>
 #include <cmath>
 #include <utility>
 

@@ -1,7 +1,6 @@
 #include <stratus/table/packed_table.h>
 
 #include <stratus/base/argument.h>
-#include <stratus/base/constants.h>
 #include <stratus/base/size.h>
 #include <stratus/table/metadata.h>
 #include <stratus/table/packed_block.h>

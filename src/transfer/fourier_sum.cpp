@@ -3,7 +3,6 @@
 #include <stratus/base/argument.h>
 #include <stratus/transfer/stack.h>
 
-#include "options.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,6 +5,7 @@
 
 #include "climb.h"
 #include "options.h"
+#include "simd/doubling_steps.h"
 
 #include <algorithm>
 #include <cmath>

@@ -393,13 +393,12 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
 }
 
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
-                                                const std::vector<double>& albedos,
-                                                const SolverOptions& options) {
+                                                const std::vector<double>& albedos) {
     for (const double albedo : albedos)
         require_in("[0, 1]", "compute_diffusion_exponents", "albedo", albedo);
-    const std::vector<double> moments = phase_function.moments(2 * options.nodes);
-    const Directions directions =
-        gauss_directions(options.nodes, choose_node_map(moments, options.nodes));
+    const int nodes = SolverOptions().nodes;
+    const std::vector<double> moments = phase_function.moments(2 * nodes);
+    const Directions directions = gauss_directions(nodes, choose_node_map(moments, nodes));
     const PhaseKernels kernels =
         DoublingLadder<double>(directions, moments, {{0, 1, 0, directions.mu.minCoeff()}})
             .kernels()[0];

@@ -61,6 +61,9 @@ expect_ok("plan untitled.toml --quiet --picture changes.png", out=(
     "Simulate single | their azimuth may be left out, without which light changes by nothing | "
     "a sparse picture of 12 x 6 pixels, one ray each"))
 begins("changes.png", b"\x89PNG")
+# and names what shows nowhere
+edit("untitled.toml", "deep.toml", ("optical_depth = 1.0", "optical_depth = 1e4"))
+expect_ok("plan deep.toml --quiet", out="light changes by nothing; transmission and background show nowhere (tolerance")
 
 # what a scene names is kept, unless it is dropped
 edit("dark.toml", "named.toml", ("tolerance", 'effects = ["all", "multiple"]\ntolerance'))

@@ -136,7 +136,7 @@ SolverOptions reference_solver(const Table& table, int nodes);
 /// Random points of a range and their solved values; `look_up` fills in `found` and `error`.
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
                                              const PointRange& range, const SolverOptions& solver,
-                                             const VerifyOptions& options = {});
+                                             const VerifyOptions& options);
 
 /// Looks solved points up in a table, and fills in `found` and `error`.
 void look_up(const TableView& table, std::span<ErrorSample> samples);

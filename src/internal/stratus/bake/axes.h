@@ -58,7 +58,7 @@ DirectionAxes direction_axes(const Recipe& resolved);
 
 /// Even in the scale over the range, square_root_of_complement where that is open; one sample where
 /// min = max.
-Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale = std::nullopt);
+Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale);
 
 /// Even in the scale of the parameter, from the first of its values to the last.
 FamilyAxis ranging_axis(const FamilyRange& range, int samples);

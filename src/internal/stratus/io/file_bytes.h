@@ -33,7 +33,7 @@ std::uintmax_t default_max_memory();
 class MemoryLimit {
   public:
     /// 0: the default.
-    explicit MemoryLimit(std::uintmax_t max_bytes = 0)
+    explicit MemoryLimit(std::uintmax_t max_bytes)
         : max_bytes_(max_bytes ? max_bytes : default_max_memory()) {}
 
     /// Counts `bytes` more, which reading `what` needs.
@@ -124,9 +124,9 @@ constexpr std::uint64_t max_text = std::uint64_t{64} << 20;
 ///          more".
 std::string read_text(const fs::path& path);
 
-/// The next line, of at most `most` bytes: false at the end, and bad() where the stream
+/// The next line, of at most `max_text` bytes: false at the end, and bad() where the stream
 /// cannot be read. A longer one is cut after one byte more, to be refused.
-bool read_line(std::istream& stream, std::string& line, std::uint64_t most = max_text);
+bool read_line(std::istream& stream, std::string& line);
 
 // Files that appear complete or not at all: written under another name, flushed to disk, then
 // renamed.

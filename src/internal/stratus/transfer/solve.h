@@ -173,7 +173,6 @@ std::vector<std::vector<LayerSolution>> solve_ladder(
 /// Source   1/k^2 is the largest eigenvalue of (B A)^-1 in mode 0, A and B as in
 ///          simd/doubling.cpp.
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
-                                                const std::vector<double>& albedos,
-                                                const SolverOptions& options = {});
+                                                const std::vector<double>& albedos);
 
 }  // namespace stratus

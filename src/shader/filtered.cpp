@@ -4,6 +4,8 @@
 
 #include "filtered_as_cxx.h"
 
+#include <algorithm>
+#include <array>
 #include <random>
 
 namespace stratus {
@@ -197,7 +199,8 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
     return texels;
 }
 
-/// Tries finer and finer textures, which `fill` makes.
+/// Tries finer and finer textures, which `fill` makes, until these suffice; where none does, the coarsest is left
+/// that is nearly as good as the best.
 template <std::size_t count, class Fill>
 void refine(const TableView& table, const std::vector<Light>& exact, FilteredLight& made,
             const Fineness (&choices)[count], const Fill& fill) {
@@ -205,11 +208,19 @@ void refine(const TableView& table, const std::vector<Light>& exact, FilteredLig
     const auto least = [](int samples) { return samples > 1 && samples < 4 ? 3 : 1; };
     const int cosines = least(std::min(table.mu_in.count, table.mu_out.count)),
               azimuths = least(table.azimuth.count);
-    for (const auto& [along_cosines, along_azimuth, angle_step] : choices) {
+    const auto make = [&](const Fineness& choice) {
+        const auto& [along_cosines, along_azimuth, angle_step] = choice;
         fill({cosines * along_cosines, azimuths * along_azimuth, angle_step});
         measure(exact, table, made);
-        if (made.usual_error <= most_error) break;
-    }
+        return made.usual_error;
+    };
+    constexpr double nearly = 1.25;
+    std::array<double, count> errors{};
+    for (std::size_t n = 0; n < count; ++n)
+        if ((errors[n] = make(choices[n])) <= most_error) return;
+    const double most = nearly * *std::ranges::min_element(errors);
+    const auto coarsest = std::ranges::find_if(errors, [&](double error) { return error <= most; });
+    if (coarsest + 1 != errors.end()) make(choices[coarsest - errors.begin()]);
 }
 
 /// Tells the text of its textures, in the first texels of the filter, and puts these together.

@@ -88,7 +88,8 @@ typedef struct stratus_table_info {
     int highest_order;      /* of scattering; 0: all */
     double tolerance;       /* relative error asked for at the bake; 0: unknown */
     double measured_error;  /* largest relative error met at the bake's own check */
-    stratus_range mixture;  /* share of the first phase function; 0 samples: nothing is mixed */
+    stratus_range mixture;  /* share of the first phase function, where that alone varies; 0 samples
+                             * elsewhere: stratus_table_family() tells all axes of a family */
     int is_packed;          /* 1: stratus_table_reflection_many() takes it */
     int is_stack;           /* 1: layers on top of one another, see stratus_table_layers() */
 } stratus_table_info;

@@ -231,8 +231,9 @@ int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_o
 int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                                float* value);
 
-/* BRDF or BTDF, by the hemispheres of the two directions; value[channels]. Symmetric in wi and wo;
- * light may come from either side, over a lower boundary from above alone. */
+/* BRDF or BTDF, by the hemispheres of the two directions; value[channels]. Light may come from either
+ * side, over a lower boundary or of a stack from above alone: 0 for others. Symmetric in wi and wo but
+ * for the BTDF of a stack, where wi is that of the incident light. */
 int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const float wo[3],
                        float* value);
 

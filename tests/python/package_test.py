@@ -562,6 +562,26 @@ class Refusals(unittest.TestCase):
         self.refused("threads must be in [0, 1024], got -1", stratus.bake, RECIPE, threads=-1)
 
 
+    def test_tell_masked_values(self):
+        mu = np.ma.array([0.5, 0.6], mask=[False, True])
+        layer = small_table().bsdf(1, 0.9)
+        up = np.ma.array([[0, 0, 1.0]], mask=[[False, False, True]])
+        for call in (
+            lambda: small_table().reflection(0.9, 1, mu, 1, 0),
+            lambda: layer.transmission(mu, 1, 0),
+            lambda: stratus.solve(HG, 0.9, 1, mu, 1, 0),
+            lambda: stratus.fluxes(HG, 0.9, 1, mu),
+            lambda: stratus.PhaseFunction(HG)(mu),
+            lambda: stratus.fit(1, 1, mu),
+            lambda: layer.eval([0, 0, 1], up),
+            lambda: layer.sample(up, [0, 0, 0]),
+            lambda: stratus.solve(np.ma.array([HG, HG], mask=[True, False]), 0.9, 1, 1, 1, 0),
+        ):
+            self.refused("must have no masked values, got 1 of them", call)
+        unmasked = np.ma.array([0.5, 0.6], mask=False)
+        assert_array_equal(layer.reflection(unmasked, 1, 0), layer.reflection([0.5, 0.6], 1, 0))
+
+
 class LongWork(unittest.TestCase):
     FINE = RECIPE.replace("nodes = 12", "nodes = 48").replace("modes = 9", "modes = 40")
 

@@ -116,7 +116,7 @@ def _layers(
     function: str, phase_function: PhaseFunctions, albedo: ArrayLike, optical_depth: ArrayLike, **more: ArrayLike
 ) -> tuple[list[tuple[_stratus.PhaseFunction, float, float, NDArray[np.intp]]], list[NDArray[Any]], tuple[int, ...]]:
     """The distinct layers among arguments that broadcast, each with its places; the other arguments, flat; and their shape."""
-    phases = np.asarray(phase_function, object)
+    phases = as_array(function, "phase_function", object, phase_function)
     indices = np.arange(phases.size).reshape(phases.shape)
     (which, albedos, depths, *others), shape = broadcast(
         function, np.float64, phase_function=indices, albedo=albedo, optical_depth=optical_depth, **more)

@@ -562,6 +562,24 @@ class Refusals(unittest.TestCase):
         self.refused("threads must be in [0, 1024], got -1", stratus.bake, RECIPE, threads=-1)
 
 
+    def test_name_what_a_family_lacks(self):
+        def look_ups(dense):
+            return [call for table in (dense, dense.pack()) for call in (
+                lambda **named: table.reflection(0.9, 1, 1, 1, 0, **named),
+                lambda **named: table.transmission(0.9, 1, 1, 1, 0, **named),
+                lambda **named: table.bind(1, 0.9, **named))]
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            mixed = stratus.bake('second_phase_function = "rayleigh"' + RECIPE + "mixture_samples = 3\n")
+        for call in look_ups(mixed):
+            self.refused("mixture must be given, of a table that mixes two phase functions, got none", call)
+            call(mixture=1)
+            call(family={"mixture": 0.5})
+        for call in look_ups(small_table("g_samples = 4\n[family]\ng = [0.2, 0.6]\n")):
+            self.refused("family must give g, of this table, got none", call)
+            call(family={"g": 0.4})
+
     def test_tell_masked_values(self):
         mu = np.ma.array([0.5, 0.6], mask=[False, True])
         layer = small_table().bsdf(1, 0.9)

@@ -562,6 +562,15 @@ class Refusals(unittest.TestCase):
         self.refused("threads must be in [0, 1024], got -1", stratus.bake, RECIPE, threads=-1)
 
 
+    def test_name_the_function_that_is_called(self):
+        for name, call, *where in (("bind_single", stratus.bind_single, HG), ("Table.bind", small_table().bind),
+                                   ("Table.bsdf", small_table().bsdf)):
+            self.refused(f"{name}() got an unexpected keyword argument 'foo'", call, *where, 1, 0.9, foo=1, kind=TypeError)
+        for albedo, depth, sentence in ((np.nan, 1, "albedo must be in [0, 1], got nan"), (1, -1, "optical_depth must be in [0, inf], got -1")):
+            self.refused("solve: " + sentence, stratus.solve, HG, albedo, depth, 1, 1, 0)
+            self.refused("fluxes: " + sentence, stratus.fluxes, HG, albedo, depth)
+            self.refused("Stack: " + sentence, stratus.Stack.of, (HG, albedo, depth))
+
     def test_name_what_a_family_lacks(self):
         def look_ups(dense):
             return [call for table in (dense, dense.pack()) for call in (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -134,7 +136,18 @@ def opposition_parts(opposition: Opposition | None) -> tuple[str, float, float]:
     return law, number("opposition", "width", width), number("opposition", "amplitude", amplitude)
 
 
-def effects_dict(
+def effects_dict(function: str, effects: Mapping[str, Any]) -> dict[str, Any]:
+    """Effects by name; refusals of others call the function as Python does.
+
+    Errors   TypeError for an effect that there is not.
+    """
+    for name in effects:
+        if name not in inspect.signature(_effects).parameters:
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}")
+    return _effects(**effects)
+
+
+def _effects(
     single: bool = True,
     multiple: bool = True,
     reflection: bool = True,

@@ -169,9 +169,10 @@ class Table:
     # ---- one layer
 
     def _bound(self, optical_depth: ArrayLike, albedo: ArrayLike, member: list[float], clamp: bool, sampled: bool,
-               effects: EffectOptions) -> _stratus.Bound:
+               effects: Mapping[str, Any]) -> _stratus.Bound:
         medium = make_medium(optical_depth, albedo)
-        return _stratus.bind_table(self._own, *medium, member, clamp, sampled, effects_dict(**effects))
+        return _stratus.bind_table(self._own, *medium, member, clamp, sampled,
+                                   effects_dict("Table.bsdf" if sampled else "Table.bind", effects))
 
     def bind(
         self,
@@ -293,4 +294,4 @@ def bind_single(
 ) -> Bsdf:
     """Light scattered once, in closed form: a layer that needs no table. Arguments as of `Table.bind`."""
     own = as_phase_function(phase_function)._own
-    return Bsdf(_stratus.bind_single(own, *make_medium(optical_depth, albedo), effects_dict(**effects)))
+    return Bsdf(_stratus.bind_single(own, *make_medium(optical_depth, albedo), effects_dict("bind_single", effects)))

@@ -88,7 +88,8 @@ typedef struct stratus_table_info {
     int highest_order;      /* of scattering; 0: all */
     double tolerance;       /* relative error asked for at the bake; 0: unknown */
     double measured_error;  /* largest relative error met at the bake's own check */
-    stratus_range mixture;  /* share of the first phase function; 0 samples: nothing is mixed */
+    stratus_range mixture;  /* share of the first phase function, where that alone varies; 0 samples
+                             * elsewhere: stratus_table_family() tells all axes of a family */
     int is_packed;          /* 1: stratus_table_reflection_many() takes it */
     int is_stack;           /* 1: layers on top of one another, see stratus_table_layers() */
 } stratus_table_info;
@@ -230,8 +231,9 @@ int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_o
 int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                                float* value);
 
-/* BRDF or BTDF, by the hemispheres of the two directions; value[channels]. Symmetric in wi and wo;
- * light may come from either side, over a lower boundary from above alone. */
+/* BRDF or BTDF, by the hemispheres of the two directions; value[channels]. Light may come from either
+ * side, over a lower boundary or of a stack from above alone: 0 for others. Symmetric in wi and wo but
+ * for the BTDF of a stack, where wi is that of the incident light. */
 int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const float wo[3],
                        float* value);
 

@@ -263,13 +263,14 @@ struct FineMembers {
     FamilyAxes along;  // fine steps along the axis, one sample of the other
     std::vector<std::optional<FamilyStep>> steps;
 
+    /// `other` counts the least, the middle and the greatest value of the other axis, where there is one.
     FineMembers(const Recipe& recipe_, std::size_t axis_, double max_error_,
-                const BakeOptions& options_, int fine)
+                const BakeOptions& options_, int fine, std::size_t other)
         : recipe(recipe_), max_error(max_error_), options(options_), axis(axis_) {
         for (std::size_t k = 0; k < recipe.family.size(); ++k) {
             along.push_back(ranging_axis(recipe.family[k], k == axis ? fine + 1 : 3));
             std::vector<double>& values = along.back().axis.values;
-            if (k != axis) values = {values[1]};
+            if (k != axis) values = {values[other]};
         }
         steps.resize(along[axis].axis.values.size());
     }
@@ -283,7 +284,7 @@ struct FineMembers {
     }
 };
 
-double family_error(FineMembers& all, int candidate) {
+Errors family_errors(FineMembers& all, int candidate) {
     const std::size_t fine = all.steps.size() - 1;
     const Steps steps(candidate, fine);
     for (std::size_t interval = 0; interval <= steps.intervals; ++interval) {
@@ -293,7 +294,7 @@ double family_error(FineMembers& all, int candidate) {
     const AxisView axis = make_axis(AxisScale::linear, 0, 1, candidate).view();
     const Probes& any = all.at(0).probes;
     const std::size_t albedos = any.albedos.size();
-    return measure_layers(
+    return errors_of_layers(
         any, steps.intervals * albedos, all.at(0).layers[0].size(),
         [&](std::size_t n, std::size_t d, Errors& errors) {
             const std::size_t a = n % albedos, middle = steps.middle(n / albedos);
@@ -376,11 +377,33 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
         candidates.push_back(25);
         fine = 48;
     }
-    FineMembers members(recipe, axis, max_error, options, fine);
-    members.solve(0);
-    return choose_cheapest(members.at(0).probes, samples_key(recipe.family[axis].parameter).c_str(),
-                           candidates,
-                           [&](int candidate) { return family_error(members, candidate); });
+    // Errors along one axis may be a hundred times as large at one end of the other as in its middle.
+    std::vector<std::size_t> others{1};
+    if (recipe.family.size() > 1) {
+        const std::size_t other = 1 - axis;
+        const Range range = recipe.family[other].range;
+        const bool at_max = corners_by_peak(recipe).front()[other] > (range.min + range.max) / 2;
+        others = {at_max ? 2u : 0u, 1u, at_max ? 0u : 2u};
+    }
+    std::vector<FineMembers> lines;  // the most peaked first
+    for (const std::size_t other : others)
+        lines.emplace_back(recipe, axis, max_error, options, fine, other);
+    lines[0].solve(0);
+    const Probes& probes = lines[0].at(0).probes;
+    const auto error = [&](int candidate) {
+        std::vector<Errors> of_lines;
+        for (FineMembers& line : lines) of_lines.push_back(family_errors(line, candidate));
+        return quantile_of_all(probes, joined(std::move(of_lines)), probed_share);
+    };
+    // As many large errors as the lines may have together, along the first alone.
+    const double share = 1 - static_cast<double>(lines.size()) * (1 - probed_share);
+    CandidateError at_least;
+    if (lines.size() > 1)
+        at_least = [&](int candidate) {
+            return quantile_of_all(probes, family_errors(lines[0], candidate), share);
+        };
+    return choose_cheapest(probes, samples_key(recipe.family[axis].parameter).c_str(), candidates,
+                           error, at_least);
 }
 
 }  // namespace stratus

@@ -33,13 +33,18 @@ bool is_one_layer(const PointRange& range) {
            (range.albedo.count == 1 && range.optical_depth.size() == 1 && range.family.empty());
 }
 
-/// More where layers take long.
-int points_of_many_layers(const PointRange& range) { return range.has_path_law ? 24 : 16; }
+/// More where layers take long; fewer in families of two axes, whose errors are often large at one corner alone,
+/// where a check of few members may have none.
+int points_of_many_layers(const PointRange& range) {
+    if (range.family.size() > 1) return range.has_path_law ? 12 : 4;
+    return range.has_path_law ? 24 : 16;
+}
 
 /// More in tables of so few layers that it takes more of them to check than to bake; most of a stack,
 /// whose points have 40 cosines.
 int points_of_layer(const PointRange& range) {
     if (is_one_layer(range)) return range.layers.empty() ? 100 : 1000;
+    if (range.family.size() > 1) return points_of_many_layers(range);
     const int layers = range.albedo.count * range.optical_depth.size() *
                        static_cast<int>(member_count(range.family));
     constexpr int of_usual_check = 2000, most = 40;

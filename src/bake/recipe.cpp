@@ -261,10 +261,9 @@ Recipe read_layer(const Section& section, const PhaseSource& source) {
     recipe.phase_function = section.phase_function("phase_function", source);
     recipe.optical_depth = read_range(section, "optical_depth");
     recipe.albedo = read_albedo(section, recipe.phase_function);
-    if (section.has("below")) {
-        recipe.lower_boundary = read_lower_boundary(section, caller, source);
-        recipe.transmission = false;
-    }
+    if (section.has("below")) recipe.lower_boundary = read_lower_boundary(section, caller, source);
+    recipe.transmission =
+        recipe.optical_depth.min < infinity && !recipe.lower_boundary.is_present();
     if (!section.is("orders", "all") && section.has("orders"))
         recipe.orders = section.count("orders");
     return recipe;
@@ -322,7 +321,7 @@ Recipe make_recipe(const toml::table& parsed, const TomlFile& file, const PhaseS
                     "transmission");
     section.require(recipe.optical_depth.min < infinity || !recipe.transmission, "sides",
                     "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
-                    section.has("sides") ? "transmission" : "no sides, which bakes both");
+                    "transmission");
     if (is_stack)
         read_directional(section.section("discretisation"), recipe.discretisation);
     else

@@ -46,7 +46,9 @@ HenyeyGreenstein HenyeyGreenstein::read(PhaseText& text, const std::string&) {
 std::string HenyeyGreenstein::parameter_text() const { return "g=" + shortest_text(g); }
 
 std::string HenyeyGreenstein::caption() const {
-    return "Henyey-Greenstein g = " + short_number(g, 3);
+    const std::string rounded = short_number(g, 3);
+    const bool is_refused = rounded == "1" || rounded == "-1";  // which g never is
+    return "Henyey-Greenstein g = " + (is_refused ? shortest_text(g) : rounded);
 }
 
 // ---- sums of kinds

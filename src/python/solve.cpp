@@ -96,10 +96,12 @@ py::dict stack_fluxes(const Stack& stack, const Doubles& mu_in, const AskedOptio
 
 using LayerParts = std::tuple<PhaseFunction, double, double>;  // with albedo and optical depth
 
-/// Unchecked: the solver refuses what it is given itself.
+/// One layer, checked by the name of the function that solves it.
 Stack make_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                 const py::object& below) {
-    return {{{phase_function, albedo, optical_depth}}, make_lower_boundary(below)};
+                 const py::object& below, const std::string& function) {
+    Stack stack{{{phase_function, albedo, optical_depth}}, make_lower_boundary(below)};
+    check_layers(stack.layers, stack.lower_boundary.is_present(), function.c_str());
+    return stack;
 }
 
 Stack make_stack(const std::vector<LayerParts>& parts, const py::object& below) {

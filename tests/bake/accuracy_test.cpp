@@ -211,6 +211,27 @@ TEST(Verify, LeavesNoWideGapsBetweenAlbedosAndDepths) {
     }
 }
 
+TEST(Verify, SeesFourTimesAsManyMembersOfAFamilyOfTwoAxes) {
+    const auto members_of = [](const std::string& family) {
+        const Table table = solve_table(parse_recipe(
+            "phase_function = 'henyey_greenstein:g=0.2'\nsecond_phase_function = 'rayleigh'\n"
+            "tolerance = 1e-2\noptical_depth = { min = 0.5, max = 2.0 }\n"
+            "albedo = { min = 0.5, max = 1.0 }\n[family]\nmixture = [0.0, 1.0]\n" +
+            family +
+            "[discretisation]\nnodes = 4\nmodes = 3\nmu_samples = 4\nazimuth_samples = 3\n"
+            "optical_depth_samples_per_octave = 5\nalbedo_samples = 8\nmixture_samples = 4\n" +
+            (family.empty() ? "" : "g_samples = 2\n")));
+        const Verification verification = verify(table, {.samples = 960});
+        EXPECT_EQ(verification.samples.size(), 1920u);
+        std::set<double> mixtures;
+        for (const ErrorSample& sample : verification.samples) mixtures.insert(sample.member[0]);
+        return mixtures.size();
+    };
+    const std::size_t alone = members_of(""), of_two_axes = members_of("g = [0.0, 0.3]\n");
+    EXPECT_GE(alone, 15u);
+    EXPECT_GE(of_two_axes, 4 * alone - 4);
+}
+
 TEST(Verify, DependsOnTheSeedButNotOnThreads) {
     const Table table = bake(explicit_recipe());
     VerifyOptions options{.samples = 200, .threads = 1};

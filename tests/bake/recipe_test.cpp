@@ -144,10 +144,22 @@ TEST(Recipe, MayReachToInfinity) {
     EXPECT_EQ(alone.optical_depth.min, infinity);
 }
 
+TEST(Recipe, HasReflectionAloneAtInfinityAlone) {
+    const std::string text =
+        recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }");
+    const Recipe recipe = parse_recipe(text);
+    EXPECT_TRUE(recipe.reflection);
+    EXPECT_FALSE(recipe.transmission);
+    EXPECT_EQ(resolved_text(recipe),
+              resolved_text(parse_recipe(text + "sides = ['reflection']\n")));
+}
+
 TEST(Recipe, RefusesTransmissionAtInfinityAlone) {
-    expect_recipe_refusal(
-        recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }"),
-        {"recipe: sides", "[\"reflection\"]", "inf alone", "got no sides, which bakes both"});
+    for (const char* const sides : {"['reflection', 'transmission']", "['transmission']"})
+        expect_recipe_refusal(
+            recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }") +
+                "sides = " + sides + "\n",
+            {"recipe: line", "sides", "[\"reflection\"]", "inf alone", "got transmission"});
 }
 
 TEST(Recipe, RequiresItsFourKeys) {

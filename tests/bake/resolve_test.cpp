@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -187,6 +188,29 @@ TEST(Resolve, SamplesDepthsAsCloselyAsFewOrdersNeed) {
     const Resolution resolution = resolve_as_first(recipe, {});
     EXPECT_GT(resolution.recipe.discretisation.optical_depth_samples_per_octave, 6);
     EXPECT_TRUE(resolution.at_cap.empty());
+}
+
+TEST(Resolve, SamplesAFamilyOfTwoAxesAsCloselyAsItsPeakedEndNeeds) {
+    const auto mixtures = [](double tolerance, const std::string& g) {
+        const Recipe recipe = parse_recipe(
+            "phase_function = 'henyey_greenstein:g=0.8'\n"
+            "second_phase_function = 'rayleigh'\n"
+            "tolerance = " +
+            std::to_string(tolerance) +
+            "\noptical_depth = { min = 1.0, max = 4.0 }\nalbedo = { min = 1.0, max = 1.0 }\n"
+            "[family]\nmixture = [0.0, 1.0]\n" +
+            g +
+            "[discretisation]\nnodes = 16\nmodes = 20\nmu_samples = 10\nazimuth_samples = 5\n"
+            "optical_depth_samples_per_octave = 3\n");
+        const auto mixture =
+            std::ranges::find(recipe.family, PhaseParameter::mixture, &FamilyRange::parameter);
+        return resolve(recipe).discretisation.family_samples.at(
+            static_cast<std::size_t>(mixture - recipe.family.begin()));
+    };
+    const std::string g = "g = [-0.4, 0.8]\n";
+    const int both = mixtures(1e-2, g);
+    EXPECT_GE(both, mixtures(2e-2, ""));
+    EXPECT_LE(both, mixtures(1e-2, ""));
 }
 
 TEST(Resolve, SamplesASingleAlbedoAndDepthOnce) {

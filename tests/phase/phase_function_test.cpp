@@ -138,6 +138,13 @@ TEST(HenyeyGreenstein, KeepsItsPrecisionNearTheEndsOfItsRange) {
     }
 }
 
+TEST(HenyeyGreenstein, IsNotRoundedToAFullPeakInItsCaption) {
+    for (const auto& [g, text] : {std::pair(0.9994, "0.999"), std::pair(0.9996, "0.9996"),
+                                  std::pair(0.999999, "0.999999"), std::pair(-0.99999, "-0.99999")})
+        EXPECT_EQ(PhaseFunction::henyey_greenstein(g).caption(),
+                  std::string("Henyey-Greenstein g = ") + text);
+}
+
 TEST(HenyeyGreenstein, IsBlinn82WithTheOppositeSign) {
     const double blinns_g = 0.325;  // backward scattering, in the phase angle
     for (const double a : {0.0, 0.5, 1.5, 3.0}) {

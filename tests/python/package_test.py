@@ -562,6 +562,53 @@ class Refusals(unittest.TestCase):
         self.refused("threads must be in [0, 1024], got -1", stratus.bake, RECIPE, threads=-1)
 
 
+    def test_name_the_function_that_is_called(self):
+        for name, call, *where in (("bind_single", stratus.bind_single, HG), ("Table.bind", small_table().bind),
+                                   ("Table.bsdf", small_table().bsdf)):
+            self.refused(f"{name}() got an unexpected keyword argument 'foo'", call, *where, 1, 0.9, foo=1, kind=TypeError)
+        for albedo, depth, sentence in ((np.nan, 1, "albedo must be in [0, 1], got nan"), (1, -1, "optical_depth must be in [0, inf], got -1")):
+            self.refused("solve: " + sentence, stratus.solve, HG, albedo, depth, 1, 1, 0)
+            self.refused("fluxes: " + sentence, stratus.fluxes, HG, albedo, depth)
+            self.refused("Stack: " + sentence, stratus.Stack.of, (HG, albedo, depth))
+
+    def test_name_what_a_family_lacks(self):
+        def look_ups(dense):
+            return [call for table in (dense, dense.pack()) for call in (
+                lambda **named: table.reflection(0.9, 1, 1, 1, 0, **named),
+                lambda **named: table.transmission(0.9, 1, 1, 1, 0, **named),
+                lambda **named: table.bind(1, 0.9, **named))]
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            mixed = stratus.bake('second_phase_function = "rayleigh"' + RECIPE + "mixture_samples = 3\n")
+        for call in look_ups(mixed):
+            self.refused("mixture must be given, of a table that mixes two phase functions, got none", call)
+            call(mixture=1)
+            call(family={"mixture": 0.5})
+        for call in look_ups(small_table("g_samples = 4\n[family]\ng = [0.2, 0.6]\n")):
+            self.refused("family must give g, of this table, got none", call)
+            call(family={"g": 0.4})
+
+    def test_tell_masked_values(self):
+        mu = np.ma.array([0.5, 0.6], mask=[False, True])
+        layer = small_table().bsdf(1, 0.9)
+        up = np.ma.array([[0, 0, 1.0]], mask=[[False, False, True]])
+        for call in (
+            lambda: small_table().reflection(0.9, 1, mu, 1, 0),
+            lambda: layer.transmission(mu, 1, 0),
+            lambda: stratus.solve(HG, 0.9, 1, mu, 1, 0),
+            lambda: stratus.fluxes(HG, 0.9, 1, mu),
+            lambda: stratus.PhaseFunction(HG)(mu),
+            lambda: stratus.fit(1, 1, mu),
+            lambda: layer.eval([0, 0, 1], up),
+            lambda: layer.sample(up, [0, 0, 0]),
+            lambda: stratus.solve(np.ma.array([HG, HG], mask=[True, False]), 0.9, 1, 1, 1, 0),
+        ):
+            self.refused("must have no masked values, got 1 of them", call)
+        unmasked = np.ma.array([0.5, 0.6], mask=False)
+        assert_array_equal(layer.reflection(unmasked, 1, 0), layer.reflection([0.5, 0.6], 1, 0))
+
+
 class LongWork(unittest.TestCase):
     FINE = RECIPE.replace("nodes = 12", "nodes = 48").replace("modes = 9", "modes = 40")
 

@@ -96,8 +96,8 @@ class DirectionDensity {
 //
 // Vectors are in the local frame of the surface, z along its normal, unit length, both pointing
 // away from the layer; they are not normalised, and arguments out of range count as in lookup.h.
-// Light may come from either side (over ground, from above alone). Angles are (mu_in, mu_out,
-// azimuth) as in slices, light then comes from above. Densities are per steradian of outgoing
+// Light may come from either side (over ground and of stacks, from above alone). Angles are (mu_in,
+// mu_out, azimuth) as in slices, light then comes from above. Densities are per steradian of outgoing
 // directions. The directly transmitted beam is no part of a BSDF: see SliceOf::direct.
 //
 // Directions follow single scattering and all higher orders together, both sides at once. Colours
@@ -142,7 +142,7 @@ class BsdfOf {
     /// Errors   std::invalid_argument for a slice of a table that was narrowed to some directions.
     explicit BsdfOf(SliceOf<channels> slice);
 
-    /// BRDF or BTDF, R / pi or T / pi; symmetric.
+    /// BRDF or BTDF, R / pi or T / pi; symmetric but for the T of a stack.
     Value eval(const Vector& wi, const Vector& wo) const noexcept { return slice_.eval(wi, wo); }
     Value eval(Side side, float mu_in, float mu_out, float azimuth) const noexcept;
 

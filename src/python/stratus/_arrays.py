@@ -18,6 +18,12 @@ def shown(value: object) -> str:
 
 
 def as_array(function: str, name: str, dtype: type, value: ArrayLike) -> NDArray[Any]:
+    """An array of numbers.
+
+    Errors   ValueError naming `function` and the argument, for a masked array with masked values, too.
+    """
+    if np.ma.is_masked(value):
+        raise ValueError(f"{function}: {name} must have no masked values, got {np.ma.count_masked(value)} of them")
     try:
         return np.asarray(value, dtype)
     except (TypeError, ValueError):
@@ -54,9 +60,9 @@ def broadcast(function: str, dtype: type, **values: ArrayLike) -> tuple[list[NDA
     return [np.ascontiguousarray(array).reshape(-1) for array in arrays], arrays[0].shape
 
 
-def broadcast_vectors(*values: ArrayLike) -> tuple[list[NDArray[np.float32]], Shape]:
+def broadcast_vectors(function: str, **values: ArrayLike) -> tuple[list[NDArray[np.float32]], Shape]:
     """Arrays of vectors, (..., 3), as rows of three components each, and the shape `...`."""
-    arrays = [np.asarray(value, np.float32) for value in values]
+    arrays = [as_array(function, name, np.float32, value) for name, value in values.items()]
     for array in arrays:
         if array.ndim == 0 or array.shape[-1] != 3:
             raise ValueError(f"vectors must have 3 components along the last axis, got the shape {array.shape}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,7 +51,7 @@ class Slice:
 
     def eval(self, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
         """BRDF or BTDF per steradian, without the cosine, by the sides that wi and wo are on."""
-        vectors, shape = broadcast_vectors(wi, wo)
+        vectors, shape = broadcast_vectors("eval", wi=wi, wo=wo)
         return in_shape(self._own.eval(*vectors), shape)
 
     def _behind(self, what: str, mu: ArrayLike) -> Any:
@@ -99,13 +101,13 @@ class Bsdf(Slice):
 
     def sample(self, wi: ArrayLike, u: ArrayLike) -> Sample:
         """Directions for random numbers u in [0, 1], three for each: arrays of (..., 3) both."""
-        vectors, shape = broadcast_vectors(wi, u)
+        vectors, shape = broadcast_vectors("sample", wi=wi, u=u)
         wo, value, pdf = self._own.sample(*vectors)
         return Sample(wo.reshape(*shape, 3), in_shape(value, shape), in_shape(pdf, shape))
 
     def pdf(self, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
         """The density with which `sample` draws wo, per steradian. One, of all channels."""
-        vectors, shape = broadcast_vectors(wi, wo)
+        vectors, shape = broadcast_vectors("pdf", wi=wi, wo=wo)
         return in_shape(self._own.pdf(*vectors), shape)
 
     def albedo(self, mu_in: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -134,7 +136,18 @@ def opposition_parts(opposition: Opposition | None) -> tuple[str, float, float]:
     return law, number("opposition", "width", width), number("opposition", "amplitude", amplitude)
 
 
-def effects_dict(
+def effects_dict(function: str, effects: Mapping[str, Any]) -> dict[str, Any]:
+    """Effects by name; refusals of others call the function as Python does.
+
+    Errors   TypeError for an effect that there is not.
+    """
+    for name in effects:
+        if name not in inspect.signature(_effects).parameters:
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}")
+    return _effects(**effects)
+
+
+def _effects(
     single: bool = True,
     multiple: bool = True,
     reflection: bool = True,

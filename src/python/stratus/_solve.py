@@ -116,7 +116,7 @@ def _layers(
     function: str, phase_function: PhaseFunctions, albedo: ArrayLike, optical_depth: ArrayLike, **more: ArrayLike
 ) -> tuple[list[tuple[_stratus.PhaseFunction, float, float, NDArray[np.intp]]], list[NDArray[Any]], tuple[int, ...]]:
     """The distinct layers among arguments that broadcast, each with its places; the other arguments, flat; and their shape."""
-    phases = np.asarray(phase_function, object)
+    phases = as_array(function, "phase_function", object, phase_function)
     indices = np.arange(phases.size).reshape(phases.shape)
     (which, albedos, depths, *others), shape = broadcast(
         function, np.float64, phase_function=indices, albedo=albedo, optical_depth=optical_depth, **more)
@@ -192,7 +192,7 @@ def solve(
     options, ground = _options("solve", nodes, tolerance, orders), _boundary(below)
     found = _gathered(
         at[0].size,
-        ((places, _stratus.solve_stack(_stratus.make_layer(own, w, depth, ground), [values[places] for values in at], options))
+        ((places, _stratus.solve_stack(_stratus.make_layer(own, w, depth, ground, "solve"), [values[places] for values in at], options))
          for own, w, depth, places in layers))
     warn(_missed("solve", found, tolerance, nodes))
     return _light(found, shape)
@@ -250,7 +250,7 @@ def fluxes(
     error = 0.0
     nothing = as_phase_function("isotropic")._own, 0.0, 0.0, np.array([], int)  # where there are no layers
     for own, w, depth, places in layers or [nothing]:
-        of_layer = _stratus.stack_fluxes(_stratus.make_layer(own, w, depth, ground), at, options)
+        of_layer = _stratus.stack_fluxes(_stratus.make_layer(own, w, depth, ground, "fluxes"), at, options)
         error = max(error, of_layer.pop("relative_error"))
         found.update((place, of_layer) for place in places.tolist())
     warn(_missed_fluxes("fluxes", error, tolerance, nodes))

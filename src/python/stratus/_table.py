@@ -96,7 +96,7 @@ class Table:
     # ---- lookups at any layer
 
     def _member(self, mixture: float | None, family: Mapping[str, float] | None) -> list[float]:
-        """A value for each axis of the family; not-a-number where none is given."""
+        """A value for each axis of the family."""
         names = list(self._own.axes())
         names = names[: names.index("albedo")]
         given = {name: number("Table", name, value) for name, value in (family or {}).items()}
@@ -110,7 +110,12 @@ class Table:
             raise ValueError(f"mixture must be given once, got {share:g} and {given['mixture']:g} of family")
         if mixture is not None:
             given.setdefault("mixture", share)
-        return [given.get(name, float("nan")) for name in names]
+        missing = [name for name in names if name not in given]
+        if missing == ["mixture"]:
+            raise ValueError("mixture must be given, of a table that mixes two phase functions, got none")
+        if missing:
+            raise ValueError(f"family must give {', '.join(names)}, of this table, got {', '.join(given) or 'none'}")
+        return [given[name] for name in names]
 
     def _look_up(self, transmitted: bool, at: tuple[ArrayLike, ...], member: list[float], single: bool, multiple: bool) -> Any:
         def look_up(*arrays: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -126,7 +131,7 @@ class Table:
         mu_out: ArrayLike,
         azimuth: ArrayLike,
         *,
-        mixture: float = 1.0,
+        mixture: float | None = None,
         family: Mapping[str, float] | None = None,
         single: bool = True,
         multiple: bool = True,
@@ -135,8 +140,8 @@ class Table:
 
         albedo, optical_depth   of a layer that the table holds, or a thinner one
         mu_in, mu_out, azimuth  cosines (0, 1], radians, 0 the forward side
-        mixture                 share of the first phase function, of a table that mixes two
-        family                  parameters of the phase function, of a table of a family, by name:
+        mixture                 share of the first phase function, needed of a table that mixes two
+        family                  parameters of the phase function, needed of a table of a family, by name:
                                 {"radius": 10}; lengths in um
         single, multiple        light scattered once, and of the orders n >= 2
 
@@ -153,7 +158,7 @@ class Table:
         mu_out: ArrayLike,
         azimuth: ArrayLike,
         *,
-        mixture: float = 1.0,
+        mixture: float | None = None,
         family: Mapping[str, float] | None = None,
         single: bool = True,
         multiple: bool = True,
@@ -164,9 +169,10 @@ class Table:
     # ---- one layer
 
     def _bound(self, optical_depth: ArrayLike, albedo: ArrayLike, member: list[float], clamp: bool, sampled: bool,
-               effects: EffectOptions) -> _stratus.Bound:
+               effects: Mapping[str, Any]) -> _stratus.Bound:
         medium = make_medium(optical_depth, albedo)
-        return _stratus.bind_table(self._own, *medium, member, clamp, sampled, effects_dict(**effects))
+        return _stratus.bind_table(self._own, *medium, member, clamp, sampled,
+                                   effects_dict("Table.bsdf" if sampled else "Table.bind", effects))
 
     def bind(
         self,
@@ -288,4 +294,4 @@ def bind_single(
 ) -> Bsdf:
     """Light scattered once, in closed form: a layer that needs no table. Arguments as of `Table.bind`."""
     own = as_phase_function(phase_function)._own
-    return Bsdf(_stratus.bind_single(own, *make_medium(optical_depth, albedo), effects_dict(**effects)))
+    return Bsdf(_stratus.bind_single(own, *make_medium(optical_depth, albedo), effects_dict("bind_single", effects)))

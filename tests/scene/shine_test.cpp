@@ -344,5 +344,42 @@ TEST(RingOrders, OfPicturesAreThoseOfSingleRays) {
         }
 }
 
+/// Compares orders of rings below a close camera, whose directions change fast with the place.
+void expect_orders_below(const LayerTables& tables, Scene scene, double height, double turn_deg) {
+    scene.to_sun = direction_at(radians(30), radians(20 + turn_deg));
+    const Vector3 below = 2.0 * direction_at(0, radians(turn_deg));
+    scene.camera.position = below + Vector3{0, 0, height};
+    Scene large = scene;
+    large.width = large.height = 512;
+    const LayerLight tabulated(large, &tables), looked_up(scene, &tables);
+    for (int k = 0; k < 200; ++k) {
+        const Vector3 aside = direction_at(0, 2 * pi * k * std::numbers::phi),
+                      point = below + height * std::sqrt(0.05 * k) * aside;
+        const Ray ray{scene.camera.position, normalised(point - scene.camera.position)};
+        const double expected = radiance_along(scene, looked_up, ray, scene.to_sun)[0],
+                     got = radiance_along(large, tabulated, ray, scene.to_sun)[0];
+        EXPECT_NEAR(got, expected, 0.1 * scene.tolerance * expected)
+            << height << ' ' << turn_deg << ' ' << k;
+    }
+}
+
+TEST(RingOrders, BelowACloseCameraAreThoseOfSingleRays) {
+    Scene scene = small_rings(1);
+    scene.camera.orthographic = false;
+    const RingProfile even{{1.5, 2.9}, {1, 1}, {0.3, 0.3}, {0.6, 0.6}};
+    RingProfile with_empty_rows = even;
+    with_empty_rows.radius.insert(with_empty_rows.radius.begin(), {1.4, 1.4999999});
+    with_empty_rows.optical_depth = {0, 0, 1, 1};
+    with_empty_rows.w1.resize(4, 0.3);
+    with_empty_rows.w2.resize(4, 0.6);
+    for (const RingProfile& profile : {even, with_empty_rows}) {
+        the_rings(scene).profile = profile;
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
+        for (const double height : {0.02, 0.05, 0.3})
+            for (const double turn : {0.0, 57.3, 172.0, 285.0})
+                expect_orders_below(*tables, scene, height, turn);
+    }
+}
+
 }  // namespace
 }  // namespace stratus

@@ -182,6 +182,35 @@ TEST(Planetshine, OfAllOrdersIsTheMeanOfRaysToThePlanet) {
     expect_planetshine(scene, all.get());
 }
 
+/// Compares planetshine below a close camera with that along the same rays, but of another camera, for
+/// which it is not tabulated.
+void expect_planetshine_below(Scene scene, double height, double turn_deg) {
+    scene.camera.orthographic = false;
+    scene.to_sun = direction_at(radians(25), radians(40 + turn_deg));
+    const Vector3 below = 1.8 * direction_at(0, radians(turn_deg));
+    Scene other = scene;
+    scene.camera.position = below + Vector3{0, 0, height};
+    const LayerLight tabulated(scene, nullptr), integrated(other, nullptr);
+    for (int k = 0; k < 60; ++k) {
+        const Vector3 aside = direction_at(0, 2 * pi * k * std::numbers::phi),
+                      point = below + height * std::sqrt(0.2 * k) * aside;
+        const Ray ray{scene.camera.position, normalised(point - scene.camera.position)};
+        const Rgb3 expected = radiance_along(other, integrated, ray, scene.to_sun),
+                   got = radiance_along(scene, tabulated, ray, scene.to_sun);
+        for (const auto c : three_channels)
+            EXPECT_NEAR(got[c], expected[c], 2e-3 * std::max(expected[c], faint))
+                << height << ' ' << turn_deg << ' ' << k << ' ' << c;
+    }
+}
+
+TEST(Planetshine, BelowACloseCameraIsThatOfSingleRays) {
+    Scene scene = once(shining());
+    scene.effects.ringshine = false;
+    the_rings(scene).profile = {{1.25, 2.3}, {0.7, 0.9}, {0.6, 0.4}, {0.3, 0.5}};
+    expect_planetshine_below(scene, 0.03, 172);
+    expect_planetshine_below(scene, -0.1, 7);
+}
+
 /// The planet under clouds over its surface.
 Scene cloudy(Scene scene, double optical_depth) {
     SceneLayer clouds;

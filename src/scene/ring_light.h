@@ -204,7 +204,9 @@ class RingShine {
     /// orders n >= 2.
     ///
     /// Accuracy 5e-3 of E, 5e-6 where the rings hardly rise above the horizon; of light scattered
-    ///          once for phase functions to asymmetry 0.9, of higher orders to 0.5.
+    ///          once for phase functions to asymmetry 0.9, of higher orders to 0.5. One radius stands
+    ///          for a ringlet, 1/64 of all rings or less: not for a narrower one near the globe in a
+    ///          wide ring that is fainter by up to 3e4.
     RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
               LightDetail detail);
 

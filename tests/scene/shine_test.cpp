@@ -98,6 +98,38 @@ TEST(Ringshine, OfNarrowlyForwardScatteringRingsIsTheMeanOfRaysToThem) {
     expect_ringshine(scene);
 }
 
+/// Rings of one depth from `inner` to `outer` in a profile whose other rows hold `beside`.
+Scene ring_within(double inner, double outer, double beside, double first, double last) {
+    Scene scene = once(shining());
+    scene.effects.planetshine = false;
+    constexpr double edge = 1e-7;
+    the_rings(scene).profile = {{first, inner - edge, inner, outer, outer + edge, last},
+                                {beside, beside, 2, 2, beside, beside},
+                                {0.6, 0.6, 0.6, 0.6, 0.6, 0.6},
+                                {0.3, 0.3, 0.3, 0.3, 0.3, 0.3}};
+    return scene;
+}
+
+TEST(Ringshine, DoesNotDependOnEmptyRowsBesideRings) {
+    const auto expect_alike = [](double inner, double outer, double beside, double last) {
+        Scene alone = once(shining());
+        alone.effects.planetshine = false;
+        the_rings(alone).profile = {{inner, outer}, {2, 2}, {0.6, 0.6}, {0.3, 0.3}};
+        const Scene within = ring_within(inner, outer, beside, 1.01, last);
+        const LayerLight expected_light(alone, nullptr), light(within, nullptr);
+        for (const double latitude : {-20.0, -8.0, 4.0, 12.0, 22.0, 40.0})
+            for (const double longitude : {40.0, 137.0, 195.0, 220.0}) {
+                const Vector3 point = on_globe(latitude, longitude, 0.1);
+                const double expected = expected_light.ringshine(point)[0];
+                EXPECT_NEAR(light.ringshine(point)[0], expected, 5e-3 * std::max(expected, 1e-3))
+                    << inner << ' ' << beside << ' ' << latitude << ' ' << longitude;
+            }
+    };
+    expect_alike(1.1, 1.11, 0, 8);
+    expect_alike(1.1, 1.11, 1e-9, 8);  // which return next to nothing
+    expect_alike(1.3, 2.3, 0, 200);
+}
+
 TEST(Ringshine, LightsTheNightSide) {
     Scene scene = once(shining());
     scene.sun_colour = {1, 0.5, 0.25};

@@ -17,13 +17,15 @@ struct Cells {
 constexpr Cells small_cells{8, 12};  // for single scattering
 constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 
-/// Azimuths of the grid, radii from which the globe is seen, linear between, and which of the
-/// profile's rows count: one in so many.
+/// Azimuths of the grid, radii from which the globe is seen, linear between, the largest step between
+/// these as a share of the radius, and which of the profile's rows count: one in so many.
 struct GridCounts {
-    std::size_t azimuths, globe_radii, rows;
+    std::size_t azimuths, globe_radii;
+    double globe_step;
+    std::size_t rows;
 };
 constexpr GridCounts grid_counts(LightDetail detail) {
-    return detail == LightDetail::fine ? GridCounts{24, 16, 1} : GridCounts{6, 6, 3};
+    return detail == LightDetail::fine ? GridCounts{24, 16, 0.1, 1} : GridCounts{6, 6, 0.25, 3};
 }
 
 /// Linear interpolation between radii holds where neither changes by more.
@@ -109,6 +111,15 @@ std::vector<double> graded_azimuths(const Eye& eye, const RingProfile& profile, 
     for (const double each : half) all.push_back(scale * each);
     for (std::size_t k = half.size() - 1; k-- > 1;) all.push_back(2 * pi - scale * half[k]);
     return all;
+}
+
+/// From where rings begin to where they end, without empty rows; of empty rings, all of their profile.
+Range radii_of_matter(const RingProfile& profile) {
+    Range radii{infinity, 0};
+    for (std::size_t k = 1; k < profile.radius.size(); ++k)
+        if (profile.optical_depth[k - 1] > 0 || profile.optical_depth[k] > 0)
+            radii = {std::min(radii.min, profile.radius[k - 1]), profile.radius[k]};
+    return radii.max > 0 ? radii : Range{profile.inner(), profile.outer()};
 }
 
 /// Parts of the globe: upper half, lower half; chi; psi.
@@ -227,7 +238,8 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
     : azimuths_(grid_counts(detail).azimuths),
       radius_(tabulated_radii(rings.profile, grid_counts(detail))) {
     const Eye eye(scene.camera);
-    std::size_t globe_radii = grid_counts(detail).globe_radii;
+    const GridCounts counts = grid_counts(detail);
+    std::size_t globe_radii = counts.globe_radii;
     if (detail == LightDetail::fine) {
         radius_ = divided(eye, radius_);
         eye_azimuth_ = eye.azimuth;
@@ -237,11 +249,15 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             globe_radii = close_globe_radii;
         }
     }
-    std::vector<double> globe_radius;
-    for (std::size_t r = 0; r < globe_radii; ++r) {
-        const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1);
-        globe_radius.push_back(rings.profile.inner() +
-                               share * share * (rings.profile.outer() - rings.profile.inner()));
+    const Range matter_radii = radii_of_matter(rings.profile);
+    std::vector<double> globe_radius{matter_radii.min};
+    for (std::size_t r = 1; r < globe_radii; ++r) {
+        const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1),
+                     from = globe_radius.back(),
+                     to = matter_radii.min + share * share * (matter_radii.max - matter_radii.min);
+        const int parts = static_cast<int>(std::ceil((to - from) / (counts.globe_step * from)));
+        for (int part = 1; part <= parts; ++part)
+            globe_radius.push_back(part == parts ? to : from + (to - from) * part / parts);
     }
     const std::vector<double> lamp_radius =
         detail == LightDetail::fine ? divided(eye, globe_radius) : globe_radius;

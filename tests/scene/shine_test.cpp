@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -241,6 +242,29 @@ TEST(Planetshine, BelowACloseCameraIsThatOfSingleRays) {
     the_rings(scene).profile = {{1.25, 2.3}, {0.7, 0.9}, {0.6, 0.4}, {0.3, 0.5}};
     expect_planetshine_below(scene, 0.03, 172);
     expect_planetshine_below(scene, -0.1, 7);
+}
+
+TEST(Planetshine, DoesNotDependOnRowsFarBeyondRings) {
+    Scene alone = once(shining());
+    the_rings(alone).profile = {{1.3, 2.3}, {2, 2}, {0.6, 0.6}, {0.3, 0.3}};
+    alone.effects.ringshine = false;
+    const LayerLight expected_light(alone, nullptr);
+    for (const auto& [beside, last] : {std::pair(0.0, 200.0), std::pair(1e-9, 20.0)}) {
+        Scene within = ring_within(1.3, 2.3, beside, 1.01, last);
+        within.effects.planetshine = true;
+        within.effects.ringshine = false;
+        const LayerLight light(within, nullptr);
+        for (const double radius : {1.35, 1.7, 2.25})
+            for (const double longitude : {40.0, 137.0, 220.0, 311.0}) {
+                const Vector3 point = radius * direction_at(0, radians(longitude)),
+                              ahead = alone.camera.forward();
+                const Ray ray{point - 0.1 * ahead, ahead};
+                const double expected = radiance_along(alone, expected_light, ray, alone.to_sun)[0];
+                EXPECT_NEAR(radiance_along(within, light, ray, within.to_sun)[0], expected,
+                            2e-3 * std::max(expected, faint))
+                    << beside << ' ' << radius << ' ' << longitude;
+            }
+    }
 }
 
 /// The planet under clouds over its surface.

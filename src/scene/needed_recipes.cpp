@@ -25,6 +25,13 @@ Range merged(const Range& range) {
 
 constexpr double min_mixture_range = 1e-6;  // below, one mixture is enough
 
+/// Whether a row is empty and matter thins out towards it from one beside it.
+bool is_thin_end(const RingProfile& profile, std::size_t row) {
+    const auto& depth = profile.optical_depth;
+    return depth[row] == 0 &&
+           ((row > 0 && depth[row - 1] > 0) || (row + 1 < depth.size() && depth[row + 1] > 0));
+}
+
 /// All of the layer's matter, with the effect of density.
 MatterSpan matter_range(const Scene& scene) {
     MatterSpan range;
@@ -34,13 +41,23 @@ MatterSpan matter_range(const Scene& scene) {
             if (extinction > 0)
                 range.add(matter, extinction * seen_depth(scene, matter.optical_depth));
     };
+    bool thins_out = false;
     if (const Rings* const rings = scene.subject_as<Rings>()) {
-        for (const double radius : rings->profile.radius)
-            add(rings->profile.at(radius, scene.layer.albedo));
-        return range;
+        const RingProfile& profile = rings->profile;
+        for (std::size_t row = 0; row < profile.radius.size(); ++row) {
+            const Matter matter = profile.at(profile.radius[row], scene.layer.albedo);
+            add(matter);
+            if (!is_thin_end(profile, row)) continue;
+            thins_out = true;
+            for (const double albedo : matter.albedo) widen(range.albedo, albedo);
+            // Beside matter of albedo 0 the mixture is its neighbour's.
+            if (profile.w1[row] + profile.w2[row] > 0) widen(range.mixture, matter.mixture);
+        }
+    } else {
+        add({scene.layer.optical_depth.max, scene.layer.albedo, 1});
+        thins_out = !scene.layer.optical_depth.is_plain();
     }
-    add({scene.layer.optical_depth.max, scene.layer.albedo, 1});
-    if (!scene.layer.optical_depth.is_plain() && range.optical_depth.max > 0)
+    if (thins_out && range.optical_depth.max > 0)
         widen(range.optical_depth, thinnest_tabulated(range.optical_depth.max));
     return range;
 }

@@ -17,13 +17,15 @@ struct Cells {
 constexpr Cells small_cells{8, 12};  // for single scattering
 constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 
-/// Azimuths of the grid, radii from which the globe is seen, linear between, and which of the
-/// profile's rows count: one in so many.
+/// Azimuths of the grid, radii from which the globe is seen, linear between, the largest step between
+/// these as a share of the radius, and which of the profile's rows count: one in so many.
 struct GridCounts {
-    std::size_t azimuths, globe_radii, rows;
+    std::size_t azimuths, globe_radii;
+    double globe_step;
+    std::size_t rows;
 };
 constexpr GridCounts grid_counts(LightDetail detail) {
-    return detail == LightDetail::fine ? GridCounts{24, 16, 1} : GridCounts{6, 6, 3};
+    return detail == LightDetail::fine ? GridCounts{24, 16, 0.1, 1} : GridCounts{6, 6, 0.25, 3};
 }
 
 /// Linear interpolation between radii holds where neither changes by more.
@@ -49,6 +51,75 @@ std::vector<double> tabulated_radii(const RingProfile& profile, const GridCounts
             radii.push_back(part == parts ? to : from + (to - from) * part / parts);
     }
     return radii;
+}
+
+/// Between neighbours on the grid light turns by less than such a share of its way to the camera, in
+/// which nothing is shorter than `least_way`.
+constexpr double share_of_way = 0.2, least_way = 1e-3;
+
+/// Radii from which the globe is seen where the camera is close: between them its light is taken to change
+/// linearly before it is scattered, so that they are more than a far camera's.
+constexpr std::size_t close_globe_radii = 24;
+
+/// The camera over the rings' plane.
+struct Eye {
+    double radius, azimuth, height;
+
+    explicit Eye(const Camera& camera)
+        : radius(std::hypot(camera.position.x, camera.position.y)),
+          azimuth(std::atan2(camera.position.y, camera.position.x)),
+          height(camera.orthographic ? infinity
+                                     : std::max(std::abs(camera.position.z), least_way)) {}
+
+    /// Largest step on the grid at a distance from the point below the camera.
+    double step(double aside) const { return share_of_way * std::hypot(height, aside); }
+};
+
+/// Ends of intervals after `from` up to `to`, halved until they are as short as the camera demands.
+void divide(const Eye& eye, double from, double to, std::vector<double>& ends) {
+    const double aside = std::max({0.0, from - eye.radius, eye.radius - to});
+    if (to - from <= eye.step(aside)) return ends.push_back(to);
+    const double middle = (from + to) / 2;
+    divide(eye, from, middle, ends);
+    divide(eye, middle, to, ends);
+}
+
+/// Radii, and more between them where the camera is close.
+std::vector<double> divided(const Eye& eye, const std::vector<double>& radii) {
+    std::vector<double> all{radii[0]};
+    for (std::size_t k = 1; k < radii.size(); ++k) divide(eye, radii[k - 1], radii[k], all);
+    return all;
+}
+
+/// Azimuths of the grid from the camera's on, in [0, 2 pi), whose steps grow with the distance from a
+/// close camera up to that of `count` even ones; none where these suffice.
+std::vector<double> graded_azimuths(const Eye& eye, const RingProfile& profile, std::size_t count) {
+    const double largest = 2 * pi / static_cast<double>(count),
+                 nearest = std::clamp(eye.radius, profile.inner(), profile.outer());
+    std::vector<double> half{0};
+    bool is_even = true;
+    while (half.back() < pi) {
+        const double aside = std::hypot(
+            eye.radius - nearest, 2 * std::sqrt(eye.radius * nearest) * std::sin(half.back() / 2));
+        const double step = eye.step(aside) / nearest;
+        is_even = is_even && step >= largest;
+        half.push_back(half.back() + std::min(step, largest));
+    }
+    if (is_even) return {};
+    const double scale = pi / half.back();
+    std::vector<double> all;
+    for (const double each : half) all.push_back(scale * each);
+    for (std::size_t k = half.size() - 1; k-- > 1;) all.push_back(2 * pi - scale * half[k]);
+    return all;
+}
+
+/// From where rings begin to where they end, without empty rows; of empty rings, all of their profile.
+Range radii_of_matter(const RingProfile& profile) {
+    Range radii{infinity, 0};
+    for (std::size_t k = 1; k < profile.radius.size(); ++k)
+        if (profile.optical_depth[k - 1] > 0 || profile.optical_depth[k] > 0)
+            radii = {std::min(radii.min, profile.radius[k - 1]), profile.radius[k]};
+    return radii.max > 0 ? radii : Range{profile.inner(), profile.outer()};
 }
 
 /// Parts of the globe: upper half, lower half; chi; psi.
@@ -98,6 +169,19 @@ Sources<small_cells> sources_at(const Rings& rings, const Scene& scene, const La
         }
     }
     return sources;
+}
+
+/// Returns the globe as a radius sees it, from ascending radii at one azimuth.
+Sources<small_cells> sources_between(const std::vector<Sources<small_cells>>& sources,
+                                     const std::vector<double>& radii, double radius) {
+    const std::size_t k = interval_with(radii, radius);
+    const double share = (radius - radii[k]) / (radii[k + 1] - radii[k]);
+    if (share <= 0) return sources[k];
+    if (share >= 1) return sources[k + 1];
+    Sources<small_cells> between;
+    for (std::size_t s = 0; s < between.size(); ++s)
+        between[s] = (1 - share) * sources[k][s] + share * sources[k + 1][s];
+    return between;
 }
 
 /// Neighbours as one.
@@ -152,24 +236,47 @@ Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& li
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
                          int threads, LightDetail detail)
     : azimuths_(grid_counts(detail).azimuths),
-      radius_(tabulated_radii(rings.profile, grid_counts(detail))),
-      grid_(radius_.size() * azimuths_) {
-    const std::size_t globe_radii = grid_counts(detail).globe_radii;
-    const auto globe_radius = [&](std::size_t r) {
-        const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1);
-        return rings.profile.inner() +
-               share * share * (rings.profile.outer() - rings.profile.inner());
-    };
+      radius_(tabulated_radii(rings.profile, grid_counts(detail))) {
+    const Eye eye(scene.camera);
+    const GridCounts counts = grid_counts(detail);
+    std::size_t globe_radii = counts.globe_radii;
+    if (detail == LightDetail::fine) {
+        radius_ = divided(eye, radius_);
+        eye_azimuth_ = eye.azimuth;
+        graded_azimuths_ = graded_azimuths(eye, rings.profile, azimuths_);
+        if (!graded_azimuths_.empty()) {
+            azimuths_ = graded_azimuths_.size();
+            globe_radii = close_globe_radii;
+        }
+    }
+    const Range matter_radii = radii_of_matter(rings.profile);
+    std::vector<double> globe_radius{matter_radii.min};
+    for (std::size_t r = 1; r < globe_radii; ++r) {
+        const double share = static_cast<double>(r) / static_cast<double>(globe_radii - 1),
+                     from = globe_radius.back(),
+                     to = matter_radii.min + share * share * (matter_radii.max - matter_radii.min);
+        const int parts = static_cast<int>(std::ceil((to - from) / (counts.globe_step * from)));
+        for (int part = 1; part <= parts; ++part)
+            globe_radius.push_back(part == parts ? to : from + (to - from) * part / parts);
+    }
+    const std::vector<double> lamp_radius =
+        detail == LightDetail::fine ? divided(eye, globe_radius) : globe_radius;
+    grid_.resize(radius_.size() * azimuths_);
     const auto towards_azimuth = [&](int k) {
-        return direction_at(0, 2 * pi * k / static_cast<double>(azimuths_));
+        return direction_at(0, graded_azimuths_.empty()
+                                   ? 2 * pi * k / static_cast<double>(azimuths_)
+                                   : eye_azimuth_ + graded_azimuths_[size(k)]);
     };
     parallel_for(static_cast<int>(azimuths_), threads, [&](int k) {
-        std::vector<GlobeLamps> globe;
-        for (std::size_t r = 0; r < globe_radii; ++r) {
-            const Vector3 point = globe_radius(r) * towards_azimuth(k),
-                          to_eye = stratus::to_camera(scene.camera, point);
-            const auto sources = sources_at(rings, scene, light, scene.to_sun, point);
-            globe.push_back({lamps_towards(sources, light, to_eye),
+        std::vector<Sources<small_cells>> globe;
+        for (const double radius : globe_radius)
+            globe.push_back(
+                sources_at(rings, scene, light, scene.to_sun, radius * towards_azimuth(k)));
+        std::vector<GlobeLamps> lamps;
+        for (const double radius : lamp_radius) {
+            const Vector3 to_eye = stratus::to_camera(scene.camera, radius * towards_azimuth(k));
+            const auto sources = sources_between(globe, globe_radius, radius);
+            lamps.push_back({lamps_towards(sources, light, to_eye),
                              lamps_towards(merged(sources), light, to_eye)});
         }
         std::size_t above = 1;
@@ -177,14 +284,20 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             const double radius = radius_[row];
             const Matter matter = rings.profile.at(radius, scene.layer.albedo);
             if (matter.optical_depth == 0) continue;
-            while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
-            const double below = globe_radius(above - 1),
-                         share = (radius - below) / (globe_radius(above) - below);
+            while (above + 1 < lamps.size() && lamp_radius[above] < radius) ++above;
+            const double below = lamp_radius[above - 1],
+                         share = (radius - below) / (lamp_radius[above] - below);
             grid_[row * azimuths_ + size(k)] =
-                (1 - share) * scattered(globe[above - 1], scene, light, matter) +
-                share * scattered(globe[above], scene, light, matter);
+                (1 - share) * scattered(lamps[above - 1], scene, light, matter) +
+                share * scattered(lamps[above], scene, light, matter);
         }
     });
+}
+
+AzimuthPlace PlanetShine::place(const Vector3& point) const {
+    if (graded_azimuths_.empty()) return {point, azimuths_};
+    const double turn = std::atan2(point.y, point.x) - eye_azimuth_;
+    return {turn - 2 * pi * std::floor(turn / (2 * pi)), graded_azimuths_};
 }
 
 Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const {

@@ -133,6 +133,22 @@ struct AzimuthPlace {
                   t * (t * t - 1) / 6};
     }
 
+    /// Among uneven azimuths, ascending from 0 to less than 2 pi, as `azimuth` is.
+    AzimuthPlace(double azimuth, const std::vector<double>& uneven) {
+        const std::size_t count = uneven.size();
+        const auto next = std::upper_bound(uneven.begin(), uneven.end(), azimuth);
+        std::array<double, 4> at;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::size_t turned = size(next - uneven.begin()) + k + count - 2;
+            column[k] = turned % count;
+            at[k] = uneven[column[k]] + 2 * pi * (static_cast<double>(turned / count) - 1);
+        }
+        weight.fill(1);  // of Lagrange
+        for (std::size_t k = 0; k < 4; ++k)
+            for (std::size_t j = 0; j < 4; ++j)
+                if (j != k) weight[k] *= (azimuth - at[j]) / (at[k] - at[j]);
+    }
+
     /// Interpolates values at all azimuths.
     Rgb3 interpolated(const Rgb3* values) const {
         Rgb3 sum{};
@@ -188,7 +204,9 @@ class RingShine {
     /// orders n >= 2.
     ///
     /// Accuracy 5e-3 of E, 5e-6 where the rings hardly rise above the horizon; of light scattered
-    ///          once for phase functions to asymmetry 0.9, of higher orders to 0.5.
+    ///          once for phase functions to asymmetry 0.9, of higher orders to 0.5. One radius stands
+    ///          for a ringlet, 1/64 of all rings or less: not for a narrower one near the globe in a
+    ///          wide ring that is fainter by up to 3e4.
     RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
               LightDetail detail);
 
@@ -237,7 +255,7 @@ class PlanetShine {
     /// Light of the rings' matter at a radius, in the direction from their centre to `point`, where the
     /// view's ray meets them: for rays to the camera, interpolated.
     Rgb3 to_camera(const AzimuthPlace& place, double radius) const;
-    AzimuthPlace place(const Vector3& point) const { return {point, azimuths_}; }
+    AzimuthPlace place(const Vector3& point) const;
 
     /// For others, integrated.
     ///
@@ -247,7 +265,9 @@ class PlanetShine {
 
   private:
     std::size_t azimuths_;
-    std::vector<double> radius_;  // every row of the profile, and between where depth changes
+    double eye_azimuth_ = 0;
+    std::vector<double> graded_azimuths_;  // of a close camera, from its own on; else they are even
+    std::vector<double> radius_;  // every row of the profile, and between where light changes
     std::vector<Rgb3> grid_;      // over radius and azimuth
 };
 

@@ -10,8 +10,6 @@
 namespace stratus {
 namespace {
 
-constexpr int ringlets = 64;  // of equal width
-
 /// Samples of light that leaves the rings, and of the grid.
 struct Counts {
     int cosines, azimuths, latitudes, solar_times;
@@ -47,52 +45,173 @@ Value interpolated(const Value* values, int width, const Stencil& row, const Ste
     return sum;
 }
 
+// ---- ringlets -----------------------------------------------------------------------------------
+
+constexpr double even_ringlets = 64;   // that bright rings share, and as many for faint ones
+constexpr double faint_share = 3e-5;   // of the most light that a place returns
+constexpr double narrow_share = 0.25;  // of the widest ringlet: narrower gaps are part of rings
+
+/// Width of the widest ringlet that may begin at a radius: less where that is close to the globe.
+double widest_ringlet(double radius) { return std::max(0.02, 0.1 * (radius - 1)); }
+
+double total_width(const std::vector<Range>& radii) {
+    double sum = 0;
+    for (const Range& span : radii) sum += span.max - span.min;
+    return sum;
+}
+
+/// Bounds of the light that is returned between neighbouring rows of a profile.
+std::vector<double> returned_light(const RingProfile& profile, double to_sun) {
+    std::vector<double> most;
+    for (std::size_t k = 1; k < profile.radius.size(); ++k) {
+        const auto of_both = [&](const auto& at_row) { return std::max(at_row(k - 1), at_row(k)); };
+        most.push_back(of_both([&](std::size_t row) { return profile.w1[row] + profile.w2[row]; }) *
+                       of_both([&](std::size_t row) {
+                           return -std::expm1(-profile.optical_depth[row] / to_sun);
+                       }));
+    }
+    return most;
+}
+
+/// Radii between which more than `least` light is returned. Gaps are part of them where they are narrower
+/// than the ringlets.
+std::vector<Range> rings_above(const RingProfile& profile, const std::vector<double>& light,
+                               double least) {
+    std::vector<Range> intervals;
+    for (std::size_t k = 0; k < light.size(); ++k)
+        if (light[k] > least) intervals.push_back({profile.radius[k], profile.radius[k + 1]});
+    const double even = total_width(intervals) / even_ringlets;
+    std::vector<Range> rings;
+    for (const Range& next : intervals) {
+        const double gap = rings.empty() ? infinity : next.min - rings.back().max;
+        if (gap <= std::max(even, narrow_share * widest_ringlet(next.min)))
+            rings.back().max = next.max;
+        else
+            rings.push_back(next);
+    }
+    return rings;
+}
+
+/// The parts of rings that are beside others; both ascend.
+std::vector<Range> rings_beside(const std::vector<Range>& rings, const std::vector<Range>& others) {
+    std::vector<Range> left;
+    for (Range ring : rings) {
+        for (const Range& other : others) {
+            if (other.max <= ring.min || other.min >= ring.max) continue;
+            if (other.min > ring.min) left.push_back({ring.min, other.min});
+            ring.min = other.max;
+        }
+        if (ring.min < ring.max) left.push_back(ring);
+    }
+    return left;
+}
+
+/// Adds the ringlets into which rings are divided, of equal width or less.
+void add_ringlets(const std::vector<Range>& rings, std::vector<Range>& divided) {
+    const double total = total_width(rings);
+    for (const Range& ring : rings) {
+        const double width = ring.max - ring.min,
+                     even = width / std::max(1.0, std::round(even_ringlets * width / total));
+        for (double from = ring.min; from < ring.max;) {
+            const double step = std::min(even, widest_ringlet(from)),
+                         to = ring.max - from < 1.5 * step ? ring.max : from + step;
+            divided.push_back({from, to});
+            from = to;
+        }
+    }
+}
+
+/// Ringlets, the bright ones first, so narrow that one radius stands for each.
+struct Ringlets {
+    std::vector<Range> divided;
+    std::size_t bright_count;
+};
+
+Ringlets divided_rings(const RingProfile& profile, double to_sun) {
+    const std::vector<double> light = returned_light(profile, to_sun);
+    const std::vector<Range> bright =
+        rings_above(profile, light, faint_share * std::ranges::max(light));
+    std::vector<Range> divided;
+    add_ringlets(bright, divided);
+    const std::size_t bright_ringlets = divided.size();
+    add_ringlets(rings_beside(rings_above(profile, light, 0), bright), divided);
+    return {divided, bright_ringlets};
+}
+
+/// Latitudes from the equator up to the last that sees any ringlet: as many as are given up to the last
+/// that sees a bright one, and up to four times as many in all.
+Axis latitudes_that_see(const Ringlets& rings, int bright_count) {
+    double bright = 0, all = 0;
+    for (std::size_t k = 0; k < rings.divided.size(); ++k) {
+        all = std::max(all, std::acos(1 / rings.divided[k].max));
+        if (k < rings.bright_count) bright = all;
+    }
+    if (all == 0) return make_axis(AxisScale::linear, 0, pi / 2, bright_count);
+    const double more = std::clamp(all / bright, 1.0, 4.0);
+    return make_axis(AxisScale::linear, 0, all, static_cast<int>(std::ceil(more * bright_count)));
+}
+
 }  // namespace
 
 /// Light that leaves the rings, averaged over ringlets, for the sun's own direction: what was
 /// scattered once over the phase function, which may be narrow, apart from the orders n >= 2.
 struct RingShine::Light {
-    Light(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads,
-          const Counts& counts)
+    Light(const Scene& scene, const Rings& rings, const LayerLight& layer,
+          const std::vector<Range>& ringlets, int threads, const Counts& counts)
         : cosine_count(size(counts.cosines)),
           azimuth_count(size(counts.azimuths)),
-          inner(rings.profile.inner()),
-          width((rings.profile.outer() - inner) / ringlets),
           to_sun(std::max(std::abs(scene.to_sun.z), least_cosine)),
+          divided(ringlets),
           components(scene.layer.components),
           has_more(scene.effects.multiple) {
         for (const Side side : both_sides) {
-            once[side].resize(ringlets * components.size() * cosine_count);
-            if (has_more) orders[side].resize(ringlets * cosine_count * azimuth_count);
+            once[side].resize(divided.size() * components.size() * cosine_count);
+            if (has_more) orders[side].resize(divided.size() * cosine_count * azimuth_count);
         }
-        parallel_for(ringlets, threads, [&](int ringlet) {
+        parallel_for(int_size(divided), threads, [&](int k) {
+            const std::size_t ringlet = size(k);
             const auto parts = ringlet_parts(scene, rings, ringlet, counts.profile_rows);
             if (scene.effects.single) fill_once(layer, parts, ringlet);
             if (has_more) fill_orders(layer, parts, ringlet);
         });
     }
 
+    /// Number of parts of an interval between rows in each of which the sunlight that passes changes little.
+    int part_count(const RingProfile& profile, double begin, double end) const {
+        constexpr double largest_change = 0.15, narrowest = 1e-3;
+        if (end - begin < narrowest) return 1;
+        const auto passing = [&](double radius) {
+            return std::exp(-profile.at(radius, {1, 1, 1}).optical_depth / to_sun);
+        };
+        const double change = std::abs(passing(end) - passing(begin));
+        return std::max(1, static_cast<int>(std::ceil(change / largest_change)));
+    }
+
     /// Matter of a ringlet, and its shares in the area.
     using Parts = std::vector<std::pair<double, Matter>>;
-    Parts ringlet_parts(const Scene& scene, const Rings& rings, int ringlet,
+    Parts ringlet_parts(const Scene& scene, const Rings& rings, std::size_t ringlet,
                         bool profile_rows) const {
-        const double from = inner + ringlet * width, to = from + width;
+        const auto [from, to] = divided[ringlet];
         std::vector<double> edges{from, to};
-        if (profile_rows) edges.push_back(from + width / 2);
+        if (profile_rows) edges.push_back((from + to) / 2);
         for (const double radius : rings.profile.radius)
             if (profile_rows && radius > from && radius < to) edges.push_back(radius);
         std::ranges::sort(edges);
         Parts parts;
         for (std::size_t k = 1; k < edges.size(); ++k) {
-            const double middle = (edges[k] + edges[k - 1]) / 2,
-                         area = middle * (edges[k] - edges[k - 1]);
-            parts.emplace_back(2 * area / (to * to - from * from),
-                               rings.profile.at(middle, scene.layer.albedo));
+            const double begin = edges[k - 1], width = edges[k] - begin;
+            const int count = profile_rows ? part_count(rings.profile, begin, edges[k]) : 1;
+            for (int part = 0; part < count; ++part) {
+                const double middle = begin + width * (part + 0.5) / count,
+                             area = middle * width / count;
+                parts.emplace_back(2 * area / (to * to - from * from),
+                                   rings.profile.at(middle, scene.layer.albedo));
+            }
         }
         return parts;
     }
 
-    void fill_once(const LayerLight& light, const Parts& parts, int ringlet) {
+    void fill_once(const LayerLight& light, const Parts& parts, std::size_t ringlet) {
         for (std::size_t i = 0; i < cosine_count; ++i)
             for (const auto& [part, matter] : parts)
                 for (std::size_t component = 0; component < components.size(); ++component) {
@@ -109,7 +228,7 @@ struct RingShine::Light {
                 }
     }
 
-    void fill_orders(const LayerLight& light, const Parts& parts, int ringlet) {
+    void fill_orders(const LayerLight& light, const Parts& parts, std::size_t ringlet) {
         std::size_t at = orders_row(ringlet);
         for (const double mu : cosine.values)
             for (const double phi : azimuth.values) {
@@ -124,16 +243,16 @@ struct RingShine::Light {
             }
     }
 
-    std::size_t orders_row(int ringlet) const {
-        return size(ringlet) * cosine_count * azimuth_count;
+    std::size_t orders_row(std::size_t ringlet) const {
+        return ringlet * cosine_count * azimuth_count;
     }
-    std::size_t once_row(int ringlet, std::size_t component) const {
-        return (size(ringlet) * components.size() + component) * cosine_count;
+    std::size_t once_row(std::size_t ringlet, std::size_t component) const {
+        return (ringlet * components.size() + component) * cosine_count;
     }
 
     /// Towards a point that `towards` leads to, whose z counts up from the rings, on either side, of a
     /// sun above the x axis.
-    PerSide<Rgb3> at(int ringlet, const Vector3& sun, const Vector3& towards) const {
+    PerSide<Rgb3> at(std::size_t ringlet, const Vector3& sun, const Vector3& towards) const {
         const Stencil along = cosine_view.stencil(towards.z);
         PerSide<Rgb3> sum;
         for (const Side side : both_sides) {
@@ -153,7 +272,8 @@ struct RingShine::Light {
     }
 
     std::size_t cosine_count, azimuth_count;
-    double inner, width, to_sun;
+    double to_sun;
+    const std::vector<Range>& divided;
     const std::vector<PhaseFunction>& components;
     bool has_more;
     Axis cosine =
@@ -171,15 +291,17 @@ RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& l
       sun_azimuth_(std::atan2(to_sun_.y, to_sun_.x)),
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),
-      latitude_(make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()),
-                          sample_counts(detail).latitudes)),
       solar_time_(make_axis(AxisScale::linear, 0, pi, sample_counts(detail).solar_times)) {
     const Counts counts = sample_counts(detail);
-    const Light light(scene, rings, layer, threads, counts);
-    const auto solar_time_count = size(counts.solar_times);
+    const Ringlets ringlets =
+        divided_rings(rings.profile, std::max(std::abs(to_sun_.z), least_cosine));
+    const Light light(scene, rings, layer, ringlets.divided, threads, counts);
+    latitude_ = latitudes_that_see(ringlets, counts.latitudes);
+    const std::size_t latitude_count = latitude_.values.size(),
+                      solar_time_count = solar_time_.values.size();
     for (const Side side : both_sides)
-        for (auto& part : grid_[side]) part.resize(size(counts.latitudes) * solar_time_count);
-    parallel_for(counts.latitudes, threads, [&](int i) {
+        for (auto& part : grid_[side]) part.resize(latitude_count * solar_time_count);
+    parallel_for(int_size(latitude_.values), threads, [&](int i) {
         const auto row = size(i);
         for (std::size_t k = 0; k < solar_time_count; ++k) {
             const auto sides = integrals(light, latitude_.values[row], solar_time_.values[k]);
@@ -203,9 +325,9 @@ PerSide<RingShine::Sources> RingShine::integrals(const Light& light, double lati
     // the line from the globe's centre away from the sun.
     const double stretched = sun.x * sun.x + sun.z * sun.z / (pole * pole);
     PerSide<Sources> sources;
-    for (int ringlet = 0; ringlet < ringlets; ++ringlet) {
-        const double to = light.inner + (ringlet + 1) * light.width,
-                     from = std::max(to - light.width, 1 / std::cos(latitude));
+    for (std::size_t ringlet = 0; ringlet < light.divided.size(); ++ringlet) {
+        const double to = light.divided[ringlet].max,
+                     from = std::max(light.divided[ringlet].min, 1 / std::cos(latitude));
         if (!(from < to)) continue;
         const double radius = (from + to) / 2;
         const double horizon = std::acos(std::min(1.0, 1 / (radius * std::cos(latitude))));

@@ -4,6 +4,8 @@
 #include "ring_light.h"
 #include "subjects.h"
 
+#include <span>
+
 namespace stratus {
 namespace {
 
@@ -211,12 +213,12 @@ Rgb3 parabola(const Rgb3& first, const Rgb3& middle, const Rgb3& last, double t)
     return ((1 - t) * (1 - 2 * t)) * first + (4 * t * (1 - t)) * middle + (t * (2 * t - 1)) * last;
 }
 
-/// Ends of intervals after `from` up to `to`, halved until parabolas hold.
-void divide(const LightAt& light, double from, double to, double accuracy,
-            std::vector<double>& ends) {
+/// Ends of intervals after `from` up to `to`, halved until parabolas hold at some azimuths.
+void divide(const LightAt& light, std::span<const double> azimuths, double from, double to,
+            double accuracy, std::vector<double>& ends) {
     const double middle = (from + to) / 2;
     bool holds = true;
-    for (const double azimuth : {0.0, 2.0, 4.0}) {
+    for (const double azimuth : azimuths) {
         const Rgb3 first = light(from, azimuth), centre = light(middle, azimuth),
                    last = light(to, azimuth);
         for (const double t : {0.25, 0.75})
@@ -227,8 +229,34 @@ void divide(const LightAt& light, double from, double to, double accuracy,
         ends.push_back(to);
         return;
     }
-    divide(light, from, middle, accuracy, ends);
-    divide(light, middle, to, accuracy, ends);
+    divide(light, azimuths, from, middle, accuracy, ends);
+    divide(light, azimuths, middle, to, accuracy, ends);
+}
+
+/// Nodes of the grid at which azimuths between its own are tested: a share of all, and most of those
+/// where a camera close to rings sees them under angles that change fast.
+std::vector<std::size_t> tested_nodes(const RingProfile& profile, const Vector3& eye,
+                                      const std::vector<double>& node_radius) {
+    const double eye_radius = std::hypot(eye.x, eye.y);
+    double aside = infinity;  // of matter from the plane's point below the camera
+    for (const double radius : node_radius)
+        if (profile.at(radius, {1, 1, 1}).optical_depth > 0)
+            aside = std::min(aside, std::abs(radius - eye_radius));
+    std::vector<std::size_t> tested;
+    const auto add_some = [&](auto begin, auto end) {
+        constexpr std::ptrdiff_t least = 16, largest_step = 16;
+        const std::ptrdiff_t step =
+            std::clamp((end - begin) / least, std::ptrdiff_t{1}, largest_step);
+        for (; begin < end; begin += std::min(step, end - begin))
+            tested.push_back(size(begin - node_radius.begin()));
+    };
+    add_some(node_radius.begin(), node_radius.end());
+    const double reach = aside + std::abs(eye.z);
+    add_some(std::ranges::lower_bound(node_radius, eye_radius - reach),
+             std::ranges::upper_bound(node_radius, eye_radius + reach));
+    std::ranges::sort(tested);
+    tested.erase(std::ranges::unique(tested).begin(), tested.end());
+    return tested;
 }
 
 }  // namespace
@@ -246,40 +274,51 @@ RingOrders::RingOrders(const Scene& scene, const Rings& rings, const LayerLight&
                                {}});
     };
     const double accuracy = share_of_tolerance * scene.tolerance;
+    // Light varies most at the point of the plane that is below the camera, or above it.
+    const double eye_radius = std::hypot(scene.camera.position.x, scene.camera.position.y),
+                 eye_azimuth = std::atan2(scene.camera.position.y, scene.camera.position.x);
+    const std::array azimuths{eye_azimuth, eye_azimuth + 2, eye_azimuth + 4};
     // All rows of the profile at once.
     std::vector<std::vector<double>> ends(profile.radius.size() - 1);
     parallel_for(int_size(ends), threads, [&](int row) {
         const auto k = size(row);
-        if (detail == LightDetail::sketch)
-            ends[k].push_back(profile.radius[k + 1]);
-        else
-            divide(light_at, profile.radius[k], profile.radius[k + 1], accuracy, ends[k]);
+        double from = profile.radius[k];
+        const double to = profile.radius[k + 1];
+        if (detail == LightDetail::sketch) return ends[k].push_back(to);
+        if (!scene.camera.orthographic && from < eye_radius && eye_radius < to) {
+            divide(light_at, azimuths, from, eye_radius, accuracy, ends[k]);
+            from = eye_radius;
+        }
+        divide(light_at, azimuths, from, to, accuracy, ends[k]);
     });
     for (const auto& some : ends) radius_.insert(radius_.end(), some.begin(), some.end());
-    const auto node_radius = [&](std::size_t node) {
-        const std::size_t k = node / 2;
-        return node % 2 == 0 ? radius_[k] : (radius_[k] + radius_[k + 1]) / 2;
-    };
-    const std::size_t nodes = 2 * radius_.size() - 1;
+    std::vector<double> node_radius{radius_[0]};
+    for (std::size_t k = 1; k < radius_.size(); ++k) {
+        node_radius.push_back((radius_[k - 1] + radius_[k]) / 2);
+        node_radius.push_back(radius_[k]);
+    }
+    const std::size_t nodes = node_radius.size();
+    const std::vector<std::size_t> tested =
+        tested_nodes(profile, scene.camera.position, node_radius);
     for (;; azimuth_count_ *= 2) {
         grid_.clear();
         if (azimuth_count_ > most_azimuths) return;
         grid_.resize(nodes * azimuth_count_);
         const double step = 2 * pi / static_cast<double>(azimuth_count_);
-        std::vector<double> worst(azimuth_count_);
+        std::vector<double> worst(azimuth_count_ + 1);
         parallel_for(static_cast<int>(azimuth_count_), threads, [&](int k) {
             const auto column = size(k);
             for (std::size_t node = 0; node < nodes; ++node)
-                grid_[node * azimuth_count_ + column] = light_at(node_radius(node), k * step);
+                grid_[node * azimuth_count_ + column] = light_at(node_radius[node], k * step);
         });
         if (detail == LightDetail::sketch) return;
-        parallel_for(static_cast<int>(azimuth_count_), threads, [&](int k) {
-            const double azimuth = (k + 0.5) * step;
+        parallel_for(static_cast<int>(worst.size()), threads, [&](int k) {
+            const double azimuth = size(k) < azimuth_count_ ? (k + 0.5) * step : eye_azimuth;
             const AzimuthPlace between = place(direction_at(0, azimuth));
             double& most = worst[size(k)];
-            for (std::size_t node = 0; node < nodes; node += 16)
+            for (const std::size_t node : tested)
                 most = std::max(
-                    most, difference(light_at(node_radius(node), azimuth), at(between, node)));
+                    most, difference(light_at(node_radius[node], azimuth), at(between, node)));
         });
         if (std::ranges::max(worst) <= accuracy) return;
     }

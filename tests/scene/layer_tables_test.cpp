@@ -94,6 +94,44 @@ TEST(NeededRecipe, HasSeveralDepthsWhereThinMatterVaries) {
     expect_range(needed_recipe(small_slab(1e-7, 0.4))->optical_depth, 1e-6, 2e-6);
 }
 
+TEST(NeededRecipe, CoversTheEdgesOfRingsDownToEmptyRows) {
+    Scene scene = small_rings(1);
+    RingProfile& profile = the_rings(scene).profile;
+    profile = {
+        {1.5, 1.6, 2.2, 2.5}, {0, 0, 4, 4}, {0.875, 0.125, 0.25, 0.25}, {0, 0.125, 0.5, 0.5}};
+    const auto recipe = needed_recipe(scene);
+    expect_range(recipe->optical_depth, 0.02, 4);
+    expect_range(recipe->albedo, 0.25, 0.75);
+    ASSERT_TRUE(is_mixture_alone(*recipe));
+    expect_range(*mixture_range(*recipe), 1.0 / 3, 0.5);
+    profile.w1[1] = profile.w2[1] = 0;
+    const auto dark = needed_recipe(scene);
+    expect_range(dark->albedo, 0, 0.75);
+    EXPECT_EQ(mixture_range(*dark), nullptr) << "black matter has none of its own";
+    std::ranges::reverse(profile.optical_depth);
+    expect_range(needed_recipe(scene)->optical_depth, 0.02, 4);
+    profile.optical_depth = {0, 0, 0, 0};
+    EXPECT_FALSE(needed_recipe(scene)) << "empty rows alone";
+}
+
+TEST(NeededRecipe, OfRingsThatThinOutHoldsTheirLight) {
+    Scene rising = small_rings(1);
+    rising.tolerance = 0.01;
+    the_rings(rising).profile = {{1.5, 2.5}, {0, 4}, {0.3, 0.3}, {0.6, 0.6}};
+    const BakedLight light(rising);
+    const Geometry geometry =
+        scattering_geometry({0, 0, 1}, rising.to_sun, -rising.camera.forward());
+    for (const double depth : {0.1, 0.5, 1.5}) {
+        Scene even = rising;
+        even.subject = small_rings(depth).subject;
+        the_rings(even).profile.w1 = {0.3, 0.3};
+        the_rings(even).profile.w2 = {0.6, 0.6};
+        const Matter matter{depth, {0.9, 0.9, 0.9}, 1.0 / 3};
+        const double expected = BakedLight(even).reflection(matter, geometry)[0];
+        EXPECT_NEAR(light.reflection(matter, geometry)[0], expected, 0.01 * expected) << depth;
+    }
+}
+
 TEST(NeededRecipe, HasTheOneCosineOfAPointSun) {
     Scene slab = small_slab(2, 0.4);
     slab.background.colour = {0, 0, 0};

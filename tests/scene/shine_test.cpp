@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -98,6 +99,38 @@ TEST(Ringshine, OfNarrowlyForwardScatteringRingsIsTheMeanOfRaysToThem) {
     expect_ringshine(scene);
 }
 
+/// Rings of one depth from `inner` to `outer` in a profile whose other rows hold `beside`.
+Scene ring_within(double inner, double outer, double beside, double first, double last) {
+    Scene scene = once(shining());
+    scene.effects.planetshine = false;
+    constexpr double edge = 1e-7;
+    the_rings(scene).profile = {{first, inner - edge, inner, outer, outer + edge, last},
+                                {beside, beside, 2, 2, beside, beside},
+                                {0.6, 0.6, 0.6, 0.6, 0.6, 0.6},
+                                {0.3, 0.3, 0.3, 0.3, 0.3, 0.3}};
+    return scene;
+}
+
+TEST(Ringshine, DoesNotDependOnEmptyRowsBesideRings) {
+    const auto expect_alike = [](double inner, double outer, double beside, double last) {
+        Scene alone = once(shining());
+        alone.effects.planetshine = false;
+        the_rings(alone).profile = {{inner, outer}, {2, 2}, {0.6, 0.6}, {0.3, 0.3}};
+        const Scene within = ring_within(inner, outer, beside, 1.01, last);
+        const LayerLight expected_light(alone, nullptr), light(within, nullptr);
+        for (const double latitude : {-20.0, -8.0, 4.0, 12.0, 22.0, 40.0})
+            for (const double longitude : {40.0, 137.0, 195.0, 220.0}) {
+                const Vector3 point = on_globe(latitude, longitude, 0.1);
+                const double expected = expected_light.ringshine(point)[0];
+                EXPECT_NEAR(light.ringshine(point)[0], expected, 5e-3 * std::max(expected, 1e-3))
+                    << inner << ' ' << beside << ' ' << latitude << ' ' << longitude;
+            }
+    };
+    expect_alike(1.1, 1.11, 0, 8);
+    expect_alike(1.1, 1.11, 1e-9, 8);  // which return next to nothing
+    expect_alike(1.3, 2.3, 0, 200);
+}
+
 TEST(Ringshine, LightsTheNightSide) {
     Scene scene = once(shining());
     scene.sun_colour = {1, 0.5, 0.25};
@@ -180,6 +213,58 @@ TEST(Planetshine, OfAllOrdersIsTheMeanOfRaysToThePlanet) {
     const Scene scene = shining();
     const auto all = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
     expect_planetshine(scene, all.get());
+}
+
+/// Compares planetshine below a close camera with that along the same rays, but of another camera, for
+/// which it is not tabulated.
+void expect_planetshine_below(Scene scene, double height, double turn_deg) {
+    scene.camera.orthographic = false;
+    scene.to_sun = direction_at(radians(25), radians(40 + turn_deg));
+    const Vector3 below = 1.8 * direction_at(0, radians(turn_deg));
+    Scene other = scene;
+    scene.camera.position = below + Vector3{0, 0, height};
+    const LayerLight tabulated(scene, nullptr), integrated(other, nullptr);
+    for (int k = 0; k < 60; ++k) {
+        const Vector3 aside = direction_at(0, 2 * pi * k * std::numbers::phi),
+                      point = below + height * std::sqrt(0.2 * k) * aside;
+        const Ray ray{scene.camera.position, normalised(point - scene.camera.position)};
+        const Rgb3 expected = radiance_along(other, integrated, ray, scene.to_sun),
+                   got = radiance_along(scene, tabulated, ray, scene.to_sun);
+        for (const auto c : three_channels)
+            EXPECT_NEAR(got[c], expected[c], 2e-3 * std::max(expected[c], faint))
+                << height << ' ' << turn_deg << ' ' << k << ' ' << c;
+    }
+}
+
+TEST(Planetshine, BelowACloseCameraIsThatOfSingleRays) {
+    Scene scene = once(shining());
+    scene.effects.ringshine = false;
+    the_rings(scene).profile = {{1.25, 2.3}, {0.7, 0.9}, {0.6, 0.4}, {0.3, 0.5}};
+    expect_planetshine_below(scene, 0.03, 172);
+    expect_planetshine_below(scene, -0.1, 7);
+}
+
+TEST(Planetshine, DoesNotDependOnRowsFarBeyondRings) {
+    Scene alone = once(shining());
+    the_rings(alone).profile = {{1.3, 2.3}, {2, 2}, {0.6, 0.6}, {0.3, 0.3}};
+    alone.effects.ringshine = false;
+    const LayerLight expected_light(alone, nullptr);
+    for (const auto& [beside, last] : {std::pair(0.0, 200.0), std::pair(1e-9, 20.0)}) {
+        Scene within = ring_within(1.3, 2.3, beside, 1.01, last);
+        within.effects.planetshine = true;
+        within.effects.ringshine = false;
+        const LayerLight light(within, nullptr);
+        for (const double radius : {1.35, 1.7, 2.25})
+            for (const double longitude : {40.0, 137.0, 220.0, 311.0}) {
+                const Vector3 point = radius * direction_at(0, radians(longitude)),
+                              ahead = alone.camera.forward();
+                const Ray ray{point - 0.1 * ahead, ahead};
+                const double expected = radiance_along(alone, expected_light, ray, alone.to_sun)[0];
+                EXPECT_NEAR(radiance_along(within, light, ray, within.to_sun)[0], expected,
+                            2e-3 * std::max(expected, faint))
+                    << beside << ' ' << radius << ' ' << longitude;
+            }
+    }
 }
 
 /// The planet under clouds over its surface.
@@ -342,6 +427,43 @@ TEST(RingOrders, OfPicturesAreThoseOfSingleRays) {
                         << distance << ' ' << elevation << ' ' << radius << ' ' << c;
             }
         }
+}
+
+/// Compares orders of rings below a close camera, whose directions change fast with the place.
+void expect_orders_below(const LayerTables& tables, Scene scene, double height, double turn_deg) {
+    scene.to_sun = direction_at(radians(30), radians(20 + turn_deg));
+    const Vector3 below = 2.0 * direction_at(0, radians(turn_deg));
+    scene.camera.position = below + Vector3{0, 0, height};
+    Scene large = scene;
+    large.width = large.height = 512;
+    const LayerLight tabulated(large, &tables), looked_up(scene, &tables);
+    for (int k = 0; k < 200; ++k) {
+        const Vector3 aside = direction_at(0, 2 * pi * k * std::numbers::phi),
+                      point = below + height * std::sqrt(0.05 * k) * aside;
+        const Ray ray{scene.camera.position, normalised(point - scene.camera.position)};
+        const double expected = radiance_along(scene, looked_up, ray, scene.to_sun)[0],
+                     got = radiance_along(large, tabulated, ray, scene.to_sun)[0];
+        EXPECT_NEAR(got, expected, 0.1 * scene.tolerance * expected)
+            << height << ' ' << turn_deg << ' ' << k;
+    }
+}
+
+TEST(RingOrders, BelowACloseCameraAreThoseOfSingleRays) {
+    Scene scene = small_rings(1);
+    scene.camera.orthographic = false;
+    const RingProfile even{{1.5, 2.9}, {1, 1}, {0.3, 0.3}, {0.6, 0.6}};
+    RingProfile with_empty_rows = even;
+    with_empty_rows.radius.insert(with_empty_rows.radius.begin(), {1.4, 1.4999999});
+    with_empty_rows.optical_depth = {0, 0, 1, 1};
+    with_empty_rows.w1.resize(4, 0.3);
+    with_empty_rows.w2.resize(4, 0.6);
+    for (const RingProfile& profile : {even, with_empty_rows}) {
+        the_rings(scene).profile = profile;
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
+        for (const double height : {0.02, 0.05, 0.3})
+            for (const double turn : {0.0, 57.3, 172.0, 285.0})
+                expect_orders_below(*tables, scene, height, turn);
+    }
 }
 
 }  // namespace

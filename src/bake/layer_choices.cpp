@@ -395,7 +395,7 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
         for (FineMembers& line : lines) of_lines.push_back(family_errors(line, candidate));
         return quantile_of_all(probes, joined(std::move(of_lines)), probed_share);
     };
-    // As many large errors as the lines may have together, along the first alone.
+    // The first line alone may have as many large errors as all lines together.
     const double share = 1 - static_cast<double>(lines.size()) * (1 - probed_share);
     CandidateError at_least;
     if (lines.size() > 1)

@@ -66,9 +66,10 @@ MatrixXd symmetric(const MatrixXd& K) { return (K + K.transpose()) / 2; }
 
 /// I - Q over the nodes, factored, Q = R* R of two layers.
 ///
-/// Deep layers that absorb nothing keep nearly all light between them, and I - Q is singular to rounding.
-/// What leaves is known without loss (derived here): with s^T R* = s^T - t_above^T and s^T R = s^T - t_below^T,
-/// t what is transmitted of uniform light, s^T (I - Q) = t_below^T + t_above^T R. That takes the place of a row.
+/// Deep layers that absorb nothing keep nearly all light between them, and I - Q is singular to rounding. The
+/// light that leaves is known without loss (derived here): with s^T R* = s^T - t_above^T and
+/// s^T R = s^T - t_below^T, t the transmitted part of uniform light, s^T (I - Q) = t_below^T + t_above^T R. This
+/// equation takes the place of a row.
 class InterreflectionFactor {
   public:
     InterreflectionFactor(const LayerMode& above, const LayerMode& below, const MatrixXd& Q) {
@@ -108,7 +109,7 @@ class InterreflectionFactor {
     }
 
   private:
-    /// Of uniform light, by the diffuse transmission T out of row, into column, and the beam.
+    /// Returns the transmitted part of uniform light, by the beam and the diffuse T, out of row, into column.
     VectorXd transmitted(const LayerMode& layer, const MatrixXd& T) const {
         const Eigen::Index N = s_.size();
         if (layer.is_opaque()) return VectorXd::Zero(N);

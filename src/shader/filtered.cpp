@@ -199,8 +199,8 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
     return texels;
 }
 
-/// Tries finer and finer textures, which `fill` makes, until these suffice; where none does, the coarsest is left
-/// that is nearly as good as the best.
+/// Tries finer and finer textures, which `fill` makes, until these suffice; where none does and they are large,
+/// the coarsest are left that are nearly as good as the best.
 template <std::size_t count, class Fill>
 void refine(const TableView& table, const std::vector<Light>& exact, FilteredLight& made,
             const Fineness (&choices)[count], const Fill& fill) {
@@ -215,9 +215,11 @@ void refine(const TableView& table, const std::vector<Light>& exact, FilteredLig
         return made.usual_error;
     };
     constexpr double nearly = 1.25;
+    constexpr std::size_t large = 64 << 20;
     std::array<double, count> errors{};
     for (std::size_t n = 0; n < count; ++n)
         if ((errors[n] = make(choices[n])) <= most_error) return;
+    if (made.light().bytes.size() <= large) return;
     const double most = nearly * *std::ranges::min_element(errors);
     const auto coarsest = std::ranges::find_if(errors, [&](double error) { return error <= most; });
     if (coarsest + 1 != errors.end()) make(choices[coarsest - errors.begin()]);

@@ -108,10 +108,9 @@ StratusColours stratus_layer_transmission(float mu_in, float mu_out, float azimu
 }
 
 vec3 stratus_layer_bsdf(vec3 wi, vec3 wo) {
-    if (wi.z < 0.0f && stratus_is_one_sided()) return vec3(0.0f, 0.0f, 0.0f);
     int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
-    bool lacking = stratus_x(stratus_field(side, 14)) == 0.0f;  // this side, in the table
-    if (lacking) return vec3(0.0f, 0.0f, 0.0f);
+    float held = stratus_x(stratus_field(side, 14));  // by the table
+    if (held == 0.0f || (wi.z < 0.0f && stratus_is_one_sided())) return vec3(0.0f, 0.0f, 0.0f);
     StratusColours light = stratus_layer_scattered(side, stratus_path_between(side, wi, wo));
     return (light.single + light.multiple) * 0.318309886f;
 }

@@ -539,19 +539,19 @@ bool stratus_is_one_sided() {
 }
 
 float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
-    if (wi.z < 0.0f && stratus_is_one_sided()) return 0.0f;
     int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
-    if (stratus_x(stratus_field(side, 14)) == 0.0f) return 0.0f;  // the table lacks this side
-    StratusScattered light =
-        stratus_scattered(side, albedo, optical_depth, stratus_path_between(side, wi, wo));
+    float held = stratus_x(stratus_field(side, 14));  // by the table
+    if (held == 0.0f || (wi.z < 0.0f && stratus_is_one_sided())) return 0.0f;
+    StratusPath path = stratus_path_between(side, wi, wo);
+    StratusScattered light = stratus_scattered(side, albedo, optical_depth, path);
     return (light.single + light.multiple) * 0.318309886f;
 }
 
 #ifdef STRATUS_FILTERED
 vec3 stratus_bsdf_rgb(vec3 wi, vec3 wo, vec3 albedo, float optical_depth) {
     int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
-    bool lacking = stratus_x(stratus_field(side, 14)) == 0.0f;
-    if (lacking || (wi.z < 0.0f && stratus_is_one_sided())) return vec3(0.0f, 0.0f, 0.0f);
+    float held = stratus_x(stratus_field(side, 14));
+    if (held == 0.0f || (wi.z < 0.0f && stratus_is_one_sided())) return vec3(0.0f, 0.0f, 0.0f);
     float light[3];
     StratusPath path = stratus_path_between(side, wi, wo);
     float depth = stratus_depth(optical_depth);

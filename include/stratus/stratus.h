@@ -224,8 +224,8 @@ size_t stratus_slice_bytes(const stratus_slice* slice);
 /* 1 where stratus_slice_bind_clamped() had to clamp; 0 for null. */
 int stratus_slice_clamped(const stratus_slice* slice);
 
-/* R or diffuse T; value[channels], 0 for a side that was not asked for or that the table lacks. Over a lower boundary T is
- * 0: nothing leaves the far side of both. */
+/* R or diffuse T; value[channels], 0 for a side that was not asked for or that the table lacks. Over a
+ * lower boundary T is 0: nothing leaves the far side of both. */
 int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                              float* value);
 int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,

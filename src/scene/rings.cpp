@@ -255,7 +255,7 @@ std::vector<std::size_t> tested_nodes(const RingProfile& profile, const Vector3&
     add_some(std::ranges::lower_bound(node_radius, eye_radius - reach),
              std::ranges::upper_bound(node_radius, eye_radius + reach));
     std::ranges::sort(tested);
-    tested.erase(std::ranges::unique(tested).begin(), tested.end());
+    tested.erase(std::unique(tested.begin(), tested.end()), tested.end());
     return tested;
 }
 

@@ -28,10 +28,9 @@ double sample_before(const double* next, std::size_t stride, std::size_t count) 
     }
 }
 
-/// The law by which fluxes of thin layers, over their depth, near their limit: orders 1 and 2 are of this form.
-double thin_law(double optical_depth) {
-    return optical_depth > 0 ? optical_depth * (1 - std::log(optical_depth)) : 0;
-}
+/// How far fluxes of thin layers, divided by the light intercepted, are from their limit: in proportion to this,
+/// which orders 1 and 2 have in common.
+double from_thin_limit(double optical_depth) { return optical_depth * thin_growth(optical_depth); }
 
 /// Fluxes of one of the mixtures over (albedo, optical_depth, mu), or without mu, divided by what scales
 /// them; before the first depth of each albedo a row of the limit of thin layers. Where that leaves nothing of
@@ -76,7 +75,8 @@ std::vector<double> divided(const std::vector<float>& fluxes, const Table& table
         std::copy_n(limit + row, row, limit);
         if (depth.size() < 2 || !std::isfinite(depth[1])) continue;
         const double next = scale_at(1) / scale_at(0) * (of_all_cosines ? depth[0] / depth[1] : 1),
-                     beyond = thin_law(depth[0]) / (thin_law(depth[1]) - thin_law(depth[0]));
+                     beyond = from_thin_limit(depth[0]) /
+                              (from_thin_limit(depth[1]) - from_thin_limit(depth[0]));
         for (double* value = limit; value < limit + row; ++value)
             *value += beyond * (value[row] - next * value[2 * row]);
     }
@@ -152,7 +152,8 @@ void LayerFluxes::set_optical_depth(Place& place, double optical_depth) const {
     place.thinness = std::min(1.0, optical_depth / optical_depth_.lowest);
     place.depth = std::max(optical_depth, optical_depth_.lowest);
     if (place.thinness < 1) {
-        const double sampled = thin_law(optical_depth) / thin_law(optical_depth_.lowest);
+        const double sampled =
+            from_thin_limit(optical_depth) / from_thin_limit(optical_depth_.lowest);
         place.transmitted = {0,
                              {static_cast<float>(1 - sampled), static_cast<float>(sampled), 0, 0}};
         return;

@@ -211,6 +211,16 @@ class Rounding {
     int drop_ = 0;
 };
 
+/// Resizes in parts, between which the log may stop the work: a system takes seconds to grant gigabytes.
+void resize_until_stopped(std::vector<float>& samples, std::size_t count, const WorkLog& log) {
+    constexpr std::size_t part = 16 << 20;
+    samples.reserve(count);
+    while (samples.size() < count) {
+        stop_if_asked(log);
+        samples.resize(std::min(count, samples.size() + part));
+    }
+}
+
 }  // namespace
 
 Table solve_table(const Recipe& resolved, const BakeOptions& options) {
@@ -226,7 +236,7 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
         counts[side] = multiple[side]->empty() ? 0 : table.sample_count();
     const bool is_filed = is_first && options.samples && options.samples->make_room(counts);
     for (const Side side : both_sides)
-        if (is_first && !is_filed) multiple[side]->resize(counts[side]);
+        if (is_first && !is_filed) resize_until_stopped(*multiple[side], counts[side], options.log);
 
     const DirectionNumbers numbers(table.view());
     const DirectionList all = numbers.all();

@@ -3,6 +3,7 @@
 #include <stratus/base/argument.h>
 #include <stratus/base/constants.h>
 #include <stratus/base/number_text.h>
+#include <stratus/base/size.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 

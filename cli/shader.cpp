@@ -175,7 +175,7 @@ void add_shader(CLI::App& app) {
     add_numbers(command, "--albedo", options.albedo, "[0, 1]",
                 "The layer's single-scattering albedo, [0, 1]; one, or three with commas");
     command.add_flag("--filtered", options.filtered,
-                     "For games: orders n >= 2 from textures that the GPU filters, by 8 fetches "
+                     "For games: orders n >= 2 from textures that the GPU filters, by 4 fetches "
                      "of the bound layer, 27 to 32 of layers that are not bound; glsl and hlsl");
     add_at(command, options.at);
     command.add_flag("--quiet", options.quiet, "No notes, no report of the size");

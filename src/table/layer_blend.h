@@ -101,7 +101,7 @@ bool holds(const AxisView& axis, double value);
 bool is_scattered_once(const TableView& table, double albedo, double optical_depth);
 
 /// Between the samples of optical depth, below them by the law of thin layers, beyond them by that
-/// of diffusion.
+/// of diffusion, once reflection is at its limit and transmission has the shape of a deep layer's.
 bool is_depth_known(const TableView& table, Side side, double albedo, double optical_depth);
 
 // Ranges covered by the table and by the laws that extend it, for messages.

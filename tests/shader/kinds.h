@@ -23,11 +23,12 @@ struct Kind {
     bool narrowed = false, one_side = false;
     std::vector<StackLayer> layers = {};
     bool ridges = false;
+    double deepest = 8;
 };
 
 inline Table table_of(const Kind& kind) {
     const bool over = kind.below.is_present();
-    const Depths depths{0.05, 8, kind.to_infinity && !over};
+    const Depths depths{0.05, kind.deepest, kind.to_infinity && !over};
     Table table = empty_table(
         kind.ridges ? samples_of_ridges : Counts{6, 9, 12, kind.narrowed ? 7 : 12, kind.azimuths},
         depths);

@@ -286,8 +286,10 @@ TEST(Shader, CountsArgumentsOutOfRangeAsTheNearest) {
 }
 
 TEST(Shader, BindsLayersThatATableKnowsByLaw) {
-    const PackedTable table(pack(table_of(kinds()[2])));
-    const Medium<3> black_and_deep{{1, 12, infinity}, {0, 0.5, 0.5}};
+    Kind deep = kinds()[2];
+    deep.deepest = 20;
+    const PackedTable table(pack(table_of(deep)));
+    const Medium<3> black_and_deep{{1, 24, infinity}, {0, 0.9, 0.5}};
     std::vector<ShaderTexture> textures = shader_textures(table);
     textures.push_back(shader_layer(table, black_and_deep));
     shader::AsCxx exact(textures);

@@ -86,16 +86,34 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
     EXPECT_NEAR(slice.source_behind(1), source_seen_through(forward, 0.9, 0.9, 1), 1e-6);
 }
 
+/// At depth 8 and k = 0.5 R is at its limit, but transmitted light is still a twentieth off the shape of a deep layer's.
+TEST(Mixture, KnowsDeepTransmissionOnlyOnceItsShapeIsThatOfDeepLayers) {
+    const auto half = [](const SamplePoint&) { return 0.5; };
+    for (const double deepest : {8.0, 32.0}) {
+        Table table = filled({2, 4, 3, 3, 3}, {0.25, deepest, false}, half, half);
+        table.diffusion_exponent = {0.5, 0.5};
+        table.tolerance = 1e-2;
+        EXPECT_NO_THROW(bind(table.view(), infinity, 0.9));
+        if (deepest > 8)
+            EXPECT_NO_THROW(bind(table.view(), 50, 0.9));
+        else
+            expect_refusal([&] { bind(table.view(), 12, 0.9); },
+                           "optical_depth must be in [0, 8] of the table, got 12");
+        table.transmission_multiple.clear();
+        EXPECT_NO_THROW(bind(table.view(), 50, 0.9));
+    }
+}
+
 TEST(Mixture, KnowsNoDeepLayerWhereOnePartIsFarFromItsLimit) {
     const auto half = [](const SamplePoint&) { return 0.5; };
-    Table steep = filled({2, 4, 3, 3, 3}, {0.25, 8, false}, half, half), flat = steep;
-    steep.diffusion_exponent = {2, 2};
+    Table steep = filled({2, 4, 3, 3, 3}, {0.25, 32, false}, half, half), flat = steep;
+    steep.diffusion_exponent = {0.5, 0.5};
     flat.diffusion_exponent = {0, 0};
     const Table table = mixed(flat, steep);
-    EXPECT_NO_THROW(bind(table.view().at({0}), 20, 0.9));
+    EXPECT_NO_THROW(bind(table.view().at({0}), 50, 0.9));
     for (const double share : {0.5, 1.0})
-        expect_refusal([&] { bind(table.view().at({share}), 20, 0.9); },
-                       "optical_depth must be in [0, 8] of the table, got 20");
+        expect_refusal([&] { bind(table.view().at({share}), 50, 0.9); },
+                       "optical_depth must be in [0, 32] of the table, got 50");
 }
 
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {

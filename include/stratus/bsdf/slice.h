@@ -9,8 +9,9 @@
 // A table knows the layers between its samples, and by law some beyond them: thinner ones (orders
 // n >= 2 fall with the shares intercepted, lookup.h), albedo 0 (nothing is scattered twice),
 // infinite depth (nothing is transmitted), and layers deeper than the deepest sample where
-// reflection is within the table's tolerance of its limit (diffusion.h). Any other is refused, or
-// clamped on request.
+// reflection is within the table's tolerance of its limit (diffusion.h); their transmission, where the
+// deepest sample is so deep that it falls off with depth alike in all directions, or is negligible.
+// Any other is refused, or clamped on request.
 //
 // A table of a stack (stack_layers.h) knows the stack alone: its depth, its albedo, no density and
 // no opposition. Light comes from above alone; it may leave below.

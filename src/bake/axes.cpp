@@ -2,6 +2,7 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/base/gauss_legendre.h>
+#include <stratus/layer/diffusion.h>
 #include <stratus/phase/path_law.h>
 #include <stratus/transfer/solve.h>
 
@@ -13,9 +14,6 @@
 namespace stratus {
 
 namespace {
-
-/// q (1 - g) of conservative isotropic scattering, 2 x 0.7104. [vdH80]
-constexpr double reduced_extrapolation_length = 1.4208921792;
 
 /// A part of an axis: samples no further apart.
 Axis axis_part(const AxisView& all, double min, double max) {

@@ -40,6 +40,13 @@ double diffusion_scale(Side side, double optical_depth, double diffusion_exponen
     return scale(optical_depth, diffusion_exponent, extrapolation_length);
 }
 
+double transmission_shape_error(double optical_depth, double albedo, double diffusion_exponent,
+                                double extrapolation_length) noexcept {
+    const double g = std::max(0.0, 1 - reduced_extrapolation_length / extrapolation_length);
+    const double next = std::sqrt((1 - albedo * g * g) * (1 - albedo * g * g * g));
+    return 7 * std::exp((diffusion_exponent - next) * optical_depth);
+}
+
 double share_beyond_deepest(Side side, double optical_depth, double deepest,
                             double diffusion_exponent, double extrapolation_length) noexcept {
     const auto at = [&](double depth) {

@@ -237,13 +237,13 @@ std::string range_text(double min, double max) {
     return "in [" + short_number(min, 6) + ", " + short_number(max, 6) + "] of the table";
 }
 
-/// Whether a layer transmits so little that no one sees it, or distributes it over directions as any deeper layer does.
-/// The difference in shape falls off like the beam along the normal, in transport depths; exp(-(0.71 / length - k) tau)
-/// times 3 covers most errors of transmission that were measured at k from 0.4 to 0.7.
-bool has_diffusive_shape(double optical_depth, double exponent, double length, double tolerance) {
-    constexpr double negligible = 1e-8, isotropic_length = 0.71;
-    return transmission_scale(optical_depth, exponent, length) <= negligible ||
-           3 * std::exp((exponent - isotropic_length / length) * optical_depth) <= tolerance;
+/// Whether transmission falls off with depth alike in all directions, or is negligible.
+bool is_diffusive(const LayerQuery& layer, double tolerance) {
+    constexpr double negligible = 1e-8;
+    const double tau = layer.optical_depth, k = layer.diffusion_exponent,
+                 length = layer.extrapolation_length;
+    return transmission_shape_error(tau, layer.albedo, k, length) <= tolerance ||
+           transmission_scale(tau, k, length) <= negligible;
 }
 
 }  // namespace
@@ -268,10 +268,9 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
     for (int m = 0; m < members.count; ++m) {
         if (members.weight[m] == 0) continue;
         const LayerQuery deepest = make_query(table, albedo, depth.highest, members.member[m]);
-        const double k = deepest.diffusion_exponent, length = deepest.extrapolation_length;
-        if (reflection_deficit(depth.highest, k, length) > kept_tolerance(table) ||
-            (side == Side::transmission &&
-             !has_diffusive_shape(depth.highest, k, length, kept_tolerance(table))))
+        if (reflection_deficit(depth.highest, deepest.diffusion_exponent,
+                               deepest.extrapolation_length) > kept_tolerance(table) ||
+            (side == Side::transmission && !is_diffusive(deepest, kept_tolerance(table))))
             return false;
     }
     return true;

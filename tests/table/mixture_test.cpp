@@ -86,7 +86,7 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
     EXPECT_NEAR(slice.source_behind(1), source_seen_through(forward, 0.9, 0.9, 1), 1e-6);
 }
 
-/// At depth 8 and k = 0.5 R is at its limit, but transmitted light is still a twentieth off the shape of a deep layer's.
+/// At depth 8 and k = 0.5 R is at its limit, but transmitted light may be an eighth off the shape of a deep layer's.
 TEST(Mixture, KnowsDeepTransmissionOnlyOnceItsShapeIsThatOfDeepLayers) {
     const auto half = [](const SamplePoint&) { return 0.5; };
     for (const double deepest : {8.0, 32.0}) {

@@ -199,8 +199,8 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
     return texels;
 }
 
-/// Tries finer and finer textures, which `fill` makes, until these suffice; where none does and they are large,
-/// the coarsest are left that are nearly as good as the best.
+/// Tries finer and finer textures, which `fill` makes, until these suffice or the next would be too large;
+/// then the coarsest are left that are nearly as good as the best.
 template <std::size_t count, class Fill>
 void refine(const TableView& table, const std::vector<Light>& exact, FilteredLight& made,
             const Fineness (&choices)[count], const Fill& fill) {
@@ -214,12 +214,23 @@ void refine(const TableView& table, const std::vector<Light>& exact, FilteredLig
         measure(exact, table, made);
         return made.usual_error;
     };
-    constexpr double nearly = 1.25;
-    constexpr std::size_t large = 64 << 20;
-    std::array<double, count> errors{};
-    for (std::size_t n = 0; n < count; ++n)
-        if ((errors[n] = make(choices[n])) <= most_error) return;
-    if (made.light().bytes.size() <= large) return;
+    constexpr double nearly = 1.25, most_bytes = 128 << 20, most_texels = 2048;  // along an axis
+    std::vector<double> errors;
+    for (const Fineness& choice : choices) {
+        if (!errors.empty()) {
+            const Fineness& before = choices[errors.size() - 1];
+            const ShaderTexture& light = made.light();
+            const double per_cosine = 1.0 * choice.cosines / before.cosines,
+                         per_azimuth = 1.0 * choice.azimuths / before.azimuths,
+                         bytes = static_cast<double>(light.bytes.size()) * per_cosine * per_cosine *
+                                 per_azimuth;
+            if (bytes > most_bytes ||
+                std::max(light.height * per_cosine, light.depth * per_azimuth) > most_texels)
+                break;
+        }
+        errors.push_back(make(choice));
+        if (errors.back() <= most_error) return;
+    }
     const double most = nearly * *std::ranges::min_element(errors);
     const auto coarsest = std::ranges::find_if(errors, [&](double error) { return error <= most; });
     if (coarsest + 1 != errors.end()) make(choices[coarsest - errors.begin()]);

@@ -306,7 +306,10 @@ std::string shader_text(ShaderLanguage language, const FilteredLight* filtered) 
                 own_text = std::regex_replace(own[place], std::regex("WIDTH"),
                                               std::to_string(shader_texture_width));
     if (filtered != nullptr) {
-        if (filtered->bound) before += "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n";
+        if (filtered->bound)
+            before +=
+                "// This text has the light of the bound layer alone: call only stratus_layer_...\n"
+                "#ifndef STRATUS_LAYER\n#define STRATUS_LAYER\n#endif\n";
         if (filtered->textures.size() > 3) before += "#define STRATUS_FILTERED_PATH\n";
         before += "#define STRATUS_FILTERED\n#define STRATUS_CONSTANT_NUMBERS " +
                   std::to_string(filtered->constant_numbers) + "\n\n";

@@ -111,13 +111,16 @@ void put(const Rgb& value, float* at, std::size_t count) {
     at[2 * count] = value.b;
 }
 
-void require_unit(const Vectors& vectors, const char* function, const char* argument) {
+/// Zero too where `or_none`: sampling gives it for directions that scatter nothing.
+void require_unit(const Vectors& vectors, const char* function, const char* argument,
+                  bool or_none = false) {
     constexpr float margin = 1e-3f;
     for (std::size_t i = 0; i < vectors.count; ++i) {
         const auto [x, y, z] = vectors.at(i);
         const float squared = x * x + y * y + z * z;
-        if (!(std::abs(squared - 1) <= margin))
-            require(false, function, argument, "of length 1", std::sqrt(squared));
+        if (!(std::abs(squared - 1) <= margin || (or_none && squared == 0)))
+            require(false, function, argument, or_none ? "of length 1 or 0" : "of length 1",
+                    std::sqrt(squared));
     }
 }
 
@@ -157,7 +160,7 @@ Values eval(const Bound& bound, const Floats& wi, const Floats& wo) {
     const Vectors in(wi), out(wo);
     return filled(bound, in.count, [&](const auto& slice, float* value) {
         require_unit(in, "Slice.eval", "wi");
-        require_unit(out, "Slice.eval", "wo");
+        require_unit(out, "Slice.eval", "wo", true);
         for (std::size_t i = 0; i < in.count && !bound.known.all; ++i) {
             const auto [x_in, y_in, z_in] = in.at(i);
             const auto [x_out, y_out, z_out] = out.at(i);
@@ -230,7 +233,7 @@ Values pdf(const Bound& bound, const Floats& wi, const Floats& wo) {
     float* const density = densities.mutable_data();
     without_lock([&] {
         require_unit(in, "Bsdf.pdf", "wi");
-        require_unit(out, "Bsdf.pdf", "wo");
+        require_unit(out, "Bsdf.pdf", "wo", true);
         bound.own.with_bsdf([&](const auto& bsdf) {
             for (std::size_t i = 0; i < in.count; ++i) density[i] = bsdf.pdf(in.at(i), out.at(i));
         });

@@ -314,6 +314,8 @@ class Slices(unittest.TestCase):
         drawn = bsdf.sample(wi, np.random.default_rng(1982).random((count, 3)))
         assert_allclose(drawn.pdf, bsdf.pdf(wi, drawn.wo), rtol=1e-3)
         assert_allclose(drawn.value, bsdf.eval(wi, drawn.wo), rtol=1e-4)
+        nothing = [0, 0, 0]  # drawn where nothing is scattered
+        self.assertEqual([float(bsdf.pdf(wi, nothing)), float(bsdf.eval(wi, nothing))], [0, 0])
         # The same mean cosine, over directions spread evenly and weighted by the density. 5 sigma.
         even = random_directions(count, 7)
         density = 4 * np.pi * bsdf.pdf(wi, even)

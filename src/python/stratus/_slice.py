@@ -106,7 +106,7 @@ class Bsdf(Slice):
         return Sample(wo.reshape(*shape, 3), in_shape(value, shape), in_shape(pdf, shape))
 
     def pdf(self, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
-        """The density with which `sample` draws wo, per steradian. One, of all channels."""
+        """The density with which `sample` draws wo, per steradian. One, of all channels; 0 where wo is 0."""
         vectors, shape = broadcast_vectors("pdf", wi=wi, wo=wo)
         return in_shape(self._own.pdf(*vectors), shape)
 

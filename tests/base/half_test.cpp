@@ -1,5 +1,6 @@
 #include <stratus/base/half.h>
 
+#include "instruction_sets.h"
 #include "uniform.h"
 
 #include <gtest/gtest.h>
@@ -28,10 +29,18 @@ TEST(Half, IsWhatIeeeSays) {
     EXPECT_EQ(half_value(0x400), 0x1p-14f);
 }
 
-TEST(Half, ComesBackFromItsFloat) {
+void expect_round_trips() {
     for (const unsigned sign : {0u, 0x8000u})
         for (unsigned bits = 0; bits < first_infinite; ++bits)
             ASSERT_EQ(to_half(half_value(sign | bits)).bits, sign | bits);
+}
+
+TEST(Half, ComesBackFromItsFloat) { expect_round_trips(); }
+
+TEST(Half, KeepsItsSubnormalsWhereFloatsLoseTheirs) {
+    const SubnormalsAsZero mode;
+    expect_round_trips();
+    EXPECT_EQ(half_value(1), 0x1p-24f);
 }
 
 TEST(Half, IsTheNearestToANumber) {
@@ -54,6 +63,9 @@ TEST(Half, IsClampedBeyondItsRange) {
     EXPECT_EQ(to_float(to_half(1e30f)), largest_half);
     EXPECT_EQ(to_float(to_half(-65519.f)), -largest_half);
     EXPECT_EQ(to_float(to_half(1e-9f)), 0);
+    EXPECT_EQ(to_float(to_half(0x1p-25f)), 0);  // even
+    EXPECT_EQ(to_float(to_half(0x1.8p-24f)), 0x1p-23f);
+    EXPECT_EQ(to_float(to_half(0x1.ffep-15f)), 0x1p-14f);
 }
 
 }  // namespace

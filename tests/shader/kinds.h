@@ -23,7 +23,7 @@ struct Kind {
     bool narrowed = false, one_side = false;
     std::vector<StackLayer> layers = {};
     bool ridges = false;
-    double deepest = 8;
+    double deepest = 8, tolerance = 1e-3;
 };
 
 inline Table table_of(const Kind& kind) {
@@ -35,7 +35,7 @@ inline Table table_of(const Kind& kind) {
     const FunctionOfPoint function = kind.ridges ? ridge : smooth_shape;
     if (kind.layers.empty()) table.phase_function = parse_phase_function(kind.phase);
     table.lower_boundary = kind.below;
-    table.tolerance = 1e-3;
+    table.tolerance = kind.tolerance;
     if (!kind.layers.empty()) {
         const StackLayer mean = mean_layer(kind.layers);
         table.layers = kind.layers;

@@ -98,6 +98,9 @@ std::vector<Kind> readable_kinds() {
         all.push_back(stack);
     }
     all.push_back(droplets);
+    Kind rounded = droplets;
+    rounded.tolerance = 1e-2;  // lets the path law be stored as halves
+    all.push_back(rounded);
     return all;
 }
 

@@ -8,6 +8,10 @@
 
 #include <cstdio>
 
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
 namespace {
 
 using stratus_lookup::Layer, stratus_lookup::Table, stratus_lookup::vec3;
@@ -53,6 +57,9 @@ void look_up(const Layer& layer, const Row& at, std::ofstream& out) {
 }  // namespace
 
 int main(int count, char** words) {
+#if defined(__SSE2__)
+    _mm_setcsr(_mm_getcsr() | 0x8040);  // subnormal floats are 0, as some renderers have it
+#endif
     try {
         const Table table(words[1]);
         std::ifstream rows(words[2], std::ios::binary);

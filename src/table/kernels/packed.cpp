@@ -24,7 +24,8 @@ STRATUS_INLINE Word<lanes> load_word(const float* row, int word) {
     return values;
 }
 
-/// Halves: the values are these times `half_scale`.
+/// Halves: the values are these times `half_scale`. Where the processor takes subnormal floats for 0, those
+/// of `half_scale` 2^112 lack subnormal halves, 2^-29 of the largest function.
 template <int lanes>
 STRATUS_INLINE Word<lanes> load_word(const Half* row, int word) {
     const Half* const from = row + word * lanes;
@@ -41,7 +42,8 @@ STRATUS_INLINE Word<lanes> load_word(const Half* row, int word) {
         using Bits = typename SimdRegister<lanes>::Ints;
         std::int16_t halves __attribute__((vector_size(2 * lanes)));
         __builtin_memcpy(&halves, from, sizeof halves);
-        const Bits shifted = (__builtin_convertvector(halves, Bits) << half_shift) & half_mask;
+        // Sign extension copies the sign to four bits; the mask keeps the one that is a float's.
+        const Bits shifted = (__builtin_convertvector(halves, Bits) << half_shift) & ~0x70000000;
         return reinterpret_cast<Word<lanes> >(shifted);
 #endif
     }
@@ -49,7 +51,7 @@ STRATUS_INLINE Word<lanes> load_word(const Half* row, int word) {
 #if defined(__F16C__)
 constexpr float half_scale = 1;
 #else
-constexpr float half_scale = half_unit;
+constexpr float half_scale = 0x1p112f;  // the difference of the exponents' biases
 #endif
 
 template <int width>

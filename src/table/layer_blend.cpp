@@ -237,13 +237,14 @@ std::string range_text(double min, double max) {
     return "in [" + short_number(min, 6) + ", " + short_number(max, 6) + "] of the table";
 }
 
-/// Whether transmission falls off with depth alike in all directions, or is negligible.
-bool is_diffusive(const LayerQuery& layer, double tolerance) {
+/// Whether transmission falls off alike in all directions from the `deepest` layer on, or is negligible at
+/// `optical_depth`.
+bool is_transmission_known(const LayerQuery& deepest, double optical_depth, double tolerance) {
     constexpr double negligible = 1e-8;
-    const double tau = layer.optical_depth, k = layer.diffusion_exponent,
-                 length = layer.extrapolation_length;
-    return transmission_shape_error(tau, layer.albedo, k, length) <= tolerance ||
-           transmission_scale(tau, k, length) <= negligible;
+    const double k = deepest.diffusion_exponent, length = deepest.extrapolation_length;
+    return transmission_shape_error(deepest.optical_depth, deepest.albedo, k, length) <=
+               tolerance ||
+           transmission_scale(optical_depth, k, length) <= negligible;
 }
 
 }  // namespace
@@ -270,7 +271,8 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
         const LayerQuery deepest = make_query(table, albedo, depth.highest, members.member[m]);
         if (reflection_deficit(depth.highest, deepest.diffusion_exponent,
                                deepest.extrapolation_length) > kept_tolerance(table) ||
-            (side == Side::transmission && !is_diffusive(deepest, kept_tolerance(table))))
+            (side == Side::transmission &&
+             !is_transmission_known(deepest, optical_depth, kept_tolerance(table))))
             return false;
     }
     return true;
@@ -289,7 +291,7 @@ std::string allowed_depth(const TableView& table) {
     if (depth.count == 0) return "inf, all that the table holds";
     if (table.is_stack()) return shortest_text(depth.lowest) + ", that of the stack";
     return range_text(table.knows_thinner_layers() ? 0 : depth.lowest, depth.highest) +
-           (depth.ends_at_infinity ? " or inf" : "");
+           (depth.ends_at_infinity ? " or inf" : ", or deep enough for the law of diffusion");
 }
 
 }  // namespace stratus

@@ -69,18 +69,22 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
     expect_refusal([&] { bind(view, 1, 0.1); },
                    "bind: albedo must be 0 or in [0.19, 1] of the table, got 0.1");
     expect_refusal([&] { bind(view, 9, 1); },
-                   "bind: optical_depth must be in [0, 8] of the table, got 9");
+                   "bind: optical_depth must be in [0, 8] of the table, or deep enough for the law "
+                   "of diffusion, got 9");
     expect_refusal([&] { bind(view, infinity, 1); },
-                   "optical_depth must be in [0, 8] of the table, got inf");
+                   "optical_depth must be in [0, 8] of the table, or deep enough for the law of "
+                   "diffusion, got inf");
     expect_refusal(
         [&] {
             bind_rgb(view, {1, 1, 9}, {1, 1, 1});
         },
-        "optical_depth must be in [0, 8] of the table, got 9");
+        "optical_depth must be in [0, 8] of the table, or deep enough for the law of diffusion, "
+        "got 9");
     Effects effects;
     effects.density = 0.5;
     expect_refusal([&] { bind(view, 5, 1, effects); },
-                   "optical_depth must be in [0, 8] of the table, got 10");
+                   "optical_depth must be in [0, 8] of the table, or deep enough for the law of "
+                   "diffusion, got 10");
     effects.multiple = false;
     EXPECT_NO_THROW(bind(view, 5, 1, effects));
     const Table both = mixed(table, table);

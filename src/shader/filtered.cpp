@@ -199,8 +199,8 @@ std::vector<vec4> spline_texels(shader::AsCxx& layer, const std::vector<LightBlo
     return texels;
 }
 
-/// Tries finer and finer textures, which `fill` makes, until these suffice or the next would be too large;
-/// then the coarsest are left that are nearly as good as the best.
+/// Tries finer and finer textures, which `fill` makes, until these suffice; where the next would be too large,
+/// the coarsest are left that are nearly as good as the best.
 template <std::size_t count, class Fill>
 void refine(const TableView& table, const std::vector<Light>& exact, FilteredLight& made,
             const Fineness (&choices)[count], const Fill& fill) {
@@ -231,6 +231,7 @@ void refine(const TableView& table, const std::vector<Light>& exact, FilteredLig
         errors.push_back(make(choice));
         if (errors.back() <= most_error) return;
     }
+    if (errors.size() == count) return;
     const double most = nearly * *std::ranges::min_element(errors);
     const auto coarsest = std::ranges::find_if(errors, [&](double error) { return error <= most; });
     if (coarsest + 1 != errors.end()) make(choices[coarsest - errors.begin()]);

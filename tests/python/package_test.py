@@ -512,7 +512,7 @@ class Refusals(unittest.TestCase):
         self.refused("mu_in must be in (0, 1], got 0", layer.reflection, 0, 1, 0)
         self.refused("mu_out must be in (0, 1], got nan", layer.transmission, 1, [1, np.nan], 0)
         self.refused("azimuth must be finite", layer.reflection, 1, 1, np.inf)
-        self.refused("wo must be of length 1, got 2", layer.eval, up, [0, 0, 2])
+        self.refused("wo must be of length 1 or 0, got 2", layer.eval, up, [0, 0, 2])
         self.refused("3 components", layer.eval, up, [0, 1])
         self.refused("u must be in [0, 1], got 1.5", bsdf.sample, up, [0, 1.5, 0])
         self.refused("albedo must be in [0.75, 1]", table.reflection, 0.7, 1, 1, 1, 0)

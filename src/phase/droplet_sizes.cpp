@@ -174,13 +174,16 @@ std::vector<SphereSize> sphere_sizes(const Droplets& droplets, int count) {
     if (droplets.has_effective_parameters() && droplets.effective_variance == 0) return {{x, 1}};
     const Curve curve = size_curve(droplets);
     const RadiusRange range = radius_range(droplets);
-    const double begin = std::sqrt(range.min), end = std::sqrt(range.max);
+    // Even in the square root of x, on multiples of a power of two: resonances, narrower than any step,
+    // count alike for droplets of nearly the same radius or wavelength.
+    const double begin = std::sqrt(range.min * x), end = std::sqrt(range.max * x),
+                 step = std::exp2(std::floor(std::log2((end - begin) / count)));
     const double reference = log_number(curve, 1);
     std::vector<SphereSize> sizes;
-    for (int i = 0; i < count; ++i) {
-        const double root = begin + (i + 0.5) / count * (end - begin);
-        const double r = root * root;
-        sizes.push_back({x * r, root * std::exp(log_number(curve, r) - reference)});
+    for (double n = std::ceil(begin / step); n * step <= end; ++n) {
+        const double root = n * step;
+        sizes.push_back(
+            {root * root, root * std::exp(log_number(curve, root * root / x) - reference)});
     }
     return sizes;
 }

@@ -53,12 +53,12 @@ struct SphereScattering {
 };
 
 /// Cost  about 2 (n + N) N^2 multiplications for n spheres of up to N terms, 8 n N^2 for few spheres:
-///       0.03 s for a cloud of r_eff = 10 um at 0.55 um.
+///       0.04 s for a cloud of r_eff = 10 um at 0.55 um.
 SphereScattering sphere_scattering(const std::vector<SphereSize>& spheres, std::complex<double> m);
 
 // ---- the sizes that stand for a distribution of droplets (droplet_sizes.cpp)
 
-constexpr int sizes_of_a_distribution = 2000;
+constexpr int sizes_of_a_distribution = 2000;  // at least, and fewer than twice as many
 
 /// Radii between which droplets count, over the effective radius.
 struct RadiusRange {
@@ -67,8 +67,8 @@ struct RadiusRange {
 
 RadiusRange radius_range(const Droplets& droplets);
 
-/// One sphere, or `count` of them uniform in the square root of the radius: dense where the droplets
-/// are; large ones, which are few and costly, lie further apart.
+/// One sphere, or `count` of them at least and fewer than twice as many, uniform in the square root of the
+/// radius: dense where the droplets are; large ones, which are few and costly, lie further apart.
 std::vector<SphereSize> sphere_sizes(const Droplets& droplets, int count = sizes_of_a_distribution);
 
 // ---- rows of indices of refraction n + i k, and what lies between them (refractive_index.cpp)

@@ -3,6 +3,7 @@
 
 #include <stratus/base/constants.h>
 #include <stratus/base/instruction_set.h>
+#include <stratus/base/number_text.h>
 
 #include "phase/mie_scattering.h"
 
@@ -196,9 +197,20 @@ TEST(SizesOf, AreDenseEnough) {
         worst = std::max(worst, std::abs(off));
         squares += off * off;
     }
-    EXPECT_LT(worst, 0.06);
-    EXPECT_LT(std::sqrt(squares / (angles + 1)), 0.01);
+    EXPECT_LT(worst, 0.025);
+    EXPECT_LT(std::sqrt(squares / (angles + 1)), 0.005);
     EXPECT_NEAR(phi.asymmetry(), finer.asymmetry(), 2e-4);
+}
+
+/// Resonances fall between the sizes of one radius and upon those of the next unless these are the same.
+TEST(SizesOf, ChangeThePhaseFunctionSmoothlyWithTheRadius) {
+    const auto back = [](double radius) {
+        return parse_phase_function("mie:radius=" + shortest_text(radius) +
+                                    "um,variance=0.1,wavelength=0.45um,index=1.3438")(-1);
+    };
+    const double first = back(14.25);
+    for (const double radius : {14.255, 14.265, 14.28, 14.3})
+        EXPECT_NEAR(back(radius) / first, 1, 1e-3) << radius;
 }
 
 // ---- A cloud of 10 um

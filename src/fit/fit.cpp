@@ -198,6 +198,9 @@ void add_remarks(const Problem& problem, const std::vector<Minimum>& minima,
     remark_on_particles(problem, best, covariance, depth_limits, fit);
     if (fit.remarks.empty()) remark_on_other_minima(problem, minima, fit);
     remark_on_edges(problem.space, best, fit);
+    if (!best.is_reached)
+        fit.remarks.push_back("not at a minimum: chi_square was still falling after " +
+                              std::to_string(most_steps) + " steps");
     remark_on_chi_square(fit);
 }
 
@@ -234,8 +237,9 @@ Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
                                  observations[i].sigma * misses(index(i)));
     fit.chi_square = best.chi_square;
     fit.degrees_of_freedom = int_size(observations) - space.size();
-    if (fit.degrees_of_freedom > 0)
-        fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
+    const auto at_edges = static_cast<int>((best.at.array() <= 0 || best.at.array() >= 1).count());
+    const int degrees = fit.degrees_of_freedom > 0 ? fit.degrees_of_freedom : at_edges;
+    if (degrees > 0) fit.probability = chi_square_probability(fit.chi_square, degrees);
     add_remarks(problem, minima, covariance, fit);
     if (error > tolerated)
         fit.remarks.push_back(std::string(model.error_name()) + " reaches " +

@@ -292,19 +292,19 @@ std::vector<Point> starting_points(const ParameterSpace& space) {
     return points;
 }
 
-/// The minima of one scan, each fit starting from the one before; where a phase function is free, from
-/// `start`: one fit in which its particles have vanished would lose it for all that follow.
-void scan(const Problem& problem, const Point& start, int depth, std::vector<Minimum>& minima) {
+/// The minima of one scan of coordinate `held`, each fit starting from the one before; where a phase function
+/// is free, from `start`: one fit in which its particles have vanished would lose it for all that follow.
+void scan(const Problem& problem, const Point& start, int held, int count,
+          std::vector<Minimum>& minima) {
     constexpr double rough_tolerance = 1e-3;
-    const int count = problem.model.scanned_depths();
     const bool afresh = std::ranges::any_of(of_phase_functions, [&](FitParameter parameter) {
         return problem.space.place(parameter) >= 0;
     });
     std::vector<Minimum> profile;
     for (int n = 0; n < count; ++n) {
         Point at = afresh || n == 0 ? start : profile.back().at;
-        at[depth] = n / (count - 1.0);
-        profile.push_back(descend(problem, at, depth, rough_tolerance));
+        at[held] = n / (count - 1.0);
+        profile.push_back(descend(problem, at, held, rough_tolerance));
     }
     const auto chi_square = [&](std::size_t n) {
         return n < profile.size() ? profile[n].chi_square : infinity;
@@ -360,11 +360,11 @@ MatrixXd Problem::derivatives(const Point& at, std::optional<int> held) const {
 }
 
 Minimum descend(const Problem& problem, Point at, std::optional<int> held, double tolerance) {
-    constexpr int max_steps = 60;
     constexpr double min_damping = 1e-9, max_damping = 1e9;
     VectorXd residuals = problem.residuals(at);
     double chi_square = residuals.squaredNorm(), damping = 1e-3;
-    for (int step = 0; step < max_steps && at.size() > 0; ++step) {
+    bool ended = at.size() == 0;
+    for (int step = 0; step < most_steps && !ended; ++step) {
         const MatrixXd derivatives = problem.derivatives(at, held);
         const MatrixXd curvature = derivatives.transpose() * derivatives;
         const Point slope = derivatives.transpose() * residuals;
@@ -381,20 +381,25 @@ Minimum descend(const Problem& problem, Point at, std::optional<int> held, doubl
             residuals = next_residuals;
             chi_square = next_residuals.squaredNorm();
         }
-        if (!improved || converged) break;
+        ended = !improved || converged;
         damping = std::max(damping, min_damping);
     }
-    return {at, chi_square};
+    return {at, chi_square, ended};
 }
 
 std::vector<Minimum> scan_minima(const Problem& problem) {
+    constexpr int scanned_sizes = 33;  // glories and bows move with the size and make many valleys
     std::vector<Minimum> minima;
-    const int depth = problem.space.place(fit_optical_depth);
-    for (const Point& start : starting_points(problem.space)) {
+    const ParameterSpace& space = problem.space;
+    for (const FitParameter size : {fit_radius, fit_wavelength})
+        if (const int place = space.place(size); place >= 0)
+            scan(problem, space.start(), place, scanned_sizes, minima);
+    const int depth = space.place(fit_optical_depth);
+    for (const Point& start : starting_points(space)) {
         if (depth < 0)
             minima.push_back(descend(problem, start));
         else
-            scan(problem, start, depth, minima);
+            scan(problem, start, depth, problem.model.scanned_depths(), minima);
     }
     std::ranges::sort(minima, {}, &Minimum::chi_square);
     return distinct(minima);

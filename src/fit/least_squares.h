@@ -107,7 +107,10 @@ struct Problem {
 struct Minimum {
     Problem::Point at;
     double chi_square;
+    bool is_reached;  // false: chi-square was still falling after `most_steps`
 };
+
+constexpr int most_steps = 1000;  // narrow curved valleys take hundreds
 
 /// Levenberg-Marquardt: a coordinate at an edge stays there while chi-square falls outwards. `held`
 /// is one that is not varied. Ends with a step that lowers chi-square by less than the share
@@ -115,8 +118,8 @@ struct Minimum {
 Minimum descend(const Problem& problem, Problem::Point at, std::optional<int> held = {},
                 double tolerance = 1e-8);
 
-/// Local minima over the optical depth, the others fitted at each: a scan of all depths.
-/// Parameters of phase functions that are free start from three values each.
+/// Local minima over the optical depth, and over a radius or wavelength that is free, the others fitted at each:
+/// scans of all values. For that of the depth, parameters of phase functions that are free start from three values each.
 std::vector<Minimum> scan_minima(const Problem& problem);
 
 /// The probability of so large a chi-square or a larger one, Q(degrees / 2, chi_square / 2).

@@ -55,6 +55,44 @@ TEST(FitFamily, FindsTheRadiusBetweenSamplesFromASpectrum) {
     }
 }
 
+/// Droplets whose light swings with the logarithm of their radius, as glories and bows make it.
+struct SwingingDroplets : LayerModel {
+    static constexpr double swings[] = {3, 4.3, 7.1, 8.4, 10.7};
+
+    int kinds() const override { return 1; }
+    ParameterRanges ranges() const override { return {{1, 32}, {1, 1}, {1, 1}, {0, 0}}; }
+    bool has(Light) const override { return true; }
+    FamilyAxes family() const override {
+        return {{PhaseParameter::radius, {AxisScale::logarithmic, {4, 32}}}};
+    }
+    std::vector<Scattered> scattered(const LayerParameters& layer,
+                                     const Observations& observations) const override {
+        std::vector<Scattered> values;
+        for (const auto n : indices(observations)) {
+            const double phase = swings[n] * std::log2(layer.radius);
+            values.push_back({0, layer.optical_depth * (1 + 0.5 * std::sin(phase))});
+        }
+        return values;
+    }
+};
+
+TEST(FitFamily, FindsTheRadiusAmongManyValleys) {
+    const SwingingDroplets model;
+    for (const double radius : {4.3, 6.1, 9.7, 14.2, 21.5, 28.0, 30.9}) {
+        LayerParameters layer;
+        layer.optical_depth = 3.3;
+        layer.w1 = 1;
+        layer.radius = radius;
+        std::vector<Observation> observations(5, {{1, 1, 0}});
+        const std::vector<double> brightness = model.brightness(layer, observations);
+        for (const auto n : indices(observations)) {
+            observations[n].brightness = brightness[n];
+            observations[n].sigma = 3e-3 * brightness[n];
+        }
+        EXPECT_NEAR(fit_layer(model, observations).radius().value, radius, 1e-3 * radius);
+    }
+}
+
 // T. Nakajima and M. D. King, J. Atmos. Sci. 47, 1990: depth and radius from two wavelengths alone.
 TEST(FitFamily, TwoWavelengthsGiveDepthAndRadius) {
     const Cloud cloud{1.2, 0.95, 0.31};

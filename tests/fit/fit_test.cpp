@@ -493,5 +493,45 @@ TEST(ChiSquare, EndsAtOneAndZero) {
     EXPECT_NEAR(chi_square_probability(1e5, 100000), 0.5, 1e-3);  // no overflow on the way
 }
 
+/// Single scattering of w = 0.762, tau = 0.730 and g = 0.772 with noise of 5e-4: w and g trade along a narrow
+/// curved valley, which takes a hundred steps.
+TEST(Fit, FollowsANarrowValleyToItsEnd) {
+    struct Row {
+        Light light;
+        double mu_out, degrees, brightness, sigma;
+    };
+    std::vector<Observation> observations;
+    for (const Row& row : std::vector<Row>{
+             {Light::reflected, 0.944671237, 161.442794, 0.00457553906, 2.37195458e-06},
+             {Light::transmitted, 0.40190339, 143.803848, 0.00442120794, 2.32669251e-06},
+             {Light::reflected, 0.827404781, 176.971307, 0.00425302676, 2.27513235e-06},
+             {Light::reflected, 0.868286298, 150.480016, 0.00450387223, 2.34950661e-06},
+             {Light::reflected, 0.803109518, 105.908118, 0.0062146598, 2.86416903e-06},
+             {Light::transmitted, 0.277755556, 124.295481, 0.00488429521, 2.46501363e-06}})
+        observations.push_back({{0.306698696, row.mu_out, radians(row.degrees)},
+                                row.light,
+                                row.brightness,
+                                row.sigma});
+    const auto model = single_scattering_model(PhaseFunction::henyey_greenstein(0.3), {});
+    FitOptions options;
+    options.free_g1 = true;
+    const Fit fit = fit_layer(*model, observations, options);
+    EXPECT_NEAR(fit.chi_square, 2.53, 0.01);  // the least, by other programs from many starts
+    EXPECT_NEAR(fit.g1().value, 0.772, 2 * fit.g1().sigma);
+    EXPECT_NEAR(fit.w1().value, 0.762, 2 * fit.w1().sigma);
+}
+
+TEST(Fit, RefusesWhatNoLayerGivesEvenWithoutDegreesOfFreedom) {
+    Observation beam{};
+    beam.light = Light::beam;
+    beam.geometry.mu_out = 0.5;
+    beam.brightness = 30;  // percent by mistake
+    beam.sigma = 1;
+    const Fit fit = fit_layer(*beam_model(), {beam});
+    EXPECT_EQ(fit.degrees_of_freedom, 0);
+    EXPECT_LT(fit.probability, 1e-100);
+    EXPECT_NE(remark(fit, "refused: chi_square 841 for 0 degrees of freedom"), "");
+}
+
 }  // namespace
 }  // namespace stratus::test

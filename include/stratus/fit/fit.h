@@ -176,7 +176,7 @@ std::unique_ptr<LayerModel> beam_model();
 // functions. Of a table of a family they are its parameters, too: g1, or radius, wavelength and
 // variance of droplets. Any of them may be held, and observations may bring the values of a family's
 // parameters themselves. Levenberg-Marquardt minimises chi-square within the model's range, starting
-// from every local minimum of a scan over the optical depth.
+// from every local minimum of scans over the optical depth and, where it is free, the radius or wavelength.
 
 struct FitOptions {
     // Held at this value; without one they are free. Of particles of one kind w1 is w.
@@ -231,12 +231,12 @@ struct Fit {
     double chi_square = 0;
     int degrees_of_freedom = 0;  // observations less free parameters
 
-    /// That errors as stated give so large a chi-square or a larger one; 1 without degrees of
-    /// freedom.
+    /// That errors as stated give so large a chi-square or a larger one. Without degrees of freedom it is
+    /// for as many as there are parameters at an edge of their range, which fit no more; 1 without such.
     double probability = 1;
 
-    /// Caveats: a chi-square that refuses the model, a parameter that the geometries do not
-    /// determine, one at the edge of its range, another layer that fits as well.
+    /// Caveats: a chi-square that refuses the model, or that was still falling, a parameter that the
+    /// geometries do not determine, one at the edge of its range, another layer that fits as well.
     std::vector<std::string> remarks;
 
     const FittedValue& optical_depth() const { return estimate[fit_optical_depth]; }

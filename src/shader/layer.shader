@@ -306,8 +306,8 @@ float stratus_layer_pdf(vec3 wi, vec3 wo) {
         float y = around.y * half_sine;
         s = (slope_here - slope) * stratus_w(stratus_peaks(side));
         q = y / (x + y);
-        stretch = abs(reach) * slope_here * (16.0f * away.x * away.y) * (x + y) * (x + y) /
-                  (around.x * around.y * square);
+        float sum = (x + y) / sqrt(square);  // first: the square of x + y may be below all numbers
+        stretch = abs(reach) * slope_here * 16.0f * away.x * away.y * sum * sum / (around.x * around.y);
     }
     vec4 sizes = stratus_layer_texel(4);
     return stratus_density_at(stratus_incident_place(into), float(2 * side) + to_horizon,

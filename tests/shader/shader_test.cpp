@@ -154,6 +154,11 @@ TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
         const auto [red, green, blue] = bsdf.eval(wi, {found.wo.x, found.wo.y, found.wo.z});
         EXPECT_NEAR(value.y, green, 1e-3 * double{green});
     }
+    for (const float z :
+         {1.0f, -1.0f}) {  // straight on and back, where either may take another azimuth
+        const float pdf = bsdf.pdf({0, 0, 1}, {0, 0, z});
+        EXPECT_NEAR(shader.stratus_layer_pdf({0, 0, 1}, {0, 0, z}), pdf, 0.2 * double{pdf});
+    }
     if (!table.view().is_stack() && !table.view().has_lower_boundary()) return;
     EXPECT_EQ(shader.stratus_layer_bsdf({0, 0.6f, -0.8f}, {0, 0.6f, 0.8f}).y, 0);
     EXPECT_EQ(shader.stratus_bsdf({0, 0.6f, -0.8f}, {0, 0.6f, -0.8f}, 0.9f, 1), 0);

@@ -407,6 +407,9 @@ void run_verify(const VerifyCommand& command) {
             forward, grazing);
     else if (peaked && verification.judges_forward)
         missed += formatted("; 99 %% within 10 degrees of forward, got %.2f %%", forward);
+    if (verification.energy_defect > table.tolerance)
+        missed += formatted("; stored fluxes must close to it at albedo 1, got %.2g",
+                            verification.energy_defect);
     throw std::runtime_error("verify: " + command.table + ": " + missed);
 }
 
@@ -428,7 +431,7 @@ void add_verify(CLI::App& app) {
     add_max_memory(command, options.reading);
     command.footer(
         "Exit code 1 when the table misses the tolerance that it states: 99.9 % of values within "
-        "it, all within five times it. Peaked phase functions are also judged at points drawn near "
+        "it, all within five times it, and the energy of the stored fluxes at albedo 1. Peaked phase functions are also judged at points drawn near "
         "forward and at grazing pairs of directions, 99 % of either within it; of a narrow peak "
         "(Henyey-Greenstein: g from 0.84 on) directions with a cosine below 0.15 are shown apart "
         "and not judged. Over an ocean or an RPV ground both kinds are shown, and judged only "

@@ -286,11 +286,12 @@ TEST(Verify, DetectsAOnePercentError) {
 }
 
 TEST(Verify, DetectsInconsistentFluxes) {
-    Table table = bake(explicit_recipe());
+    Table table = fine_table();
     for (float& albedo : table.plane_albedo) albedo *= 1.05F;
     const Verification verification = verify(table, {.samples = 50});
     EXPECT_GT(verification.furnace_defect, 1e-2);
     EXPECT_GT(verification.energy_defect, 1e-3);
+    EXPECT_FALSE(verification.meets(1e-3));
 }
 
 TEST(Verify, SkipsEnergyWhereEveryLayerAbsorbs) {

@@ -97,9 +97,10 @@ struct Verification {
     double furnace_defect = -1;
 
     /// 99.9 % within tolerance and all within largest_over_tolerance times it; 99 % of `forward`
-    /// and of `grazing` within it where these are judged.
+    /// and of `grazing` within it where these are judged; and the energy_defect.
     bool meets(double tolerance) const {
-        return meets_between_peaks(tolerance) && meets_at_peaks(tolerance);
+        return meets_between_peaks(tolerance) && meets_at_peaks(tolerance) &&
+               energy_defect <= tolerance;
     }
     bool meets_between_peaks(double tolerance) const;  // of `samples`
     bool meets_at_peaks(double tolerance) const;       // of `forward` and `grazing`

@@ -85,8 +85,8 @@ StratusColours stratus_layer_scattered(int side, StratusPath path) {
     for (int c = 0; c < 3; ++c) {
         vec4 of = stratus_layer_colour(c);
         float once = stratus_single_scattering(side, phases, of.y, of.x, path);
-        float more = stratus_component(sum, c) * stratus_factor(side, of.y, of.x, of.z, path) +
-                     (c == 0 ? along_path.x : (c == 1 ? along_path.y : along_path.z));
+        float more = max(stratus_component(sum, c) * stratus_factor(side, of.y, of.x, of.z, path) +
+                         (c == 0 ? along_path.x : (c == 1 ? along_path.y : along_path.z)), 0.0f);
         bool dark = blocked || once + more < 0.0f;
         single[c] = dark ? 0.0f : once;
         multiple[c] = dark ? 0.0f : more;

@@ -505,7 +505,7 @@ StratusScattered stratus_scattered(int side, float any_albedo, float optical_dep
     // Nothing passes a lower boundary.
     if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) return light;
     float once = stratus_single_scattering(side, stratus_phases(side, path), albedo, depth, path);
-    float more = stratus_multiple(side, albedo, depth, path);
+    float more = max(stratus_multiple(side, albedo, depth, path), 0.0f);
     if (once + more < 0.0f) return light;
     light.single = once;
     light.multiple = more;
@@ -564,7 +564,7 @@ vec3 stratus_bsdf_rgb(vec3 wi, vec3 wo, vec3 albedo, float optical_depth) {
         float more = held.x * stratus_factor(side, of, depth, held.y, path) +
                      stratus_along_path(side, of, depth, path);
         float once = stratus_single_scattering(side, phases, of, depth, path);
-        light[c] = max(once + more, 0.0f) * 0.318309886f;
+        light[c] = max(once + max(more, 0.0f), 0.0f) * 0.318309886f;
     }
     return vec3(light[0], light[1], light[2]);
 }

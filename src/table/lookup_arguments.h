@@ -107,10 +107,11 @@ inline float dark_at(float mu_in, float mu_out, float azimuth) noexcept {
     return is_unknown(mu_in, mu_out, azimuth * 0) ? not_a_number : 0;
 }
 
-/// Light of one origin alone may fall below 0 a little, where phase functions or path laws do; all
-/// of it does not.
+/// Light of the orders n >= 2 is not negative, wherever path laws or extrapolated samples are. Single scattering
+/// may fall below 0 a little, where phase functions do; all light does not.
 inline Scattered not_negative(const Scattered& light) noexcept {
-    return light.total() < 0 ? Scattered{} : light;
+    const Scattered kept{light.single, light.multiple < 0 ? 0 : light.multiple};
+    return kept.total() < 0 ? Scattered{} : kept;
 }
 
 // Nothing unless lookups are checked.

@@ -63,6 +63,20 @@ TEST(Binding, GivesASliceThatOutlivesItsTable) {
     EXPECT_GT(before, 0);
 }
 
+TEST(Binding, KeepsSingleScatteringWhereSamplesAreNegative) {
+    Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
+    table.phase_function = PhaseFunction::henyey_greenstein(0.5);
+    fill(table, [](const SamplePoint&) { return -1; });
+    Effects effects;
+    effects.multiple = false;
+    const float single = bind(table.view(), 1, 0.9, effects).transmission(0.4f, 0.6f, 1);
+    EXPECT_GT(single, 0);
+    EXPECT_NEAR(bind(table.view(), 1, 0.9).transmission(0.4f, 0.6f, 1), single, 1e-6 * single);
+    const Scattered light = transmission(table.view(), 0.9, 1, {0.4, 0.6, 1});
+    EXPECT_NEAR(light.single, single, 1e-6 * single);
+    EXPECT_EQ(light.multiple, 0);
+}
+
 TEST(Binding, RefusesLayersOutsideTheTable) {
     const Table table = plain_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     const TableView view = table.view();

@@ -135,6 +135,18 @@ STRATUS_INLINE auto depth_of_channel(const SliceSide<channels>& side, const Ligh
         return path.unknown + depth;
 }
 
+/// Light of all orders: neither that of n >= 2 nor the sum is below `least`. Of a constant phase function
+/// neither is negative.
+template <PhaseForm form, Orders orders, int channels, class F>
+STRATUS_INLINE F all_orders(const SliceSide<channels>& side, const F& single, const F& multiple) {
+    if constexpr (form == PhaseForm::constant)
+        return single + multiple;
+    else if constexpr (orders == Orders::none)
+        return at_least(side.least, single);
+    else
+        return at_least(side.least, single + at_least(side.least, multiple));
+}
+
 /// R of the layer, per channel.
 template <PhaseForm form, Orders orders, int channels, class F>
 STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf<F>& path,
@@ -185,19 +197,19 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             single = single_reflected<form>(directions, seen, both.sum,
                                             channel_value<F>(side.quarter_albedo, c), boundary);
         }
-        if constexpr (orders == Orders::none)
-            value[c] = single;
-        else
-            value[c] = single + value[c] * (both.shares * side.slope + side.level);
+        F multiple(0.0f);
+        if constexpr (orders != Orders::none)
+            multiple = value[c] * (both.shares * side.slope + side.level);
         if constexpr (orders == Orders::with_azimuth_and_path) {
             const F s = directions.depth_of_both(depth);
-            value[c] =
-                value[c] + path_of_channel(
+            multiple =
+                multiple + path_of_channel(
                                side.path, path, c, [&](int k, const auto& angle, const auto& lane) {
                                    return path_reflected(side.path, k * side.path.channel, angle,
                                                          lane(s), lane(directions.reciprocal_sum));
                                });
         }
+        value[c] = all_orders<form, orders>(side, single, multiple);
     }
 }
 
@@ -223,19 +235,18 @@ STRATUS_INLINE void transmitted(const SliceSide<channels>& side, const LightPath
         else if constexpr (form != PhaseForm::none)
             single = single_transmitted(directions, phase, depth, excess, beam, more,
                                         channel_value<F>(side.quarter_albedo, c));
-        if constexpr (orders == Orders::none)
-            value[c] = single;
-        else
-            value[c] =
-                single + value[c] * (transmitted_shares(beam, more) * side.slope + side.level);
+        F multiple(0.0f);
+        if constexpr (orders != Orders::none)
+            multiple = value[c] * (transmitted_shares(beam, more) * side.slope + side.level);
         if constexpr (orders == Orders::with_azimuth_and_path)
-            value[c] =
-                value[c] + path_of_channel(
+            multiple =
+                multiple + path_of_channel(
                                side.path, path, c, [&](int k, const auto& angle, const auto& lane) {
                                    return path_transmitted(side.path, k * side.path.channel, angle,
                                                            lane(depth), lane(excess),
                                                            lane(directions.shallow));
                                });
+        value[c] = all_orders<form, orders>(side, single, multiple);
     }
 }
 
@@ -246,9 +257,6 @@ STRATUS_INLINE void evaluate(const SliceSide<channels>& view, const LightPathOf<
         reflected<form, orders>(view, path, value);
     else
         transmitted<form, orders>(view, path, value);
-    if constexpr (form != PhaseForm::constant)  // it and its samples are not negative
-        for (int c = 0; c < channel_steps<channels, F>; ++c)
-            value[c] = at_least(view.least, value[c]);
 }
 
 /// At one light path: plain floats, or all channels at once.

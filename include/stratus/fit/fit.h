@@ -150,7 +150,8 @@ class LayerModel {
 /// Errors   std::invalid_argument for a family that holds just some mixtures; a fit refuses
 ///          observations in directions that the table leaves out.
 /// Accuracy lookups of droplets are joined by cubics over radii, wavelengths and variances of steps of
-///          5 %: 1e-4 of them or so where the variance is 0.02 or more. So are those of narrow peaks.
+///          5 %: 1e-4 of them or so where the variance is 0.02 or more, up to 2e-3 straight back. So are those
+///          of narrow peaks.
 /// Cost     of a table of droplets that of their phase function (mie.h) at every such step that is
 ///          tried, once for all fits.
 std::unique_ptr<LayerModel> table_model(const TableView& table);

@@ -247,7 +247,7 @@ std::vector<Answer> look_up_rows(const TableView& table, const std::vector<Layer
             for (const std::size_t r : rows) answers[r] = lookup.at(query.directions[r].geometry);
         } catch (const std::invalid_argument& error) {
             throw std::invalid_argument(query.row(rows.front()).place() + ": " + error.what() +
-                                        "; --clamp looks up the nearest layer");
+                                        "; --clamp takes orders n >= 2 of the nearest layer");
         }
     }
     return answers;
@@ -385,8 +385,8 @@ void add_eval(CLI::App& app) {
         ->allow_extra_args(false);  // or it would take TABLE too
     add_density_and_opposition(command, options.density, options.opposition);
     command.add_flag("--clamp", options.clamp,
-                     "Look up layers outside the table at the nearest one inside it, with a "
-                     "warning, instead of refusing them");
+                     "Take orders n >= 2 of layers outside the table from the nearest one inside "
+                     "it, with a warning, instead of refusing them");
     add_max_memory(command, options.reading);
     command.footer(
         observed_angles_help +

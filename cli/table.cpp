@@ -431,7 +431,8 @@ void add_verify(CLI::App& app) {
     add_max_memory(command, options.reading);
     command.footer(
         "Exit code 1 when the table misses the tolerance that it states: 99.9 % of values within "
-        "it, all within five times it, and the energy of the stored fluxes at albedo 1. Peaked phase functions are also judged at points drawn near "
+        "it, all within five times it, and the energy of the stored fluxes at albedo 1. Peaked "
+        "phase functions are also judged at points drawn near "
         "forward and at grazing pairs of directions, 99 % of either within it; of a narrow peak "
         "(Henyey-Greenstein: g from 0.84 on) directions with a cosine below 0.15 are shown apart "
         "and not judged. Over an ocean or an RPV ground both kinds are shown, and judged only "

@@ -91,7 +91,7 @@ int stratus_solve_levels(const stratus_problem* problem, size_t level_count, con
 
 typedef struct stratus_bake_options {
     size_t size;        /* sizeof(stratus_bake_options), set by the caller */
-    int threads;        /* 0: all */
+    int threads;        /* [0, 1024]; 0: all */
     const char* folder; /* where files that the recipe names are; null: the working folder */
     /* Called with the stage that the bake is at, "measuring", "baking", "checking", ..., and the
      * share of it that is done, [0, 1]. Anything but 0 ends the bake, with STRATUS_STOPPED, once

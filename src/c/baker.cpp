@@ -68,7 +68,7 @@ stratus_solved in_c(const SolvedValue& value, double error) {
 }
 
 Table baked(const char* recipe, const stratus_bake_options& asked, const char* function) {
-    require(asked.threads >= 0, function, "options.threads", "at least 0", asked.threads);
+    require_in("[0, 1024]", function, "options.threads", asked.threads);
     BakeOptions options;
     options.threads = asked.threads;
     if (asked.note)

@@ -354,7 +354,7 @@ TEST(BakerInC, RefusesInWords) {
     refused(small_recipe, &options, "options.size");
     options.size = sizeof options;
     options.threads = -1;
-    refused(small_recipe, &options, "options.threads must be at least 0, got -1");
+    refused(small_recipe, &options, "options.threads must be in [0, 1024], got -1");
     options.threads = 0;
     options.folder = "nowhere";
     expect_refused(stratus_bake("phase_function = 'tabulated:file=moon.csv'", &options, &table),

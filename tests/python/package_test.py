@@ -209,6 +209,8 @@ class Directions(unittest.TestCase):
         assert_allclose(at.azimuth[:, 0], [np.pi, 0])
         light = stratus.solve(HG, 0.9, 1.5, *at[:3])
         assert_array_equal(light.on(at.side), [light.reflection[0], light.transmission[1]])
+        with self.assertRaisesRegex(ValueError, "side must be lit or unlit, got Lit"):
+            light.on(["lit", "Lit"])
         seen = at.mu_in * light.on(at.side)
         fit = stratus.fit(seen, 0.01 * seen, **at._asdict(), phase_function=HG)
         self.assertAlmostEqual(fit.value["w"], 0.9, places=3)

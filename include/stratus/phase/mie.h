@@ -58,7 +58,7 @@ std::complex<double> index_of_refraction(const Droplets& droplets);
 ///
 /// Sizes    2,000 to 4,000, or 2,000 and at least four between neighbouring rows, up to where those left
 ///          out add less than 1e-6 to phi at 0 degrees. Without absorption, resonances are narrower than any
-///          spacing: with all sizes, phi would differ by up to 2.2 %, at most straight back, by 0.4 % in root
+///          spacing: with all sizes, phi would differ by up to 2.2 %, most of all straight back, by 0.4 % in root
 ///          mean square, and g by 2e-4; but hardly otherwise for droplets of nearly the same size.
 /// Range    2 pi radius / wavelength of every droplet at most 10,000, of the effective radius at
 ///          least 1e-4.

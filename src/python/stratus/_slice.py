@@ -78,7 +78,7 @@ class Slice:
 
     @property
     def clamped(self) -> bool:
-        """True where `clamp` took the nearest layer that the table knows."""
+        """True where `clamp` took orders n >= 2 of the nearest layer that the table knows."""
         return self._own.clamped()
 
 

@@ -45,7 +45,11 @@ class Light:
 
     def on(self, side: ArrayLike) -> NDArray[np.float64]:
         """R where `side` is "lit", T where it is "unlit", as `directions` has it."""
-        return np.where(np.asarray(side) == "lit", self.reflection, self.transmission)[()]
+        sides = np.asarray(side)
+        other = sides[(sides != "lit") & (sides != "unlit")]
+        if other.size:
+            raise ValueError(f"Light.on: side must be lit or unlit, got {other.flat[0]}")
+        return np.where(sides == "lit", self.reflection, self.transmission)[()]
 
 
 @dataclass(frozen=True)

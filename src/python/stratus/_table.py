@@ -190,7 +190,7 @@ class Table:
         mixture                 [0, 1], needed of a table of two phase functions
         family                  parameters by name, needed of a table of a family: {"radius": 10},
                                 lengths in um
-        clamp                   take the nearest layer where the table does not know this one
+        clamp                   take orders n >= 2 of the nearest layer where the table does not know this one
         effects                 `EffectOptions`
 
         Errors   ValueError for a layer that the table does not know, naming the range.

@@ -19,7 +19,7 @@ inline constexpr auto instruction_set_row = [](const auto& row) {
 
 /// Takes subnormal floats for 0 while it lives, as some renderers have processors do; elsewhere than on x86
 /// it does nothing.
-class SubnormalsAsZero {
+class [[maybe_unused]] SubnormalsAsZero {
 #if defined(__SSE2__)
   public:
     SubnormalsAsZero() { _mm_setcsr(before_ | 0x8040); }  // operands and results

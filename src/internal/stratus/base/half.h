@@ -1,7 +1,7 @@
 // Numbers of 16 bits: IEEE binary16, 11 significant bits between 2^-14 and 65504.
 //
 // The bits of a half, moved to their places in a float, lack the difference of the exponents' biases, 112.
-// Those of a subnormal half, given the exponent of 2^-14, are too large by that. No float on the way is
+// A subnormal half comes out too large by 2^-14 when it is given that exponent. No float on the way is
 // subnormal, as a program may have the processor take those for 0 (-ffast-math, some renderers).
 #pragma once
 

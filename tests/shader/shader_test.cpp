@@ -473,7 +473,7 @@ class ShaderInABrowserOf : public testing::TestWithParam<Kind> {};
 
 TEST_P(ShaderInABrowserOf, IsTheRuntime) {
     const PackedTable table(pack(table_of(GetParam())));
-    const std::vector<Lookup> lookups = random_lookups(table, 10000);
+    const std::vector<Lookup> lookups = random_lookups(table, 2000);
     const std::vector<Light> found = by_browser(shader_textures(table), lookups);
     const Differences off = differences(found, by_runtime(table, lookups));
     EXPECT_LE(off.median, 1e-5);

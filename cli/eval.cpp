@@ -167,7 +167,7 @@ class LayerLookup {
             background_ = bound(effects);
         }
         const bool plain = asked.density == 0 && !asked.opposition.is_present();
-        if (plain && (!asked.multiple || is_looked_up(table, layer))) return;
+        if (plain && (is_looked_up(table, layer) || (!asked.multiple && !table.is_stack()))) return;
         if (asked.single) {
             Effects effects = asked;
             effects.multiple = effects.background = false;
@@ -246,8 +246,18 @@ std::vector<Answer> look_up_rows(const TableView& table, const std::vector<Layer
             const LayerLookup lookup(table, layer, asked, outside);
             for (const std::size_t r : rows) answers[r] = lookup.at(query.directions[r].geometry);
         } catch (const std::invalid_argument& error) {
-            throw std::invalid_argument(query.row(rows.front()).place() + ": " + error.what() +
-                                        "; --clamp takes orders n >= 2 of the nearest layer");
+            const auto clamps = [&] {
+                if (table.is_stack()) return false;
+                try {
+                    LayerLookup(table, layer, asked, OutsideTable::clamp);
+                    return true;
+                } catch (const std::invalid_argument&) {
+                    return false;
+                }
+            };
+            throw std::invalid_argument(
+                query.row(rows.front()).place() + ": " + error.what() +
+                (clamps() ? "; --clamp takes orders n >= 2 of the nearest layer" : ""));
         }
     }
     return answers;
@@ -346,7 +356,8 @@ void run_eval(const EvalOptions& options) {
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
     const std::vector<Answer> answers = look_up_rows(
-        view, layers, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+        view, layers, query, effects,
+        options.clamp && !view.is_stack() ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(query, layers, answers, view, asked.density);
     warn_of_extrapolated(answers, view);
 

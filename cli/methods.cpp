@@ -231,7 +231,9 @@ Method by_markov(const SolveRequest& request) {
     if (request.nodes) options.nodes = request.nodes;
     if (request.sublayers) options.sublayers = request.sublayers;
     options.orders = request.orders;
-    const auto solve = [=](const std::vector<double>& mu, const MarkovOptions& with) {
+    const auto solve = [=](const std::vector<double>& asked, const MarkovOptions& with) {
+        // Without cosines solutions would be along their own nodes, which differ.
+        const std::vector<double> mu = asked.empty() ? std::vector<double>{1} : asked;
         const auto doubled = [&](int nodes) {
             SolverOptions doubling;
             doubling.nodes = nodes;

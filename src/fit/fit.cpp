@@ -238,8 +238,9 @@ Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
     fit.chi_square = best.chi_square;
     fit.degrees_of_freedom = int_size(observations) - space.size();
     const auto at_edges = static_cast<int>((best.at.array() <= 0 || best.at.array() >= 1).count());
-    const int degrees = fit.degrees_of_freedom > 0 ? fit.degrees_of_freedom : at_edges;
-    if (degrees > 0) fit.probability = chi_square_probability(fit.chi_square, degrees);
+    // As many parameters as observations reach chi-square 0, unless some change no light there.
+    const int degrees = fit.degrees_of_freedom > 0 ? fit.degrees_of_freedom : std::max(at_edges, 1);
+    fit.probability = chi_square_probability(fit.chi_square, degrees);
     add_remarks(problem, minima, covariance, fit);
     if (error > tolerated)
         fit.remarks.push_back(std::string(model.error_name()) + " reaches " +

@@ -304,8 +304,11 @@ Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const {
     const std::size_t row = interval_with(radius_, radius);
     const double share =
         std::clamp((radius - radius_[row]) / (radius_[row + 1] - radius_[row]), 0.0, 1.0);
-    return (1 - share) * place.interpolated(&grid_[row * azimuths_]) +
-           share * place.interpolated(&grid_[(row + 1) * azimuths_]);
+    Rgb3 radiance = (1 - share) * place.interpolated(&grid_[row * azimuths_]) +
+                    share * place.interpolated(&grid_[(row + 1) * azimuths_]);
+    for (double& channel : radiance)
+        channel = std::max(0.0, channel);  // cubics swing below 0 beside darkness
+    return radiance;
 }
 
 Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,

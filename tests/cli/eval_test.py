@@ -150,6 +150,13 @@ evaluate("endless", "--effects reflection --clamp", err="1 in optical_depth | 1 
 query("0.5,0.8,60,inf,0")
 expect_rows(evaluate("endless", "--effects reflection", err=""), 1, "reflection == 0")
 
+# nor is there another layer than a stack's own
+write("stack.toml", "tolerance = 0.1", "[[layers]]", 'phase_function = "isotropic"', "albedo = 0.9", "optical_depth = 1.0",
+      "[[layers]]", 'phase_function = "isotropic"', "albedo = 0.5", "optical_depth = 1.0")
+expect_ok("bake stack.toml -o stack.h5 --quiet")
+for flags in "--clamp", "--effects single", "":
+    expect_refused(f"eval stack.h5 --query query.csv {flags} => albedo must be 0.7, that of the stack, got 0\n")
+
 # the smallest cosine is one
 query("5e-324,5e-324,0,1,0.5")
 expect("nan" not in evaluate("full").out.lower(), "a cosine of 5e-324 must give numbers")

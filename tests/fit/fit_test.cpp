@@ -214,7 +214,7 @@ TEST(Fit, OccultationsAloneDetermineTheDepth) {
         const double expected_sigma = mu * sigma / seen * (1 - density);
         EXPECT_NEAR(fit.optical_depth().sigma, expected_sigma, 1e-3 * expected_sigma);
         EXPECT_EQ(fit.degrees_of_freedom, 0);
-        EXPECT_EQ(fit.probability, 1);
+        EXPECT_NEAR(fit.probability, 1, 1e-3);
         EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
     }
 }
@@ -531,6 +531,15 @@ TEST(Fit, RefusesWhatNoLayerGivesEvenWithoutDegreesOfFreedom) {
     EXPECT_EQ(fit.degrees_of_freedom, 0);
     EXPECT_LT(fit.probability, 1e-100);
     EXPECT_NE(remark(fit, "refused: chi_square 841 for 0 degrees of freedom"), "");
+
+    // The least is within the range, where light no longer changes with depth.
+    beam.brightness = -10;
+    EXPECT_LT(fit_layer(*beam_model(), {beam}).probability, 1e-20);
+    Observation through{{0.5, 0.5, 0.5}, Light::transmitted, 0.5, 0.001};
+    FitOptions options;
+    options.w1 = 0.9;
+    const auto model = single_scattering_model(PhaseFunction::rayleigh(), {});
+    EXPECT_LT(fit_layer(*model, {through}, options).probability, 1e-20);
 }
 
 }  // namespace

@@ -236,6 +236,21 @@ void expect_planetshine_below(Scene scene, double height, double turn_deg) {
     }
 }
 
+TEST(Planetshine, IsNeverNegative) {
+    Scene scene = once(shining());
+    scene.effects.ringshine = false;
+    scene.to_sun = direction_at(0, radians(40));  // no light falls on the rings but the globe's
+    scene.camera.position = {0, 0, 10};
+    const LayerLight light(scene, nullptr);
+    for (const double radius : {1.3, 1.6, 2.2})
+        for (int longitude = 0; longitude < 360; ++longitude) {
+            const Vector3 point = radius * direction_at(0, radians(longitude));
+            const Ray ray{point + Vector3{0, 0, 1}, {0, 0, -1}};
+            for (const double channel : radiance_along(scene, light, ray, scene.to_sun))
+                EXPECT_GE(channel, 0) << radius << ' ' << longitude;
+        }
+}
+
 TEST(Planetshine, BelowACloseCameraIsThatOfSingleRays) {
     Scene scene = once(shining());
     scene.effects.ringshine = false;

@@ -233,7 +233,7 @@ struct Fit {
     int degrees_of_freedom = 0;  // observations less free parameters
 
     /// That errors as stated give so large a chi-square or a larger one. Without degrees of freedom it is
-    /// for as many as there are parameters at an edge of their range, which fit no more; 1 without such.
+    /// for as many as there are parameters at an edge of their range, which fit no more, or for one.
     double probability = 1;
 
     /// Caveats: a chi-square that refuses the model, or that was still falling, a parameter that the

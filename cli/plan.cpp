@@ -437,8 +437,9 @@ void add_plan(CLI::App& app) {
         "MB.\n"
         "`stratus render` follows the plan unless --effects says otherwise, and finds the choices "
         "of\n"
-        "its tables that the plan made. The recipe is that of `stratus bake RECIPE -o TABLE.h5`,\n"
-        "`stratus render SCENE --table TABLE.h5`.\n"
+        "its tables that the plan made. Each recipe is one of `stratus bake RECIPE -o "
+        "TABLE.stratus`,\n"
+        "and `stratus render SCENE` takes each of the tables by --table.\n"
         "Example:\n  stratus plan tables/scenes/saturn_lit.toml --write saturn_lit_needs.toml");
 }
 

@@ -277,9 +277,8 @@ void add_seal(CLI::App& app) {
     add_max_memory(command, options.reading);
     command.footer(
         "What it holds must be a valid table. Its measured error is still that of the bake; see\n"
-        "`stratus verify`. Attributes of your own are kept if they are text or numbers, datasets "
-        "of\n"
-        "your own are not.\n\n"
+        "`stratus verify`. Attributes of your own are kept as text if they are text or numbers,\n"
+        "datasets of your own are not.\n\n"
         "Example:\n  stratus seal saturn_rings.h5");
 }
 

@@ -207,7 +207,10 @@ const toml::array& Section::list(const char* key, std::size_t least, std::size_t
     const toml::array* const list = met.as_array();
     if (list == nullptr) require_allowed(false, key, toml_text(met));
     require_allowed(list->size() >= least && list->size() <= most, key,
-                    list->empty() ? "an empty list" : std::to_string(list->size()) + " of them");
+                    list->empty()
+                        ? "an empty list"
+                        : std::to_string(list->size()) + " of them, not " + std::to_string(least) +
+                              (least == most ? "" : " to " + std::to_string(most)));
     return *list;
 }
 

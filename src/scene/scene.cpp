@@ -276,7 +276,7 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
 }
 
 EffectFlag scene_effect(const std::string& name) {
-    std::vector<std::string> known{"all"};
+    std::vector<std::string> known;
     for (const auto& [own_name, effect] : scene_effects()) {
         if (name == own_name) return effect;
         known.emplace_back(own_name);

@@ -534,6 +534,7 @@ class Refusals(unittest.TestCase):
             self.refused("mixture must be 1 or left out of a table that mixes nothing, got 0.3", look_up, mixture=0.3)
             self.refused("mixture must be one number, got [0, 1]", look_up, mixture=[0, 1])
             self.refused("g must be one number, got [0.1, 0.2]", look_up, family={"g": [0.1, 0.2]})
+            self.refused("family must map parameters to values, got [0.1]", look_up, family=[0.1])
             look_up(mixture=1)
         self.refused("law must be blinn or hapke, got wide", table.bind, 1, 0.9, opposition="wide")
         for opposition in ("", ("hapke",), ("hapke", 0.1, 0.5, 1), (0.1, 0.5)):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import each, number
+from ._arrays import each, number, shown
 from ._errors import builtin_errors, text_or_path, warn
 from ._phase import PhaseFunction, as_phase_function
 from ._slice import Bsdf, Opposition, Slice, effects_dict, make_medium
@@ -99,6 +99,8 @@ class Table:
         """A value for each axis of the family."""
         names = list(self._own.axes())
         names = names[: names.index("albedo")]
+        if not isinstance(family or {}, Mapping):
+            raise ValueError(f"family must map parameters to values, got {shown(family)}")
         given = {name: number("Table", name, value) for name, value in (family or {}).items()}
         unknown = set(given) - set(names)
         if unknown:

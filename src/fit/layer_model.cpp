@@ -12,6 +12,7 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <span>
 
 namespace stratus {
 namespace {
@@ -285,26 +286,20 @@ class SolverModel : public ParticleModel {
 
     std::vector<Scattered> scattered(const LayerParameters& layer,
                                      const Observations& observations) const override {
-        std::set<double> cosines;
-        for (const Observation& observed : observations)
-            if (observed.light != Light::beam)
-                cosines.insert({observed.geometry.mu_in, observed.geometry.mu_out});
+        const PhaseFunction phase = mixed_phase_function(layer);
         std::vector<Scattered> values(observations.size());
-        if (cosines.empty()) return values;
-
-        const std::vector<double> mu(cosines.begin(), cosines.end());
-        const auto at = [&](double cosine) {
-            return static_cast<int>(std::ranges::lower_bound(mu, cosine) - mu.begin());
-        };
-        const LayerSolution solution = solve_layer(mixed_phase_function(layer), layer.albedo(),
-                                                   layer.optical_depth, mu, options_);
-        for (std::size_t i = 0; i < observations.size(); ++i) {
-            const Observation& observed = observations[i];
-            if (observed.light == Light::beam) continue;
-            const auto& [mu_in, mu_out, azimuth] = observed.geometry;
-            const SolvedValue value =
-                solution.values(side(observed), at(mu_in), at(mu_out), {azimuth})[0];
-            values[i] = {value.single, value.multiple};
+        for (std::size_t first = 0; first < observations.size();) {
+            std::set<double> cosines;
+            std::size_t end = first;
+            // A cosine costs as much as a node, beside every other: so many at once cost least.
+            for (; end < observations.size() && int_size(cosines) <= options_.nodes; ++end)
+                if (observations[end].light != Light::beam)
+                    cosines.insert(
+                        {observations[end].geometry.mu_in, observations[end].geometry.mu_out});
+            if (!cosines.empty())
+                solve(layer, phase, cosines, std::span(observations).subspan(first, end - first),
+                      &values[first]);
+            first = end;
         }
         return values;
     }
@@ -348,6 +343,26 @@ class SolverModel : public ParticleModel {
 
   private:
     static constexpr int most_fitted_nodes = 164;  // a fit solves some hundred layers
+
+    /// What observations along these cosines see of a layer; occultations stay as they are.
+    void solve(const LayerParameters& layer, const PhaseFunction& phase,
+               const std::set<double>& cosines, std::span<const Observation> observations,
+               Scattered* values) const {
+        const std::vector<double> mu(cosines.begin(), cosines.end());
+        const auto at = [&](double cosine) {
+            return static_cast<int>(std::ranges::lower_bound(mu, cosine) - mu.begin());
+        };
+        const LayerSolution solution =
+            solve_layer(phase, layer.albedo(), layer.optical_depth, mu, options_);
+        for (std::size_t i = 0; i < observations.size(); ++i) {
+            const Observation& observed = observations[i];
+            if (observed.light == Light::beam) continue;
+            const auto& [mu_in, mu_out, azimuth] = observed.geometry;
+            const SolvedValue value =
+                solution.values(side(observed), at(mu_in), at(mu_out), {azimuth})[0];
+            values[i] = {value.single, value.multiple};
+        }
+    }
 
     PhaseFunction mixed_phase_function(const LayerParameters& layer) const {
         const PhaseFunction first = phase_function(1, layer.g1);

@@ -521,6 +521,26 @@ TEST(Fit, FollowsANarrowValleyToItsEnd) {
     EXPECT_NEAR(fit.w1().value, 0.762, 2 * fit.w1().sigma);
 }
 
+TEST(Fit, SeesALayerAlongADirectionWhateverElseIsObserved) {
+    const auto model = solver_model(PhaseFunction::rayleigh(), {}, 8);  // of so few nodes, in parts
+    std::vector<Observation> observations;
+    for (int k = 0; k < 40; ++k)
+        observations.push_back({{0.1 + 0.02 * k, 0.98 - 0.01 * k, 0.1 * k},
+                                k % 10 == 3  ? Light::beam
+                                : k % 3 == 0 ? Light::transmitted
+                                             : Light::reflected,
+                                0.1,
+                                0.001});
+    LayerParameters layer;
+    layer.w1 = 0.9;
+    layer.optical_depth = 1.5;
+    const std::vector<double> all = model->brightness(layer, observations);
+    for (std::size_t k = 0; k < observations.size(); ++k) {
+        const double alone = model->brightness(layer, {observations[k]})[0];
+        EXPECT_NEAR(all[k], alone, 1e-9 * alone) << k;
+    }
+}
+
 TEST(Fit, RefusesWhatNoLayerGivesEvenWithoutDegreesOfFreedom) {
     Observation beam{};
     beam.light = Light::beam;

@@ -184,7 +184,7 @@ class LayerLookup {
     Answer at(const Geometry& geometry) const {
         Answer answer;
         answer.clamped = clamped_;
-        if (asked_.multiple)
+        if (asked_.multiple && !clamped_)
             for (const Side side : both_sides)
                 if (side == Side::reflection ? asked_.reflection : asked_.transmission)
                     answer.extrapolation_error =

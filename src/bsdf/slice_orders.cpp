@@ -56,6 +56,8 @@ AxisView background_axis() {
 }  // namespace
 
 ChannelOrders find_orders(const TableView& table, Side which, double albedo, double optical_depth) {
+    if (optical_depth > 0 && table.optical_depth.count > 0 && !table.knows_thinner_layers())
+        optical_depth = std::max(optical_depth, table.optical_depth.lowest);
     if (table.packed != nullptr) return packed_orders(table, which, albedo, optical_depth);
     const bool is_deep = optical_depth > table.optical_depth.highest;
     const BeyondDeepest beyond = is_deep && is_depth_known(table, which, albedo, optical_depth)

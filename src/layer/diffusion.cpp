@@ -61,4 +61,8 @@ double thin_growth(double optical_depth) noexcept {
     return std::log1p(numerator / std::max(optical_depth, 1e-30));
 }
 
+double thin_growth_of_samples(double optical_depth) noexcept {
+    return thin_growth(std::min(optical_depth, 4.0));
+}
+
 }  // namespace stratus

@@ -72,8 +72,8 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
 // How the orders n >= 2 of layers thinner than all samples outgrow tau^2.
 float stratus_thin_growth(float depth, float thinnest) {
     if (depth >= thinnest) return 1.0f;
-    return stratus_log2(2.51629f / max(depth, 1e-30f) + 1.0f) /
-           stratus_log2(2.51629f / thinnest + 1.0f);
+    return stratus_log2(2.51629f / stratus_clamp(depth, 1e-30f, 4.0f) + 1.0f) /
+           stratus_log2(2.51629f / min(thinnest, 4.0f) + 1.0f);
 }
 
 // Returns the share of the reflection of infinite depth that diffusion lets a finite one have.

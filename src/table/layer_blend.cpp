@@ -160,7 +160,8 @@ FamilyStencil transmitted_members(const TableView& table, FamilyStencil members,
 
 ThinLayers thin_layers(const AxisView& depths) noexcept {
     const double deeper = std::min(2 * depths.lowest, depths.value(std::min(3, depths.count) - 1));
-    return {depths.lowest, deeper, thin_growth(depths.lowest), thin_growth(deeper)};
+    return {depths.lowest, deeper, thin_growth_of_samples(depths.lowest),
+            thin_growth_of_samples(deeper)};
 }
 
 LayerBlend layer_blend(const TableView& table, Side side, double albedo, double optical_depth,
@@ -197,7 +198,7 @@ LayerBlend layer_blend(const TableView& table, Side side, double albedo, double 
     }
     if (!is_thin) return blend;
     if (!table.has_lower_boundary())
-        blend.growth = thin_growth(depth) / thin_growth(depths.lowest);
+        blend.growth = thin_growth_of_samples(depth) / thin_growth_of_samples(depths.lowest);
     else
         blend.fades = table.lower_boundary->is_surface();
     return blend;

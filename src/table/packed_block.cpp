@@ -5,6 +5,7 @@
 #include "layer_sums.h"
 
 #include <cmath>
+#include <limits>
 
 namespace stratus {
 namespace {
@@ -148,8 +149,15 @@ double Resampling::weight(int old_sample, int new_sample) const {
 
 PackedAxis Resampling::axis(const AxisView& view) const {
     const double finer = from > 1 ? static_cast<double>(to - 1) / (from - 1) : 0;
-    return {static_cast<float>(view.first), static_cast<float>(view.inverse_step * finer),
-            static_cast<float>(to - 1)};
+    PackedAxis axis{static_cast<float>(view.first), static_cast<float>(view.inverse_step * finer),
+                    static_cast<float>(to - 1)};
+    if (to == 1) return axis;
+    // The last sample is at its place exactly: at albedo 1 a millionth of the one before would end diffusion.
+    const auto end = static_cast<float>(view.first + (view.count - 1) / view.inverse_step);
+    while ((end - axis.first) * axis.inverse_step < axis.last)
+        axis.inverse_step =
+            std::nextafter(axis.inverse_step, std::numeric_limits<float>::infinity());
+    return axis;
 }
 
 FunctionLayout::FunctionLayout(const TableView& table)

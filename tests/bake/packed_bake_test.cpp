@@ -6,6 +6,7 @@
 #include <stratus/transfer/stack.h>
 
 #include "indices.h"
+#include "refusal.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
@@ -253,6 +254,41 @@ TEST(PackedBake, ExtrapolatesThinLayersAndEstimatesTheErrorOfIt) {
         }
         EXPECT_EQ(thin_layer_error(table.view(), Side::reflection, 1, 0.3, {0.5, 0.5, 1}), 0);
     }
+}
+
+TEST(PackedBake, KnowsNoLayersFarThinnerThanItsDeepOnes) {
+    const PackedBake baked(
+        parse_recipe("phase_function = 'henyey_greenstein:g=0.5'\n"
+                     "tolerance = 1e-2\n"
+                     "optical_depth = { min = 1000, max = inf }\n"
+                     "albedo = { min = 0.6, max = 1 }\n"));
+    const PackedTable table(baked.file);
+    const TableView view = table.view();
+    expect_refusal([&] { bind(view, 1, 1); }, {"optical_depth", "of the table or inf", "got 1"});
+    const Slice clamped = bind(view, 1, 1, {}, OutsideTable::clamp), nearest = bind(view, 1000, 1);
+    Effects once;
+    once.multiple = false;
+    const auto more = [&](const Slice& all, double depth) {
+        return all.reflection(0.5f, 0.5f, 1) - bind(view, depth, 1, once).reflection(0.5f, 0.5f, 1);
+    };
+    const double intercepted = -std::expm1(-1 / 0.5);
+    EXPECT_NEAR(more(clamped, 1), intercepted * intercepted * more(nearest, 1000), 1e-3);
+    for (const double depth : {0.1, 1.0, 10.0})  // lookups give something, within reason
+        EXPECT_LT(table.reflection(1.0, depth, {0.5, 0.5, 1.0}).total(), 2);
+}
+
+TEST(PackedBake, TransmitsByTheLawOfDiffusionHoweverDeep) {
+    const PackedBake baked(
+        parse_recipe("phase_function = 'henyey_greenstein:g=0.5'\n"
+                     "tolerance = 1e-2\n"
+                     "optical_depth = { min = 1e6, max = 1e8 }\n"
+                     "albedo = { min = 0.6, max = 1 }\n"));
+    const PackedTable table(baked.file);
+    const auto transmitted = [&](double depth) {
+        return table.transmission(1.0, depth, {0.5, 0.5, 1.0}).total();
+    };
+    for (const double deeper : {1e7, 1e8})  // 1 / (tau + q)
+        EXPECT_NEAR(deeper * transmitted(deeper), 1e6 * transmitted(1e6), 1e-3);
 }
 
 TEST(PackedBake, EstimatesTheErrorOfThinLayersOverASurface) {

@@ -63,7 +63,7 @@ def rise(tau, k, q):
 
 
 def growth(tau):
-    return np.log1p(2.51629 / tau)
+    return np.log1p(2.51629 / min(tau, 4))
 
 
 def legendre_sum(coefficients, c):

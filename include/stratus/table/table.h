@@ -97,9 +97,11 @@ struct TableView {
     bool keeps_light() const noexcept {
         return has_lower_boundary() && !lower_boundary->is_surface();
     }
-    /// True where the law of thin layers goes on below the samples; one depth tells none.
+    /// True where the law of thin layers goes on below the samples; one depth tells none, nor do deep ones.
     bool knows_thinner_layers() const noexcept {
-        return !keeps_light() && !is_stack() && optical_depth.count > 1;
+        constexpr double deepest_thin = 2;
+        return !keeps_light() && !is_stack() && optical_depth.count > 1 &&
+               optical_depth.lowest <= deepest_thin;
     }
     bool has_family() const noexcept { return family != nullptr; }
     bool is_stack() const noexcept { return layers != nullptr; }

@@ -212,7 +212,7 @@ void extrapolate_thin(const PackedSide& side, double depth, int n, Plan<width>& 
                 of_albedo * static_cast<float>((t == 0 ? weights.of_thinnest : 0) +
                                                weights.of_deeper * double{deeper[t]});
     }
-    plan.factor[n] *= static_cast<float>(thin_growth(depth) / thin.growth);
+    plan.factor[n] *= static_cast<float>(thin_growth_of_samples(depth) / thin.growth);
 }
 
 /// Which function values of a block a lookup reads, and their weights.

@@ -56,11 +56,14 @@ double transmission_shape_error(double optical_depth, double albedo, double diff
 /// Accuracy 3 % of the mean up to tau = 1, 14 % at 5; its limit 3/2 - gamma - ln(tau) in thin layers.
 double thin_growth(double optical_depth) noexcept;
 
+/// The same between samples of a table, which deeper ones would no longer tell: that of 4 from there on.
+double thin_growth_of_samples(double optical_depth) noexcept;
+
 /// How a table goes on below its thinnest sample: R and T, divided by all that scales them, change linearly
 /// in optical depth, as from a deeper layer to that sample.
 struct ThinLayers {
     double thinnest, deeper;          // equal where one depth is all that there is
-    double growth, growth_of_deeper;  // thin_growth of either
+    double growth, growth_of_deeper;  // thin_growth_of_samples of either
 
     struct Weights {
         double of_thinnest, of_deeper;

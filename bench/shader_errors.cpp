@@ -19,6 +19,10 @@
 namespace stratus {
 namespace {
 
+std::ostream& operator<<(std::ostream& out, const test::Differences& of) {
+    return out << "median " << of.median << ", 99.9 % " << of.usual << ", worst " << of.worst;
+}
+
 std::ostream& operator<<(std::ostream& out, const std::vector<ShaderTexture>& textures) {
     for (const ShaderTexture& of : textures)
         out << of.name << ": " << of.width << " x " << of.height << " x " << of.depth << ", "

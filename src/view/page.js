@@ -202,7 +202,7 @@ const angle = (size) => `${degrees(size).toFixed(1)}°`;
 
 function shareAgain({ once, all }) {
   const total = all.value.reduce((a, b) => a + b, 0), single = once.value.reduce((a, b) => a + b, 0);
-  return (100 * (1 - single / total)).toFixed(1);
+  return (total > 0 ? 100 * (1 - single / total) : 0).toFixed(1);
 }
 
 function showLobeValues() {
@@ -237,7 +237,7 @@ function showErrors() {
     part("path", { d: `M${place(10 ** power)} 44v5`, stroke: "var(--soft)" });
     part("text", { x: place(10 ** power), y: 63, fill: "var(--soft)", "text-anchor": "middle" }, `1e${power}`);
   }
-  const summary = marks.map(([name, error]) => `${name} ${formatted(Number(error.toPrecision(3)))}`).join(", ");
+  const summary = marks.map(([name, error]) => `${name} ${formatted(Number(error.toPrecision(3)))}`).join(", ") || "0";
   byId("errors").innerHTML = `<svg viewBox="0 0 600 70" role="img" aria-label="Relative errors: tolerance ${table.tolerance}; ${summary}">${parts.join("")}</svg>`;
   const range = (axis) =>
     axis.lowest === axis.highest ? formatted(axis.lowest) : `${formatted(axis.lowest)} to ${formatted(axis.highest)}`;

@@ -211,7 +211,7 @@ def random_row(table, random):
     row = {name: random.uniform(values[0], values[-1]) for name, values in table.finite.items() if len(values)}
     low, high = table.finite["optical_depth"][[0, -1]]
     row["optical_depth"] = np.exp(random.uniform(np.log(low), np.log(high)))
-    if random.uniform() < 0.2 and table.boundary != "semi-infinite layer":
+    if random.uniform() < 0.2 and table.boundary != "semi-infinite layer" and low <= 2:
         row["optical_depth"] = low * random.uniform(0.01, 1)
     if np.isinf(table.data["optical_depth"][-1]):
         row["optical_depth"] = random.choice([row["optical_depth"], high * random.uniform(1, 4), np.inf])

@@ -279,7 +279,8 @@ TEST(Tabulated, IsContinuedByItsOuterRowsUnlessAFitIsAskedFor) {
     for (double a = 5; a <= 150; a += 5) EXPECT_NEAR(at(a) / exact(-std::cos(radians(a))), 1, 0.02);
     EXPECT_LT(error_of_lobe(table, 0.3), 0.22);
     EXPECT_EQ(table.continuation(),
-              "values below 5 and beyond 150 degrees are continued by that of the outer row");
+              "values below 5 and beyond 150 degrees of phase angle are continued by that of the "
+              "outer row");
 }
 
 TEST(Tabulated, HasAnAlbedoByItsGeometricAlbedo) {

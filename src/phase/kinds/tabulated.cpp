@@ -276,7 +276,7 @@ std::string Tabulated::continuation() const {
     if (phase_angle_deg.back() < 180)
         ends += (ends.empty() ? "" : " and ") + ("beyond " + shortest_text(phase_angle_deg.back()));
     if (ends.empty()) return "";
-    return "values " + ends + " degrees are continued by " +
+    return "values " + ends + " degrees of phase angle are continued by " +
            (options.tail == Tail::constant
                 ? std::string("that of the outer row")
                 : "a double Henyey-Greenstein function fitted to the outer rows, g = " +

@@ -236,6 +236,17 @@ class LayerLookup {
     bool clamped_ = false;
 };
 
+/// Tells whether --clamp would answer for a layer. No other layer stands for a stack.
+bool can_clamp(const TableView& table, const LayerKey& layer, const Effects& asked) {
+    if (table.is_stack()) return false;
+    try {
+        LayerLookup(table, layer, asked, OutsideTable::clamp);
+        return true;
+    } catch (const std::invalid_argument&) {
+        return false;
+    }
+}
+
 std::vector<Answer> look_up_rows(const TableView& table, const std::vector<LayerKey>& layers,
                                  const Query& query, const Effects& asked, OutsideTable outside) {
     std::map<LayerKey, std::vector<std::size_t>> rows_by_layer;
@@ -246,18 +257,10 @@ std::vector<Answer> look_up_rows(const TableView& table, const std::vector<Layer
             const LayerLookup lookup(table, layer, asked, outside);
             for (const std::size_t r : rows) answers[r] = lookup.at(query.directions[r].geometry);
         } catch (const std::invalid_argument& error) {
-            const auto clamps = [&] {
-                if (table.is_stack()) return false;
-                try {
-                    LayerLookup(table, layer, asked, OutsideTable::clamp);
-                    return true;
-                } catch (const std::invalid_argument&) {
-                    return false;
-                }
-            };
-            throw std::invalid_argument(
-                query.row(rows.front()).place() + ": " + error.what() +
-                (clamps() ? "; --clamp takes orders n >= 2 of the nearest layer" : ""));
+            throw std::invalid_argument(query.row(rows.front()).place() + ": " + error.what() +
+                                        (can_clamp(table, layer, asked)
+                                             ? "; --clamp takes orders n >= 2 of the nearest layer"
+                                             : ""));
         }
     }
     return answers;

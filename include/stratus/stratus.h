@@ -67,8 +67,8 @@ int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** ta
  * own, which shares the samples and may outlive the other. Lookups and bindings of such tables take
  * no other. There is a value for each axis: lengths in um, of a mixture the share of the first phase
  * function in all that is scattered. Without a family count is 0. Beyond the samples of an axis
- * single scattering is that of the value, orders n >= 2 those of the nearest sample; of what is
- * bound, stratus_slice_bind() refuses such a value.
+ * single scattering is that of the value, orders n >= 2 those of the nearest sample;
+ * stratus_slice_bind() refuses such a value.
  *
  * Errors   another number of values, values without a phase function, or none of a discrete axis. */
 int stratus_table_at(const stratus_table* table, size_t count, const double* values,

@@ -291,7 +291,7 @@ class SolverModel : public ParticleModel {
         for (std::size_t first = 0; first < observations.size();) {
             std::set<double> cosines;
             std::size_t end = first;
-            // A cosine costs as much as a node, beside every other: so many at once cost least.
+            // Cosines cost as much as nodes: as many at once as there are nodes cost least.
             for (; end < observations.size() && int_size(cosines) <= options_.nodes; ++end)
                 if (observations[end].light != Light::beam)
                     cosines.insert(

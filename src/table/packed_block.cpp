@@ -152,9 +152,10 @@ PackedAxis Resampling::axis(const AxisView& view) const {
     PackedAxis axis{static_cast<float>(view.first), static_cast<float>(view.inverse_step * finer),
                     static_cast<float>(to - 1)};
     if (to == 1) return axis;
-    // The last sample is at its place exactly: at albedo 1 a millionth of the one before would end diffusion.
+    // Rounding must not keep the last sample from its place: at albedo 1 a millionth of the one before would end
+    // diffusion.
     const auto end = static_cast<float>(view.first + (view.count - 1) / view.inverse_step);
-    while ((end - axis.first) * axis.inverse_step < axis.last)
+    for (int ulp = 0; ulp < 4 && (end - axis.first) * axis.inverse_step < axis.last; ++ulp)
         axis.inverse_step =
             std::nextafter(axis.inverse_step, std::numeric_limits<float>::infinity());
     return axis;

@@ -55,7 +55,7 @@ struct Medium {
 /// How binding treats a layer that the table does not know.
 enum class OutsideTable {
     refuse,
-    clamp,  // orders n >= 2 of the nearest layer that it knows, in thinner ones as these intercept light
+    clamp,  // orders n >= 2 of the nearest layer that it knows, of thinner ones by what they intercept
 };
 
 template <int channels>

@@ -56,7 +56,7 @@ double transmission_shape_error(double optical_depth, double albedo, double diff
 /// Accuracy 3 % of the mean up to tau = 1, 14 % at 5; its limit 3/2 - gamma - ln(tau) in thin layers.
 double thin_growth(double optical_depth) noexcept;
 
-/// The same between samples of a table, which deeper ones would no longer tell: that of 4 from there on.
+/// thin_growth as tables are extrapolated by it: beyond 4, where light no longer grows so, that of 4.
 double thin_growth_of_samples(double optical_depth) noexcept;
 
 /// How a table goes on below its thinnest sample: R and T, divided by all that scales them, change linearly

@@ -238,7 +238,7 @@ Fit fit_near(std::vector<Minimum> minima, const Problem& problem) {
     fit.chi_square = best.chi_square;
     fit.degrees_of_freedom = int_size(observations) - space.size();
     const auto at_edges = static_cast<int>((best.at.array() <= 0 || best.at.array() >= 1).count());
-    // As many parameters as observations reach chi-square 0, unless some change no light there.
+    // Chi-square is 0 with as many parameters as observations, unless some change no light there.
     const int degrees = fit.degrees_of_freedom > 0 ? fit.degrees_of_freedom : std::max(at_edges, 1);
     fit.probability = chi_square_probability(fit.chi_square, degrees);
     add_remarks(problem, minima, covariance, fit);

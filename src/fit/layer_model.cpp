@@ -344,7 +344,7 @@ class SolverModel : public ParticleModel {
   private:
     static constexpr int most_fitted_nodes = 164;  // a fit solves some hundred layers
 
-    /// What observations along these cosines see of a layer; occultations stay as they are.
+    /// Solves a layer for the values of observations, all along these cosines; leaves those of occultations.
     void solve(const LayerParameters& layer, const PhaseFunction& phase,
                const std::set<double>& cosines, std::span<const Observation> observations,
                Scattered* values) const {

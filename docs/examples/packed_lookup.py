@@ -33,7 +33,7 @@ class PackedTable:
         """R or T of the orders n >= 2; side is "reflection" or "transmission"."""
         (a, albedos, ca), (t, depths, ct) = self.stencil("albedo", albedo), self.stencil("optical_depth", tau)
         thinnest, deeper = self.array["optical_depth"][0], self.array["optical_depth"][: 3][-1]
-        deeper, growth = min(2 * thinnest, deeper), lambda depth: np.log1p(2.51629 / depth)
+        deeper, growth = min(2 * thinnest, deeper), lambda depth: np.log1p(2.51629 / min(depth, 4))
         if tau < thinnest < deeper:
             x = 0.8 * (tau - thinnest) / (deeper - thinnest)
             ct = (1 - x) / growth(thinnest) * ct + x / growth(deeper) * self.stencil("optical_depth", deeper)[2]

@@ -227,13 +227,16 @@ TEST_F(LookupHeader, RefusesLayersOutsideTheTable) {
         expect_holds(refusal({thick.begin(), thick.end()}, "1 0.01 1 1 1 1"),
                      "Layer: optical_depth must be in [0.05, 8");
     }
-    // Nor does a single depth tell one.
-    Table single = empty_table({6, 1, 12, 12, 1}, {1, 1, false});
-    single.reflection_multiple = tabulate(single, [](const SamplePoint&) { return 1; });
-    prepare(single);
-    const std::vector<char> one = pack(single);
-    expect_holds(refusal({one.begin(), one.end()}, "1 0.5 1 1 1 1"),
-                 "Layer: optical_depth must be in [1, 1], got 0.5");
+    // Nor does a single depth tell one, nor do deep ones.
+    for (const auto& [depths, first] : {std::pair{1, 1.0}, {2, 4.0}}) {
+        Table few = empty_table({6, depths, 12, 12, 1}, {first, first * depths, false});
+        few.reflection_multiple = tabulate(few, [](const SamplePoint&) { return 1; });
+        prepare(few);
+        const std::vector<char> bytes_of_few = pack(few);
+        expect_holds(
+            refusal({bytes_of_few.begin(), bytes_of_few.end()}, "1 0.5 1 1 1 1"),
+            first == 1 ? "Layer: optical_depth must be in [1, 1], got 0.5" : "must be in [4, 8");
+    }
     Table endless = empty_table({6, 1, 12, 12, 1}, {8, 8, true});
     endless.optical_depth.values = {infinity};
     endless.reflection_multiple = tabulate(endless, [](const SamplePoint&) { return 1; });

@@ -278,6 +278,9 @@ void read_layer_choices(const Section& section, const PhaseSource& source, Recip
                     "\"all\" where there is [below]", recipe.orders);
     discretisation.require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic,
                            "scheme", "\"harmonic\" where orders are counted", "classic");
+    discretisation.require(
+        recipe.albedo.min == recipe.albedo.max || recipe.discretisation.albedo_samples != 1,
+        "albedo_samples", "2 or more over a range of albedos", 1);
     const double deepest = recipe.discretisation.deepest_optical_depth;
     if (deepest > 0)
         discretisation.require(

@@ -201,6 +201,9 @@ TEST(Recipe, RefusesRangesThatDescendOrHaveOneEnd) {
                           "recipe: line 4: albedo.min must be at most max, got 0.75");
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.5 }"),
                           "recipe: line 4: albedo.max");
+    expect_recipe_refusal(
+        recipe_with("[discretisation]\nalbedo_samples = 1\n"),
+        "discretisation.albedo_samples must be 2 or more over a range of albedos, got 1");
 }
 
 TEST(Recipe, RefusesUnknownSides) {

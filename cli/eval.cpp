@@ -156,6 +156,7 @@ class LayerLookup {
     LayerLookup(const TableView& table, const LayerKey& layer, const Effects& asked,
                 OutsideTable outside)
         : table_(table.at(FamilyPoint(layer.member))), layer_(layer), asked_(asked) {
+        if (table.is_stack()) outside = OutsideTable::refuse;  // no other layer stands for one
         const auto bound = [&](const Effects& effects) {
             Slice slice = bind(table_, layer.optical_depth, layer.albedo, effects, outside);
             clamped_ |= slice.clamped();
@@ -236,9 +237,8 @@ class LayerLookup {
     bool clamped_ = false;
 };
 
-/// Tells whether --clamp would answer for a layer. No other layer stands for a stack.
+/// Tells whether --clamp would answer for a layer.
 bool can_clamp(const TableView& table, const LayerKey& layer, const Effects& asked) {
-    if (table.is_stack()) return false;
     try {
         LayerLookup(table, layer, asked, OutsideTable::clamp);
         return true;
@@ -359,8 +359,7 @@ void run_eval(const EvalOptions& options) {
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
     const std::vector<Answer> answers = look_up_rows(
-        view, layers, query, effects,
-        options.clamp && !view.is_stack() ? OutsideTable::clamp : OutsideTable::refuse);
+        view, layers, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(query, layers, answers, view, asked.density);
     warn_of_extrapolated(answers, view);
 

@@ -214,7 +214,7 @@ TEST(Fit, OccultationsAloneDetermineTheDepth) {
         const double expected_sigma = mu * sigma / seen * (1 - density);
         EXPECT_NEAR(fit.optical_depth().sigma, expected_sigma, 1e-3 * expected_sigma);
         EXPECT_EQ(fit.degrees_of_freedom, 0);
-        EXPECT_NEAR(fit.probability, 1, 1e-3);
+        EXPECT_NEAR(fit.probability, 1, 1e-6);
         EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
     }
 }
